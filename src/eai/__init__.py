@@ -84,18 +84,18 @@ def open(
     *,
     source: Source | None = None,
 ) -> Suite:
-    """The tasks of a benchmark and an ability, ready to score answers.
+    """Return the tasks of a benchmark for an ability, ready to score answers.
 
     Args:
         benchmark: its name (``virtualhome``), ``module:object``, or a `Benchmark`.
         ability: ``goal_interpretation``, ``subgoal_decomposition``, ``action_sequencing`` or
             ``transition_modeling``.
-        protocol: the rules for scoring: ``strict``, or ``eai-1.0.5`` for the verdicts of the reference.
-        source: where the data comes from; the user's default store if None. It is fetched on first use.
+        protocol: the rules for scoring: ``strict``, or ``eai-1.0.5`` for the verdicts of the paper's package.
+        source: where the data comes from; the user's default store if None. Missing data is downloaded.
 
     Raises:
         InputError: there is no such benchmark, ability or protocol.
-        DataError: the data cannot be had.
+        DataError: the data is damaged or cannot be obtained.
     """
     from eai.abilities.protocol import Ability, Protocol
     from eai.benchmarks.suite import open_suite

@@ -18,7 +18,7 @@ from eai.base.errors import InputError
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
 _CORE_GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
-"""Groups in which this package registers objects. They are empty only if its metadata are missing."""
+"""Groups in which eai itself registers objects. Such a group is empty only if eai's metadata are missing."""
 
 
 class EntryPoint(NamedTuple):
@@ -46,7 +46,7 @@ class EntryPoint(NamedTuple):
 def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:
     """Return a mapping from the names of a group's entry points to the entry points.
 
-    Entry points whose module was removed from this package are left out.
+    Outdated metadata may name a module of eai that no longer exists. Such an entry point is left out.
 
     Args:
         group: the group.
@@ -62,10 +62,10 @@ def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, Entr
 
 
 def load_from_extension(name: str, needed_by: str) -> Any:
-    """Import an object that an extension offers to the core packages.
+    """Import an object that an extension (a package in `eai.extensions`) registers for use outside of it.
 
     Args:
-        name: name of the entry point in the group ``eai.offers``.
+        name: name of the object's entry point in the group ``eai.offers``.
         needed_by: the user's option or value that needs the object. The error message begins with this text.
 
     Raises:
@@ -73,7 +73,7 @@ def load_from_extension(name: str, needed_by: str) -> Any:
     """
     points = get_entry_points("eai.offers")
     if name not in points:
-        raise InputError(f"{needed_by}: no installed extension offers {name!r}")
+        raise InputError(f"{needed_by}: {name!r} is not installed; reinstall eai, which contains it")
     return points[name].load()
 
 
@@ -122,7 +122,7 @@ def _read_entry_points_file(file: Path) -> Iterator[EntryPoint]:
 def has_module(module: str) -> bool:
     """Whether a module is installed. Modules of packages other than this one are assumed to be installed.
 
-    Python's search for such a module would import its package.
+    To search for such a module, Python would import its package.
     """
     if not module.startswith(_OURS):
         return True

@@ -13,6 +13,7 @@ import tempfile
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatch
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -39,7 +40,7 @@ UNPACKED_PER_BYTE = 50
 """Number of bytes added to `MAX_UNPACKED` for each byte of a compressed answer file."""
 
 LOCK_FILE = "answers.lock"
-"""Name of the lock file in the folder of a run."""
+"""Usual name of the lock file in the folder of a run."""
 
 
 def require_file(path: Path) -> None:
@@ -57,7 +58,7 @@ def require_file(path: Path) -> None:
     is_of_shell = stat.S_ISFIFO(mode) and _DESCRIPTOR.match(str(path)) is not None
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or is_of_shell):
         kind = next((name for is_kind, name in _ENDLESS if is_kind(mode)), "no regular file")
-        raise InputError(f"{path}: is {kind}; give a file, or pipe it into /dev/stdin")
+        raise InputError(f"{path}: is {kind}; give a file, or give /dev/stdin and pipe the content into eai")
 
 
 _DESCRIPTOR = re.compile(r"/dev/stdin$|/dev/fd/\d+$|/proc/(self|\d+)/fd/\d+$")
@@ -126,34 +127,62 @@ def read_content(path: Path) -> bytes:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
 
 
+def decode_text(path: Path, content: bytes) -> str:
+    """Return the text of a file in UTF-8, without a byte order mark.
+
+    Raises:
+        InputError: the content is not in UTF-8.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: expected a text in UTF-8 ({error})") from error
+
+
 def parse_json(path: Path, content: bytes, line: int | None = None) -> object:
     """Parse JSON of a user's file. Control characters in texts are accepted.
 
     Args:
         path: the file, for messages.
         content: the JSON text.
-        line: number of the line that is the content, from 1; None if the content is the whole file.
+        line: number of the line of the file, from 1, if the content is a single line; None for a whole file.
 
     Raises:
-        InputError: the content is not JSON; the message has line and column.
+        InputError: the content is not JSON, or a member of an object occurs twice; the message has the place.
     """
     try:
-        value: object = json.loads(content, strict=False)
+        value: object = json.loads(content, strict=False, object_pairs_hook=refuse_repeated_keys)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno + (line or 1) - 1}, column {error.colno}"
         raise InputError(f"{path}, {where}: expected JSON ({error.msg})") from error
-    except (ValueError, RecursionError) as error:
+    except (InputError, ValueError, RecursionError) as error:
         where = "" if line is None else f", line {line}"
-        raise InputError(f"{path}{where}: expected JSON in UTF-8 ({error})") from error
+        problem = str(error) if isinstance(error, InputError) else f"expected JSON in UTF-8 ({error})"
+        raise InputError(f"{path}{where}: {problem}") from error
     return value
+
+
+def refuse_repeated_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Return a JSON object's members; `json.loads` takes this function as `object_pairs_hook`.
+
+    Raises:
+        InputError: a member occurs twice.
+    """
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        repeated = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
+        raise InputError(f"the member {repeated!r} occurs twice in a JSON object; keep one")
+    return members
 
 
 def number_lines(content: bytes) -> Iterator[tuple[int, bytes]]:
     """Return the nonblank lines of a JSON Lines text with their line numbers, counted from 1.
 
     Only a line feed ends a line, because JSON strings may contain other line separators, such as U+2028.
+    Lines are split off one by one, so that not all of them are in memory.
     """
-    return ((number, line) for number, line in enumerate(content.split(b"\n"), 1) if line.strip())
+    lines = enumerate(BytesIO(content), 1)
+    return ((number, line.removesuffix(b"\n")) for number, line in lines if line.strip())
 
 
 def escape_unprintable(text: str) -> str:
@@ -273,15 +302,19 @@ def make_stale_lock_hint(file: Path) -> str:
 
 
 @contextlib.contextmanager
-def lock_run_folder(folder: Path) -> Iterator[None]:
+def lock_run_folder(folder: Path, lock_file: str = LOCK_FILE) -> Iterator[None]:
     """Keep other processes out of the folder of a run during the block. A missing folder is created.
+
+    Args:
+        folder: the folder.
+        lock_file: name of the lock file in the folder; jobs with different lock files may run at once.
 
     Raises:
         InputError: another process uses the folder, or the folder cannot be created.
     """
     from filelock import Timeout
 
-    file = folder / LOCK_FILE
+    file = folder / lock_file
     try:
         folder.mkdir(parents=True, exist_ok=True)
         file, lock = make_file_lock(file)

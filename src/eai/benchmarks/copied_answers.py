@@ -61,8 +61,9 @@ _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
 def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formula:
     """Return all goals of a task as one subgoal: first its action goals in order, then its final conditions.
 
-    Quantifiers are expanded, because not every notation has them. A goal about pairs of objects becomes a
-    goal about the first pairs in scene order, as many as it demands. Goals over time are left out.
+    Actions may have any objects. Quantifiers are expanded, because not every notation has them. A goal about
+    pairs of objects becomes a goal about the first pairs in scene order, as many as it demands. Goals over
+    time are left out.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities
@@ -232,7 +233,10 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 def _list_goal_conditions(task: Task) -> Iterator[Literal]:
-    """Yield the conditions of each goal about states. If a goal has several options, the first is used."""
+    """Yield conditions that together reach the goals about states.
+
+    If several sets of conditions reach a goal, the first set is used.
+    """
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from next(
@@ -320,7 +324,7 @@ _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
 _NAME = re.compile(r"[\w.]+")
 
 _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities for which `eai/lookup` adapts answers to similar tasks. In episodes, it uses adapted plans."""
+"""Abilities for which `eai/lookup` adapts answers to similar tasks. In episodes, it plays adapted plans."""
 
 
 def open_answers_of_similar_tasks(
@@ -389,7 +393,11 @@ class SimilarTaskTable:
         return solves_task(self._domain, task, self.adapt_plan(task))
 
     def find_most_similar_task(self, task: Task) -> Task | None:
-        """Return the other task with the largest share of equal goals, or else the first other task."""
+        """Return the other task with the largest share of equal goals, or else the first other task.
+
+        The share is counted among the goals of either task. On a tie, the first task is returned. The result
+        is None if there is no other task.
+        """
         goals = _count_goals_by_category(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
         alike = _find_task_with_most_similar_texts(goals, task, map(self._entries.__getitem__, sharing))
@@ -433,7 +441,7 @@ def _adapt_goals_of_similar_task(
 
 
 def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function from a task to the PDDL texts of its operators that other tasks need, too."""
+    """Return a function that lists the PDDL texts of a task's operators that another task needs, too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 

@@ -240,16 +240,19 @@ def read_errata(text: str) -> Errata:
     try:
         entries = TypeAdapter(tuple[_Erratum, ...]).validate_python(values.get("erratum", []))
     except ValidationError as error:
-        raise DataError(f"errata: {describe_validation_error(error)}") from error
+        raise DataError(f"{_FILE}: {describe_validation_error(error)}") from error
     for entry in entries:
         if entry.since > number:
             raise DataError(
-                f"errata: {entry.id} is of version {entry.since}, above the version {number} of "
-                "the table; correct either"
+                f"{_FILE}: {entry.id} is of version {entry.since}, above the version {number} of "
+                "the table; raise `version` or lower `since`"
             )
         if len(entry.corrections) != 1:
             fields = ", ".join(entry.corrections) or "none"
-            raise DataError(f"errata: {entry.id}: expected one correction, found {fields}")
+            raise DataError(
+                f"{_FILE}: {entry.id}: expected one correction, found {fields}; "
+                "give exactly one of the fields that the head of the file lists"
+            )
     corrections = [{**entry.model_dump(mode="json"), "wrong": "", "evidence": ""} for entry in entries]
     digest = hashlib.sha256(json.dumps(corrections, sort_keys=True).encode()).hexdigest()
     return Errata(f"{number}+{digest[:8]}", entries)
@@ -264,7 +267,10 @@ def _correct_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -
     for edit in sorted(entry.plan, key=lambda step_edit: -step_edit.step):
         positions = slice(edit.step, edit.step + len(edit.was))
         if steps[positions] != [_parse_action(text, scene) for text in edit.was]:
-            raise DataError(f"erratum {entry.id}: step {edit.step} of the plan differs; run `eai data fetch`")
+            raise DataError(
+                f"erratum {entry.id}: step {edit.step} of the plan differs from the steps that the erratum "
+                "replaces; run `eai data fetch`"
+            )
         steps[positions] = [_parse_action(text, scene) for text in edit.now]
     return tuple(steps)
 
@@ -277,8 +283,8 @@ def _parse_action(text: str, scene: Scene) -> Action:
 def _replace_once(text: str, change: _TextReplacement, entry: str) -> str:
     if text.count(change.was) != 1:
         raise DataError(
-            f"erratum {entry}: the text that it replaces must stand once in the data, but does "
-            "not; run `eai data fetch`"
+            f"erratum {entry}: expected the text to replace, {change.was!r}, once in the data, found it "
+            f"{text.count(change.was)} times; run `eai data fetch`"
         )
     return text.replace(change.was, change.now)
 

@@ -1,4 +1,4 @@
-"""The errata on which a verdict may depend, as records store them.
+"""The errata (known errors in published data) that can change a verdict, as records of results store them.
 
 This module is separate so that reading records does not load the table of errata.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ErrataUse:
-    """The errata on which a verdict may depend.
+    """The errata (known errors in published data) that can change a verdict.
 
     Attributes:
         version: version of the table of errata.

@@ -149,7 +149,10 @@ def make_answers_by_task(
     """
     tasks, join = benchmark.tasks_for(ability, source), get_part_joiner(benchmark, ability)
     return TaskSet(
-        tasks, lambda task_id: WrittenAnswer(tuple(make_parts(tasks[task_id])), join), tasks.sha256
+        tasks,
+        lambda task_id: WrittenAnswer(tuple(make_parts(tasks[task_id])), join),
+        tasks.sha256,
+        source.kept,
     )
 
 
@@ -193,7 +196,9 @@ def open_gold_answers(benchmark: Benchmark, ability: Ability, source: Source = U
             return _open_plan_book(benchmark, ability, source, scripts=True)
     pose, world = get_declaration(ability).interaction.make_question, benchmark.collect_parts(source)
     if pose is None:
-        raise InputError(f"{benchmark.name} {ability.value} has no known right answers")
+        raise InputError(
+            f"{benchmark.name} {ability.value}: gold answers are unknown; choose another ability"
+        )
     return make_answers_by_task(benchmark, ability, source, lambda task: pose(world, task)[1:])
 
 
@@ -206,6 +211,7 @@ def open_answers_of_planner(
 ) -> AnswersByTask:
     """Return answers made from plans of the built-in search, never from plans of the data set.
 
+    The search uses the declared domain of the benchmark.
     If the search finds no plan, the answer is empty, and `WrittenAnswer.why_none` states the reason.
 
     Args:
@@ -236,7 +242,8 @@ def make_no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> 
 def replace_goals_by_answers(benchmark: Benchmark, answers: Mapping[str, str]) -> Benchmark:
     """Return a benchmark whose tasks have the goals that answers state.
 
-    `answers` maps task ids to answers. Tasks without an answer keep their goals.
+    `answers` maps task ids to answers. Goals with unknown names are left out. Tasks without an answer keep
+    their goals.
     """
 
     def change_goals(task: Task) -> Task:

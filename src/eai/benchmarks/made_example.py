@@ -5,7 +5,7 @@ An evaluated task is never the example, so no prompt shows its plan.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from itertools import islice
 
@@ -26,7 +26,7 @@ _MAX_BINDINGS = 20_000
 """Maximum number of combinations of parameter values that are tried to find possible actions in a state."""
 
 
-def make_example(domain: Domain, tasks: Sequence[Task], predicates: Collection[str]) -> Task | None:
+def make_example(domain: Domain, tasks: Collection[Task], predicates: Collection[str]) -> Task | None:
     """Return a task of two actions, or one, in the scene of the first task; None if no such task exists.
 
     A second action is possible only after the first. The goal is a fact that the last action makes true. The
@@ -34,14 +34,15 @@ def make_example(domain: Domain, tasks: Sequence[Task], predicates: Collection[s
 
     Args:
         domain: the domain.
-        tasks: the evaluated tasks.
+        tasks: the evaluated tasks, at least one.
         predicates: the predicates of goals.
     """
-    first = tasks[0]
-    same_scene = [task for task in tasks if task.scene.objects == first.scene.objects]
+    first = next(iter(tasks))
     for plan, final in islice(_list_plans(domain, first), _MAX_PLANS):
         facts = [fact for fact in compare_states(first.initial, final).added if fact.predicate in predicates]
-        if facts and not any(solves_task(domain, task, plan) for task in same_scene):
+        if facts and not any(
+            task.scene.objects == first.scene.objects and solves_task(domain, task, plan) for task in tasks
+        ):
             predicate, arguments = facts[-1]
             wanted = f.Atom(predicate, tuple([f.Constant(first.scene.objects[i].name) for i in arguments]))
             said = f"Reach a state in which this holds: {print_ltl(wanted)}"

@@ -40,10 +40,13 @@ class TaskReference(NamedTuple):
 
 
 def suite_name(domain: str, ability: Ability) -> str:
-    """Return the name of a suite (a benchmark and an ability), as file names of prompts contain it."""
+    """Return the name of a suite (a benchmark and an ability), for Inspect tasks and files of prompts."""
     return f"{domain}_{ability.value}"
 
 
 def remove_prompt_variant(name: str) -> str:
-    """Return the name of the benchmark that owns the tasks: the name without an ending for other prompts."""
+    """Return the name of the benchmark that owns the tasks: the name without an ending for other prompts.
+
+    A name without such an ending is returned unchanged.
+    """
     return name.removesuffix(OBFUSCATED).removesuffix(WITH_RULES)

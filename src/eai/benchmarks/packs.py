@@ -49,7 +49,10 @@ class Pack:
 
     @property
     def archive_digests(self) -> dict[str, str]:
-        """Mapping from the requirement of each archive, such as ``bddl==3.6.0``, to its SHA-256."""
+        """Mapping from the requirement of each archive, such as ``bddl==3.6.0``, to its SHA-256.
+
+        The pack's manifest records this mapping.
+        """
         return {archive.requirement: archive.sha256 for archive in self.archives}
 
 
@@ -73,7 +76,10 @@ class _PackStatus:
 
 
 def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
-    """Return the registered packs of some benchmarks without duplicates; of all benchmarks for None."""
+    """Return the registered packs (data files) of some benchmarks, or of all benchmarks for None.
+
+    A pack that several benchmarks share is listed once.
+    """
     points = _get_entry_points()
     names = [name for name in (points if benchmarks is None else benchmarks) if name in points]
     return tuple({pack.name: pack for name in names for pack in points[name].load()}.values())
@@ -142,7 +148,7 @@ def fetch_packs(
             wanted = [pack for pack in wanted if paths.keys() >= set(pack.archives)]
             if place is not None and not wanted:
                 files = ", ".join(sorted({archive.filename for pack in packs for archive in pack.archives}))
-                raise DataError(f"{place}: contains none of {files}")
+                raise DataError(f"{place}: contains none of {files}; give a path with one of them")
             bundles = {
                 archive: stack.enter_context(open_archive_files(path)) for archive, path in paths.items()
             }
@@ -158,10 +164,10 @@ def get_pack_statuses(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStat
 
 
 def is_stored(store: Store, benchmark: str) -> bool:
-    """Whether a store has the packs of a benchmark, so that its tasks open without a download.
+    """Whether a store has the packs (data files) of a benchmark, so that its tasks open without a download.
 
-    A benchmark without own packs uses the packs of the benchmark with the longest name that is the beginning
-    of its own name.
+    A benchmark without own packs uses the packs of another benchmark. Its own name begins with the name of
+    that benchmark; the longest such name counts.
     """
     prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
     packs = find_packs(sorted(prefixes, key=len)[-1:])

@@ -247,7 +247,7 @@ class PromptLibrary:
             }
             for task_id in user_prompts:
                 if task_id not in prompts:
-                    raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")
+                    raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks of {name}")
             prompts = {
                 i: replace(prompt, user=user_prompts.get(i, prompt.user)) for i, prompt in prompts.items()
             }
@@ -260,12 +260,12 @@ class PromptLibrary:
 def _make_benchmark_of_examples(benchmark: Benchmark, wording: SuiteWording, source: Source) -> Benchmark:
     """Return the benchmark from which prompts take examples.
 
-    If the prompts of the benchmark have no words of a data set, the result has only one task, which is made
-    as an example: no prompt may show the answer to an evaluated task.
+    If the wording of the prompts comes from the benchmark's declaration, the result has only one task, which
+    is made as an example: no prompt may show the answer to an evaluated task.
     """
     if not benchmark.is_worded_by_declaration:
         return benchmark
-    tasks = tuple(benchmark.tasks(source).values())
+    tasks = benchmark.tasks(source).values()
     example = make_example(benchmark.domain, tasks, wording.predicates) if tasks else None
     return replace(benchmark, open_tasks=given(*filter(None, [example])))
 
@@ -277,8 +277,8 @@ def _insert_beliefs(
     section = benchmark.data.goal_sections.get(ability)
     if beliefs and section is None:
         raise InputError(
-            f"{benchmark.name} {ability.value}: the published prompts have no known section of goals; "
-            "use --set eai"
+            f"{benchmark.name} {ability.value}: a model's goals cannot replace the goals in the published "
+            "prompts; use --set eai"
         )
     return {
         task_id: prompt

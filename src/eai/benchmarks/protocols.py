@@ -15,8 +15,8 @@ from eai.abilities.protocol import find_protocols
 from eai.base.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from eai.abilities.attempt_options import AttemptOptions
     from eai.abilities.protocol import Ability
+    from eai.abilities.replanning_options import ReplanningOptions
     from eai.abilities.trial import Trial
     from eai.abilities.verdict import PlanVerdict, Verdict
     from eai.benchmarks.benchmark import Benchmark, Opener
@@ -30,9 +30,9 @@ class ProtocolImplementation:
     Attributes:
         open_suite: opens a suite whose answers are read, tested and counted as the protocol says. Raises
             InputError for a benchmark that the protocol does not score.
-        attempts: returns the options of the published script for several attempts at a task. Its arguments
-            are the probability that an action fails, the seed of these failures, and the number of attempts
-            after the first (0 for the script's own number).
+        replanning: returns the options of the published script for replanning. Its arguments are the
+            probability that an action fails, the seed of these failures, and the number of attempts after
+            the first (0 for the script's own number).
         trial: executes a plan in the way of the published script.
         as_asked: returns the verdict on an answer by the goals that its prompt stated in published runs.
         as_counted: returns the verdicts on attempts, in which errors are counted as in the published script.
@@ -42,7 +42,7 @@ class ProtocolImplementation:
     """
 
     open_suite: Opener
-    attempts: Callable[[float, int, int], AttemptOptions]
+    replanning: Callable[[float, int, int], ReplanningOptions]
     trial: type[Trial]
     as_asked: Callable[[TaskReference, Verdict], Verdict]
     as_counted: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
@@ -78,16 +78,16 @@ def require_protocol_implementation(name: str) -> ProtocolImplementation:
     return implementation
 
 
-def make_attempt_options_of_protocol(
+def make_replanning_options_of_protocol(
     protocol: str, slip_probability: float, slip_seed: int, replans: int
-) -> AttemptOptions | None:
-    """Return a published script's options for several attempts at a task; None for an empty name.
+) -> ReplanningOptions | None:
+    """Return a published script's options for replanning; None for an empty name.
 
     Raises:
         InputError: no script has this name.
     """
     return (
-        require_protocol_implementation(protocol).attempts(slip_probability, slip_seed, replans)
+        require_protocol_implementation(protocol).replanning(slip_probability, slip_seed, replans)
         if protocol
         else None
     )

@@ -210,8 +210,11 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
 def _list_predicates_with_arguments(
     task: TransitionTask, action: m.PddlAction
 ) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield each predicate with a list for each argument: the operator's parameters that fit there."""
-    above = m.parents(task.domain.header.types)
+    """Yield each predicate, and for each of its arguments the operator's parameters of a fitting type.
+
+    Predicates with an argument for which the operator has no parameter are left out.
+    """
+    above = m.map_types_to_parents(task.domain.header.types)
     kinds = {given.name: m.list_supertypes(above, m.get_variable_type(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:
         types = [m.get_variable_type(variable) for variable in predicate.parameters]

@@ -82,7 +82,7 @@ def _extract_prompt_template(wheel: ArchiveFiles, report: ReportProgress) -> dic
 def _copy_pack_files_with_pddl_problems(
     pack: str, resource_folder: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
-    """Return the files of a pack by name. All PDDL problems of VirtualHome or BEHAVIOR are one file."""
+    """Return the files of a pack by name. One JSON file has all PDDL problems of VirtualHome or BEHAVIOR."""
     folder = f"virtualhome_eval/resources/{resource_folder}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()

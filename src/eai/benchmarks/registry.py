@@ -11,7 +11,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from traceback import extract_tb
@@ -80,9 +80,9 @@ def find_benchmark(reference: str) -> Benchmark:
     A reference is a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or a path of task files.
 
     A module is also searched in the working directory. The problems of a PDDL domain are in a file or a
-    folder; ``pddl:FOLDER`` contains the domain and its problems. ``alfworld:FOLDER`` contains games of
-    ALFWorld, and ``behavior-1k:FOLDER`` definitions of BEHAVIOR-1K's repository. The name of a task file
-    ends in ``.jsonl`` or ``.jsonl.gz``. A folder of task files is recognized by a slash in its name.
+    folder; ``pddl:FOLDER`` has the domain and its problems somewhere below it. ``alfworld:FOLDER`` contains
+    games of ALFWorld, and ``behavior-1k:FOLDER`` definitions of BEHAVIOR-1K's repository. The name of a task
+    file ends in ``.jsonl`` or ``.jsonl.gz``. A folder of task files is recognized by a slash in its name.
     ``obfuscated:`` before a reference means the benchmark with other words. ``rules:`` means the prompts of
     the obfuscated benchmark with the original words.
 
@@ -155,7 +155,10 @@ def _has_registered_opener(reference: str) -> bool:
 
 
 def open_pddl_benchmark(files: str) -> Benchmark:
-    """Return the benchmark of ``DOMAIN,PROBLEMS`` (paths of PDDL files), or of a folder with PDDL files."""
+    """Return the benchmark of ``DOMAIN,PROBLEMS``, or of a folder that has both.
+
+    ``DOMAIN`` is the path of a PDDL file; ``PROBLEMS`` is the path of a file or a folder.
+    """
     domain, separator, problems = files.partition(",")
     if not separator and not Path(domain).is_dir():
         expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
@@ -208,11 +211,14 @@ def _open_task_files(path: Path) -> Benchmark:
 
     files = open_task_files(path)
     base = find_benchmark(files.base)
-    return replace_tasks(base, files.name, lambda source: files.open_tasks(base.domain))
+    open_tasks = cache(partial(files.open_tasks, base.domain))
+    return replace_tasks(base, files.name, lambda source: open_tasks(source.kept))
 
 
 def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
-    """Return a benchmark with the domain of a base benchmark and other tasks. No reference leads to it.
+    """Return a benchmark with the domain of a base benchmark and other tasks.
+
+    No reference (text for `find_benchmark`) names this benchmark.
 
     Args:
         base: the base benchmark.
@@ -233,8 +239,10 @@ def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Be
             task_id_of=str,
             own_tasks={},
             asks={
-                Ability.GOAL_INTERPRETATION: lambda task: task.prompts_state_goals,
-                Ability.SUBGOAL_DECOMPOSITION: lambda task: task.prompts_state_goals and not task.has_no_plan,
+                Ability.GOAL_INTERPRETATION: lambda task: task.has_goals_in_prompts,
+                Ability.SUBGOAL_DECOMPOSITION: lambda task: (
+                    task.has_goals_in_prompts and not task.has_no_plan
+                ),
             },
             only_by_name={},
             open_public=base.open_tasks,

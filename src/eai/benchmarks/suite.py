@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol, find_protocols
@@ -28,7 +29,7 @@ def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Task
     """Return the scorers of an ability's tasks under ``strict``, which the ability declares."""
     tasks = benchmark.tasks_for(ability, source)
     make = get_declaration(ability).interaction.scorers(benchmark.collect_parts(source))
-    return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
+    return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256, source.kept)
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,11 @@ class Suite:
     _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
     source: Source = field(default_factory=Source)
 
-    def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
+    def __reduce__(self) -> tuple[Callable[[bytes], Suite], tuple[bytes]]:
         """Pickle a suite as the call that opens it again, because functions of domains cannot be pickled."""
         if not self.is_openable_by_reference:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
-        return self.reopen, ()
+        return _open_once, (pickle.dumps(self.reopen),)
 
     @cached_property
     def task_ids(self) -> tuple[str, ...]:
@@ -99,9 +100,9 @@ class Suite:
         return self.benchmark.get_errata(self.source)
 
     def choose_suite_for_answers(self, answers: Iterable[str]) -> Suite:
-        """Return the suite with which to score these answers of a model.
+        """Return the suite with which to score these answers of a model: this suite, or a suite reopened.
 
-        Some protocols choose one way to read all answers of a model.
+        Some protocols look at all answers of a model to choose how they are read.
         """
         implementation = find_implementation(self.protocol.value)
         if implementation is None or implementation.choose_suite_for_answers is None:
@@ -110,7 +111,7 @@ class Suite:
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
-        """Return the scorer of answers to a task. It is made on first use.
+        """Return the scorer of answers to a task. It is made once, on first use.
 
         Raises:
             InputError: the suite has no such task.
@@ -200,6 +201,13 @@ def open_suite(
         open_suite, benchmark_.reference or benchmark_, ability, protocol, source=source, opener=opener
     )
     return Suite(benchmark_, ability, protocol, scorers, reopen, tasks, source=source)
+
+
+@lru_cache(maxsize=8)
+def _open_once(pickled_opener: bytes) -> Suite:
+    """Open a pickled suite once in a process, so that all models share its tasks and cached results."""
+    opener: Callable[[], Suite] = pickle.loads(pickled_opener)  # noqa: S301 - of a process of this program
+    return opener()
 
 
 def find_ability_answered_instead(benchmark: Benchmark, asked: Ability, answer: str) -> Ability | None:

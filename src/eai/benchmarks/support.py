@@ -48,7 +48,9 @@ def make_carries_carried_by_and_within(
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``.
 
-    The first of the relations is containment.
+    The first of the relations is containment. ``carries`` relates a support to the objects directly in or on
+    it, and ``carried_by`` an object to its direct and indirect supports. ``within`` relates an object to its
+    containers and the containers of its supports.
     """
     names = [relation.name for relation in supports]
 
@@ -91,7 +93,9 @@ def make_floor_lookup(
 ) -> LookupFunction:
     """Return a function that finds an object's floor, as a bit mask.
 
-    The function `find_floor_of_unsupported` finds the floor of an object without support.
+    The floor is the first floor among the object, its support, the support of that support, and so on. If
+    none of them is a floor, it is the floor of the last of them, the object without support. The function
+    `find_floor_of_unsupported` finds that floor.
     """
 
     def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:

@@ -75,7 +75,7 @@ _BY_PANEL = {
 """Commands of the core by panel, in the order of the help. Commands of extensions are in the last panel."""
 
 _BELOW = ("export tasks", "export pictures")
-"""Commands, with their groups, that the help lists before other commands of groups, in this order."""
+"""Subcommands that the help of their group lists first, in this order."""
 
 _NEED_OPTIONS = frozenset({"run", "check"})
 """Commands without required arguments that still print their help if called without arguments."""
@@ -144,7 +144,9 @@ def _read_command_summary(point: EntryPoint) -> str:
     """Return the first paragraph of a command's docstring, read from the source without an import."""
     spec = find_spec(point.module)
     if spec is None or spec.origin is None:
-        raise InputError(f"{point.name} of {_COMMANDS}: there is no module {point.module}")
+        raise InputError(
+            f"entry point {point.name} of {_COMMANDS}: no module {point.module}; reinstall the package"
+        )
     source = Path(spec.origin).read_text(encoding="utf-8")
     start = max(source.find(f"\ndef {point.attr}("), 0)
     docstring = source[start:].partition('"""')[2].partition('"""')[0]
@@ -179,7 +181,7 @@ def _load_command(path: str, panel: str | None = None) -> Any:
         if group == path:
             if not isinstance(command, TyperGroup):
                 raise InputError(
-                    f"entry point {below} in {_COMMANDS}: {path} is a command, so it cannot have subcommands"
+                    f"rename the entry point {below} in {_COMMANDS}: {path} is a command, not a group"
                 )
             command.add_command(_load_command(below), leaf)
     return command

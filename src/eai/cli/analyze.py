@@ -27,7 +27,7 @@ from eai.cli.console import (
 from eai.cli.options import OUTPUT, AsJson, DataFolder, make_flag
 from eai.cli.progress import show_scoring_progress
 from eai.results.lines import SUITE, TABLES
-from eai.results.plots import use_plot_style, write_figure
+from eai.results.plots import FORMATS, parse_formats, use_plot_style, write_figure
 from eai.results.table import Table
 from eai.results.table_files import format_lines_as_csv, write_files, write_parquet, write_tables
 from eai.results.terminal import print_table
@@ -58,13 +58,14 @@ def analyze(
     out: Annotated[Path | None, make_flag(panel=OUTPUT)] = None,
     settings: Annotated[list[str] | None, make_flag(options.SETTING, metavar="OPTION=VALUE")] = None,
     plots: Annotated[bool, make_flag(panel=OUTPUT)] = True,
+    formats: Annotated[str, make_flag(panel=OUTPUT, metavar="svg,png,pdf")] = FORMATS[0],
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Make the tables and plots of a study of records; without a name, list the studies and their options.
 
-    all: every study that needs no special records. table: records as tidy tables, with one row for each
-    answer, step, goal, atom or clause.
+    all: every study that needs no special records; records are read once. table: records as tidy tables,
+    with one row for each answer (with features of its task), step, goal, atom or clause.
 
     Example: eai analyze errors scores --out errors
 
@@ -73,6 +74,7 @@ def analyze(
         out: Folder for the results; default: the study's name.
         settings: An option of the study.
         plots: Draw plots (needs the extra 'plots').
+        formats: File formats of plots.
     """
     if not name:
         print_markdown("\n".join(_list_studies_as_markdown()))
@@ -80,7 +82,7 @@ def analyze(
     _refuse_unknown_study(name)
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
-    folder = out or Path(name)
+    folder, kinds = out or Path(name), parse_formats(formats) if plots else []
     with options.open_data_source(data) as source, require_extra("analysis", "this analysis needs"):
         read = StudyRecords(
             tuple(records), folder, source, print_note, partial(show_scoring_progress, quiet=False)
@@ -90,7 +92,7 @@ def analyze(
                 read, options.apply_settings(TABLE, _TableFileOptions, settings or ()), as_json=as_json
             )
             return
-        written = list(_write_analyses_of_studies(name, read, settings or (), plots=plots, as_json=as_json))
+        written = list(_write_analyses_of_studies(name, read, settings or (), formats=kinds, as_json=as_json))
     if as_json:
         print_result(value=written, as_json=True)
 
@@ -123,7 +125,12 @@ def _find_studies(name: str) -> list[Study]:
 
 
 def _write_analyses_of_studies(
-    study_or_all: str, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
+    study_or_all: str,
+    records: StudyRecords,
+    settings: Sequence[str],
+    *,
+    formats: Sequence[str],
+    as_json: bool,
 ) -> Iterator[Json]:
     """Write the analyses of one study, or of all studies; yield the JSON value of each analysis.
 
@@ -131,23 +138,31 @@ def _write_analyses_of_studies(
     """
     studies = _find_studies(study_or_all)
     if study_or_all != ALL:
-        yield from _write_analyses_of_study(studies[0], records, settings, plots=plots, as_json=as_json)
+        yield from write_analyses_of_study(studies[0], records, settings, formats=formats, as_json=as_json)
         return
     records.make_plain_tables()
     for study in studies:
         own = [text for text in settings if options.split_setting(text)[0] in study.choices.model_fields]
         try:
-            yield from _write_analyses_of_study(
-                study, records.change_to_subfolder(study.name), own, plots=plots, as_json=as_json
+            yield from write_analyses_of_study(
+                study, records.change_to_subfolder(study.name), own, formats=formats, as_json=as_json
             )
         except InputError as error:
             records.note(f"{study.name}: {error}")
 
 
-def _write_analyses_of_study(
-    study: Study, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
+def write_analyses_of_study(
+    study: Study,
+    records: StudyRecords,
+    settings: Sequence[str],
+    *,
+    formats: Sequence[str] = FORMATS[:1],
+    as_json: bool,
+    writes: bool = True,
 ) -> Iterator[Json]:
-    """Write the tables of a study's analyses, and figures if wanted; yield the JSON value of each analysis.
+    """Write the tables of a study's analyses, and figures in some formats; yield each analysis's JSON value.
+
+    If no files are to be written, only print the tables.
 
     Raises:
         InputError: the study has no analysis, or the folder cannot be written.
@@ -157,17 +172,20 @@ def _write_analyses_of_study(
             f"{study.name}: this study has no analysis; `eai score` and `eai report` show its runs"
         )
     for analysis in study.analyze(records, options.apply_settings(study.name, study.choices, settings)):
-        folder = records.folder / analysis.folder
-        write_tables(folder, study.name, analysis.tables, analysis.remarks)
-        drawn = _draw_figures(analysis.figures, folder) if plots else 0
+        folder, drawn = records.folder / analysis.folder if writes else None, 0
+        if folder is not None:
+            write_tables(folder, study.name, analysis.tables, analysis.remarks)
+            write_files(folder, analysis.pages)
+            drawn = _draw_figures(analysis.figures, folder, formats) if formats else 0
         if not as_json:
             _print_analysis(analysis, drawn, folder)
         names = [table.name for table in analysis.tables]
-        yield {"folder": str(folder), "tables": names, "plots": drawn, **analysis.facts}
+        place = None if folder is None else str(folder)
+        yield {"folder": place, "tables": names, "plots": drawn, **analysis.facts}
 
 
-def _draw_figures(figures: Figures, folder: Path) -> int:
-    """Write figures in every format, and return their number.
+def _draw_figures(figures: Figures, folder: Path, formats: Sequence[str]) -> int:
+    """Write figures in some formats, and return their number.
 
     Without matplotlib, print a remark and return 0.
 
@@ -180,14 +198,14 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
             with use_plot_style():
                 for name, figure in figures:
                     if figure is not None:
-                        write_figure(figure, folder / name)
+                        write_figure(figure, folder / name, formats)
                         drawn += 1
         except EaiError as error:
             get_error_console().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
     return drawn
 
 
-def _print_analysis(analysis: Analysis, plot_count: int, folder: Path) -> None:
+def _print_analysis(analysis: Analysis, plot_count: int, folder: Path | None) -> None:
     """Print the tables that are meant for the screen, and all remarks.
 
     Without such tables, print the numbers of written tables and plots.
@@ -201,11 +219,14 @@ def _print_analysis(analysis: Analysis, plot_count: int, folder: Path) -> None:
         print_table(get_output_console(), _drop_constant_columns(table))
     for line in analysis.remarks:
         get_output_console().print(line, markup=False, highlight=False)
-    get_output_console().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
+    if folder is not None:
+        pages = "".join([f"; open {folder / name}" for name in analysis.pages])
+        line = f"written to {folder}{pages}"
+        get_output_console().print(line, soft_wrap=True, highlight=False, markup=False)
 
 
 def _drop_constant_columns(table: Table) -> Table:
-    """Return a table without those columns of `SUITE` that have one value in all rows.
+    """Return a table without suite columns (protocol, domain, ability) that have one value in all rows.
 
     These values are added to the title of the table.
     """

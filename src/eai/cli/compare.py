@@ -43,13 +43,13 @@ def compare(
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
     Runs of the same domain, ability and protocol are compared; A and B each have at most one such run.
-    Without such runs, eai compares runs on the same questions, or runs whose prompts state the same tasks in
-    other words or with exact rules.
+    Without such runs, eai compares runs on variants of a benchmark: the same tasks in other words or with
+    exact rules. It also compares runs on abilities whose questions are the same for all benchmarks.
 
     Episodes are compared only if they had the same rules, such as a limit of actions.
 
     Tasks of one title, and questions about one task, are near copies and count as one cluster. A second line
-    treats them as independent.
+    treats all tasks as independent.
 
     Example: eai compare scores/gpt-4o scores/o1-mini
 
@@ -63,7 +63,7 @@ def compare(
         before, after = _rename_suites_with_equal_tasks(before), _rename_suites_with_equal_tasks(after)
     shared = [place for place in before if place in after]
     if not shared:
-        hint = " by equal rules of the game" if any(place.rules for place in (*before, *after)) else ""
+        hint = ", with equal game rules" if any(place.rules for place in (*before, *after)) else ""
         raise InputError(
             f"{first} and {second}: found no records of equal domain, ability and protocol in both{hint}"
         )
@@ -116,7 +116,7 @@ def _comparison_to_json(one: Run, other: Run, comparison: RunComparison) -> dict
 
 
 def _print_note_on_different_planners(totals: Mapping[str, RunTotals]) -> None:
-    """Print a note on standard error if different planners judged the operators of the two runs."""
+    """Print a note on standard error if different planners judged the operators in the two runs' answers."""
     planners = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(planners.values())) > 1:
         named = "; ".join(f"{side}: {names}" for side, names in planners.items())
@@ -124,7 +124,7 @@ def _print_note_on_different_planners(totals: Mapping[str, RunTotals]) -> None:
 
 
 class _ComparedSuite(NamedTuple):
-    """Key by which runs are matched: domain, ability and protocol, and the rules of episodes.
+    """Key by which runs are matched: domain, ability, protocol, and the game rules of episodes.
 
     The rules say, for example, how many actions an agent may take; None for the standard rules.
     """
@@ -145,9 +145,9 @@ class _ComparedSuite(NamedTuple):
 
 
 def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs in a folder by suite and rules of the game.
+    """Return the runs in a folder by suite and game rules.
 
-    Raise InputError if two runs have the same suite and rules.
+    Raise InputError if two runs have the same suite and game rules.
     """
     runs: dict[_ComparedSuite, Run] = {}
     for run in read_runs([path]):
@@ -155,7 +155,9 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
         before = runs.setdefault(place, run)
         if before is not run:
             both = f"{before.key.name} and {run.key.name}"
-            raise InputError(f"{path}: expected one run for {place}, found {both}")
+            raise InputError(
+                f"{path}: expected one run for {place}, found {both}; give the folder of one run"
+            )
     return dict(sorted(runs.items(), key=lambda item: item[1].key.sort_key))
 
 
@@ -229,7 +231,7 @@ def _print_tasks(heading: str, tasks: Sequence[str], max_listed: int) -> None:
 
 
 def _make_metric_rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
-    """Yield a metric's table row. If tasks share names, a second row treats the tasks as independent."""
+    """Yield a metric's row. If similar tasks share a name, a second row treats all tasks as independent."""
     certainty, points = difference.certainty, difference.percentage_points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (

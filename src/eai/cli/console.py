@@ -31,7 +31,7 @@ BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
     f"counts as not solved. For both: {make_install_command('planner')}"
 )
-"""Remark if Fast Downward is missing and the built-in search judges operators."""
+"""Remark if Fast Downward is missing, so only the built-in search judges operators in answers."""
 
 
 class _ConsoleEscapingControls(Console):
@@ -106,6 +106,8 @@ _SHOWN = 5
 def print_findings_and_exit(findings: Sequence[DataMistake], message_if_none: str, *, as_json: bool) -> None:
     """Print the findings of a check, the first few of each file, and end with status 2.
 
+    The number of further findings of a file is printed, too.
+
     Args:
         findings: the findings.
         message_if_none: the text to print without findings.
@@ -136,7 +138,10 @@ def drop_abilities_run_only_by_name(benchmark: Benchmark, abilities: Iterable[Ab
 
 
 def print_note_if_planner_missing(suites: Sequence[Suite]) -> None:
-    """Print a note, once, if operators are judged without Fast Downward because it is not installed."""
+    """Print a note on standard error, once, if operators in answers are judged without Fast Downward.
+
+    The note is printed if Fast Downward is not installed, and no option chooses a planner.
+    """
     from eai.pddl.planning import PlannerChoice
 
     asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}

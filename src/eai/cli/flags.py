@@ -113,7 +113,7 @@ def list_run_options() -> Iterator[str]:
     """Return a table of all options in Markdown."""
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
-    titles = {study.section_name: study.title for study in list_studies_with_run_options()}
+    titles = {study.name: study.title for study in list_studies_with_run_options()}
     for section, chosen in list_sections().items():
         title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
         yield f"| **{section}** | | {title} |"
@@ -127,8 +127,8 @@ def check_model_names(models: Sequence[str], abilities: Sequence[Ability]) -> No
         check_model_name(model)
         if model == f"{PROVIDER}/{CAPTIONER}" and {*abilities} != {SCENE_GRAPH}:
             raise InputError(
-                f"--model {model}: it only lists scenes (--ability {SCENE_GRAPH}); for another model name it "
-                "as perception.scene_model, with perception.scene predicted"
+                f"--model {model}: this model only lists scenes, so give --ability {SCENE_GRAPH}; or give "
+                f"another --model, --with perception.scene=predicted and perception.scene_model={model}"
             )
         twin = named.setdefault(to_file_name(model), model)
         if twin != model:
@@ -163,7 +163,7 @@ def check_captioning_model(model: str) -> None:
 
 
 def check_recordings_match_suites(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
-    """Raise if recorded answers are missing for a suite, or belong to another suite."""
+    """Raise if answers are replayed from files, and a suite has no file or only another suite's."""
     for endpoint in endpoints:
         path = endpoint.arguments.get("path")
         if endpoint.model != REPLAY or path is None:

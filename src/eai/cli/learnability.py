@@ -39,11 +39,11 @@ def print_learnability(
 ) -> None:
     """Print figures that tell whether the rewards of tasks can teach a model.
 
-    They are the rewards of null models, the groups of answers to one task whose rewards differ, and the tasks
-    that are longer than a model's context.
+    They are the rewards of null models (trivial built-in models such as eai/random), the groups of answers to
+    one task whose rewards differ, and the tasks that are longer than a model's context.
 
     Raises:
-        InputError: the ability pays no reward, or a file of records cannot be read.
+        InputError: answers to the ability get no reward, or a file of records cannot be read.
         EaiError: a context is given, and Inspect is not installed.
     """
     with open_data_source(data, PlannerChoice.NONE) as source:
@@ -90,7 +90,7 @@ def _describe_reward_groups(count_by_kind: Counter[str]) -> str:
 
 
 _EQUAL = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
-"""Descriptions of groups of answers with equal rewards, by kind of group."""
+"""Kind of equal rewards of a task's answers (see `count_tasks_by_reward_spread`) -> words for the rewards."""
 
 
 def _describe_and_list_long_tasks(

@@ -30,7 +30,7 @@ def new(name: str, as_json: AsJson = False) -> None:
     if folder.exists():
         raise InputError(f"{name}: expected a new folder; this one is there already")
     if find_spec(name) is not None:
-        raise InputError(f"{name}: expected another name; Python has a module of this one")
+        raise InputError(f"{name}: expected another name; a Python module has this name")
     texts = files(__package__) / "templates"
     made = {
         folder / file.format(name=name): (texts / text).read_text(encoding="utf-8").replace("NAME", name)

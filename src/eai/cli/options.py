@@ -115,7 +115,11 @@ def open_data_source(
 
 
 def open_planner_limits(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerLimits:
-    """Open the planner settings of a command. The command's processes share results of planners."""
+    """Return the user's limits of planners for a command.
+
+    The processes of the command limit the planner calls at a time by lock files in a temporary folder, which
+    is removed when the command ends.
+    """
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
     return PlannerLimits(seconds, memory_mib, Path(folder))
 
@@ -154,7 +158,7 @@ AgentSettings = Annotated[
 
 
 def parse_external_agent_setting(settings: Sequence[str]) -> AgentSetting:
-    """Return the setting of episodes that a person or another program plays.
+    """Return the options of episodes in which a person or another program chooses the actions.
 
     Raises:
         InputError: The settings contain an option that applies only to models of ``eai run``.

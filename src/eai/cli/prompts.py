@@ -31,11 +31,11 @@ SHORT = "short"
 """Value of ``--tasks`` that chooses the short test: some tasks that represent a suite."""
 
 PAGE = ".html"
-"""File extension of a page for people."""
+"""File extension of a page on which people answer prompts."""
 
 
 def is_prompt_list_file(out: Path) -> bool:
-    """Whether a file with this extension holds a list of prompts or a page, not rows for training."""
+    """Whether a file with this extension holds a list of prompts or a page for people, not training rows."""
     return out.suffix in (".json", PAGE)
 
 
@@ -56,10 +56,10 @@ def write_prompts(
         benchmark: Benchmark of the tasks.
         ability: Ability that the prompts ask for.
         out: Output file.
-        chosen: Function that returns some of the prompts, given all prompts by task id and, as ``of``, the
-            name of the suite; None for all prompts.
+        chosen: Function that selects prompts; None for all prompts. It gets all prompts by task id, and as
+            ``of`` the benchmark and ability, which its error message names.
         goals: File with a model's answers to goal interpretation. The prompts state the goals in these
-            answers; if None, the tasks' own goals.
+            answers, and tasks without an answer have no prompt. If None, prompts state the tasks' own goals.
         as_json: Whether the summary is printed as JSON.
 
     Raises:
@@ -165,5 +165,7 @@ def _list_task_ids_of_short_test(suite: Suite) -> Sequence[str]:
         suite.domain, suite.ability
     )
     if not task_ids:
-        raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
+        raise InputError(
+            f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test; give ids of tasks"
+        )
     return task_ids

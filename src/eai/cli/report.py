@@ -27,7 +27,7 @@ from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, make_flag, open_s
 from eai.cli.progress import show_scoring_progress
 from eai.results.answer_files import find_benchmarks_of_runs
 from eai.results.cost import PriceList
-from eai.results.plots import FORMATS
+from eai.results.plots import FORMATS, parse_formats
 from eai.results.record import Record
 from eai.results.runs import find_record_files, read_runs, recount_goals_as_in_paper
 from eai.results.table import Table, format_superscript
@@ -93,7 +93,7 @@ def report(
     if out is None:
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
         return
-    kinds = _parse_plot_formats(formats)
+    kinds = parse_formats(formats)
     listed_prices = None if prices is None else PriceList.read_file(prices)
     own = find_benchmarks_of_runs(records)
     told = partial(make_explorer_background, open_store(data), own, out, prompts=prompts, pictures=pictures)
@@ -113,7 +113,7 @@ def report(
             format_tables_latex, models=split_names(models), columns=split_names(columns), intervals=intervals
         )
         written = write_report(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
-        write_files_atomically({out / EXPLORER: build_explorer_page(explorer.to_json())})
+        write_files_atomically({out / EXPLORER: build_explorer_page(explorer.format_lines())})
         drawn = _draw_plots(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}
@@ -122,24 +122,14 @@ def report(
     print_result(line, value={**made, "folder": str(out), "explorer": str(shown)}, as_json=as_json)
 
 
-def _parse_plot_formats(text: str) -> list[str]:
-    """Return the file formats of plots that an option names, separated by commas.
-
-    Raises:
-        InputError: A format is unknown.
-    """
-    named = split_names(text)
-    if not named or not set(named) <= set(FORMATS):
-        raise InputError(f"--formats: expected some of {', '.join(FORMATS)}, not {text!r}")
-    return [kind for kind in FORMATS if kind in named]
-
-
 def _draw_plots(
-    out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], formats: Sequence[str]
+    out: Path, runs: Sequence[RunSummary], summary_rankings: Sequence[Ranking], formats: Sequence[str]
 ) -> int:
     """Draw the plots of a report and return their number, or print a remark if matplotlib is missing."""
     try:
-        return add_plots_to_report(out, runs, pages, formats, partial(show_scoring_progress, quiet=False))
+        return add_plots_to_report(
+            out, runs, summary_rankings, formats, partial(show_scoring_progress, quiet=False)
+        )
     except EaiError as error:
         print_note(f"no plots: {error}")
         return 0
@@ -234,7 +224,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
 
 
 def _format_overview(ranking: Ranking) -> Table:
-    """Return a table for the screen, with the protocol in the title and abilities above columns."""
+    """Return the table of main results for the screen: protocol in the title, abilities above columns."""
     table = ranking.make_table()
     first = len(table.columns) - len(ranking.columns)
     headings = map(_format_column_heading, ranking.columns)

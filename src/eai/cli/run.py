@@ -33,17 +33,18 @@ from eai.cli.progress import make_resumable, show_run_progress, show_scoring_pro
 from eai.cli.prompts import select_tasks_of_suites
 from eai.cli.table import print_results, result_to_json
 from eai.pddl.planning import PlannerChoice
+from eai.results.collector import collect_garbage_often
 from eai.results.epochs import SuiteResult, score_answers
 from eai.results.repeats import make_pass_at_k_table
 from eai.results.runs import write_inspect_log_reference
 from eai.results.terminal import print_table
-from eai.run.job import QuestionJob, can_model_answer
+from eai.run.job import KEPT_TASKS, QuestionJob, can_model_answer
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save_spec
 from eai.studies.prompts.choice import make_prompt_name_experiment
 from eai.studies.registry import add_study_summaries
 from eai.studies.variation import Endpoint, StageBeforeQuestions
-from eai.tasks.prompts.prompt import Prompt, PromptSet
+from eai.tasks.prompts.prompt import Prompt, PromptSet, pack_prompts
 from eai.tasks.source import ErrataChoice, find_errata_choice, find_planner_choice
 
 LOGS = "logs"
@@ -98,7 +99,7 @@ def run(
         list[str] | None,
         make_flag(
             options.SETTING,
-            help="Any option of a run, such as attempts.replans=3 or generation.top_p=0.9; "
+            help="Any option of a run, such as replanning.replans=3 or generation.top_p=0.9; "
             f"{options.SETTING} {flags.HELP} lists them all.",
             panel=_ALL,
             metavar="OPTION=VALUE",
@@ -141,6 +142,7 @@ def run(
         console.print_markdown("\n".join(flags.list_run_options()))
         return
     console.require_inspect_package()
+    collect_garbage_often()
     spec = flags.read_run_specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
@@ -148,7 +150,8 @@ def run(
     wanted = spec.variation.select_abilities(spec.tasks.ability)
     flags.check_model_names(spec.model.name, wanted)
     terms = options.open_planner_limits(context, scoring.planner_seconds, scoring.planner_memory)
-    with options.open_data_source(data, scoring.planner, scoring.errata, terms) as source:
+    with options.open_data_source(data, scoring.planner, scoring.errata, terms) as opened_source:
+        source = replace(opened_source, kept=KEPT_TASKS)
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
             for name in spec.tasks.domain or list_paper_benchmarks()
@@ -163,46 +166,51 @@ def run(
             open_runs = load_from_extension("adaptive_runs", "--adaptive")
             suites, obtain = open_runs(suites, about.ability, about.calibration)
         library = PromptLibrary(spec.prompts.set, spec.prompts.folder, source)
-        order = _RunRequest(spec, library, out, quiet or as_json)
+        request = _RunRequest(spec, library, out, quiet or as_json)
         chosen = []
         for suite, ids in zip(
             suites, select_tasks_of_suites(spec.tasks.ids, suites, spec.tasks.limit), strict=True
         ):
             if ids:
-                opened = library.open(suite.benchmark, suite.ability)
-                chosen.append((suite, {task_id: opened[task_id] for task_id in ids}))
+                chosen.append((suite, _open_prompts(library, suite, ids)))
     endpoints = spec.model.endpoints
     remarks = flags.describe_unanswerable_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
     flags.check_recordings_match_suites(endpoints, [suite for suite, _ in chosen])
     console.print_note_if_planner_missing([suite for suite, _ in chosen])
-    first = _make_stage_before_answers(order, chosen)
-    fitting = {endpoint.model: _leave_out_long_tasks(order, endpoint, chosen) for endpoint in endpoints}
+    first = _make_stage_before_answers(request, chosen)
+    fitting = {endpoint.model: _leave_out_long_tasks(request, endpoint, chosen) for endpoint in endpoints}
     save_spec(spec, out)
     outcomes = []
     for position, (suite, asked) in enumerate(chosen):
         of_suite = [
-            _request_answers_and_score(order, endpoint, fitting_prompts, suite, first, studied=True)
+            _request_answers_and_score(request, endpoint, fitting_prompts, suite, first, studied=True)
             if obtain is None
-            else _request_answers_until_precise(order, endpoint, fitting_prompts, suite, obtain)
+            else _request_answers_until_precise(request, endpoint, fitting_prompts, suite, obtain)
             for endpoint in endpoints
             if can_model_answer(endpoint.model, suite.ability)
             and (fitting_prompts := fitting[endpoint.model][position])
         ]
-        if of_suite and not order.quiet:
+        if of_suite and not request.quiet:
             _print_suite_results(spec, of_suite, wide=wide)
             _print_number_of_corrected_questions(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.all_results
-    if spec.variation.captioner is not None and not order.quiet:
+    if spec.variation.captioner is not None and not request.quiet:
         for outcome in before:
             _print_suite_results(spec, [outcome], wide=wide)
     for remark in remarks:
         console.print_note(remark)
-    _print_failures_and_effort([*before, *outcomes], order, as_json=as_json)
+    _print_failures_and_effort([*before, *outcomes], request, as_json=as_json)
+
+
+def _open_prompts(library: PromptLibrary, suite: Suite, task_ids: Sequence[str]) -> Mapping[str, Prompt]:
+    """Return the prompts of some tasks of a suite in a form that takes little memory."""
+    opened = library.open(suite.benchmark, suite.ability)
+    return pack_prompts((task_id, opened[task_id]) for task_id in task_ids)
 
 
 def _leave_out_long_tasks(
-    order: _RunRequest, endpoint: Endpoint, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+    request: _RunRequest, endpoint: Endpoint, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> Sequence[Mapping[str, Prompt]]:
     """Return the prompts of each suite, without tasks that do not fit into the context of the model's server.
 
@@ -218,19 +226,19 @@ def _leave_out_long_tasks(
     )
     from eai.run.tasks import find_model
 
-    prompts, handling = [asked for _, asked in chosen], order.spec.requests.too_long
+    prompts, handling = [asked for _, asked in chosen], request.spec.requests.too_long
     if handling == "ask" or not calls_server(endpoint):
         return prompts
     context = read_context_length(find_model(endpoint))
     if context is None:
         return prompts
-    max_tokens = order.spec.generation.max_tokens
+    max_tokens = request.spec.generation.max_tokens
     long_tasks = [find_long_tasks(suite, asked, max_tokens, context) for suite, asked in chosen]
     fitting = [
-        {task_id: asked[task_id] for task_id in asked if task_id not in long.needs}
+        pack_prompts((task_id, asked[task_id]) for task_id in asked if task_id not in long.needs)
         for asked, long in zip(prompts, long_tasks, strict=True)
     ]
-    if fitting != prompts:
+    if any(long.needs for long in long_tasks):
         problem = f"{endpoint.model}: {describe_long_tasks(context, long_tasks)}"
         if handling == "stop" or not any(fitting):
             raise InputError(f"{problem}, {REMEDIES}")
@@ -247,7 +255,7 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
 
 
 def _make_stage_before_answers(
-    order: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+    request: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> StageBeforeQuestions | None:
     """Return the stage before the questions, in which a model interprets goals or perceives scenes.
 
@@ -256,10 +264,10 @@ def _make_stage_before_answers(
     wanted: dict[str, set[str]] = {}
     for suite, asked in suites_and_prompts:
         wanted.setdefault(suite.domain, set()).update(asked)
-    ask, variation = partial(_request_answers_and_score, order), order.spec.variation
+    ask, variation = partial(_request_answers_and_score, request), request.spec.variation
     if variation.captioner is not None:
         flags.check_captioning_model(variation.captioner)
-    return variation.make_stage_before_questions(order.library, wanted, ask)
+    return variation.make_stage_before_questions(request.library, wanted, ask)
 
 
 def _print_number_of_corrected_questions(
@@ -273,7 +281,7 @@ def _print_number_of_corrected_questions(
 
 
 def _request_answers_and_score(
-    order: _RunRequest,
+    request: _RunRequest,
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
@@ -284,16 +292,17 @@ def _request_answers_and_score(
 ) -> SuiteResult:
     """Obtain one model's answers to one suite through Inspect, and score them.
 
-    Inspect is imported only here. In a pipeline, or with a perceived scene, prompts contain the results of
-    the first stage. A task without an answer in the first stage is not asked. The number of answers for each
-    task is ``epochs``, or else the number in the specification. Records contain the options of the run's
-    studies only if ``studied`` is true; it is false in the first stage.
+    Inspect is imported only here. In the stage ``first``, a model interprets goals or perceives scenes.
+    Prompts then contain the results of this stage, and a task without a result gets no question. The number
+    of answers for each task is ``epochs``, or else the number in the specification. If ``studied`` is true,
+    records contain the options of the run's studies (variations around benchmarks and abilities).
     """
     from eai.run.context import choose_answer_limit
+    from eai.run.log_scores import write_scores
     from eai.run.remarks import list_remarks
-    from eai.run.tasks import combine_experiments, make_trials, request_missing_answers, write_scores
+    from eai.run.tasks import combine_experiments, make_trials, request_missing_answers
 
-    spec, epochs = order.spec, epochs or order.spec.tasks.epochs
+    spec, epochs = request.spec, epochs or request.spec.tasks.epochs
     asked, beliefs = (prompts, None) if first is None else first.make_prompts(endpoint, prompts, suite)
     about = {} if beliefs is None else beliefs.metadata
     harness, effort = None, spec.generation.reasoning_effort
@@ -305,7 +314,9 @@ def _request_answers_and_score(
         asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
         rules, prompts_name = spec.setting.label or None, spec.prompts.name
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
-    trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, beliefs)
+    trials = make_trials(
+        spec.variation.replanning if studied else None, request.library, suite, asked, beliefs
+    )
     of_studies = spec.experiment if studied else Experiment()
     parts = [
         of_studies,
@@ -319,11 +330,11 @@ def _request_answers_and_score(
         answer_limit=choose_answer_limit(endpoint.model, suite, spec.generation),
     )
     place = suite.domain, suite.ability.value, to_file_name(endpoint.model)
-    folder = order.out.joinpath(*place, *(each.label for each in parts if each is not None))
+    folder = request.out.joinpath(*place, *(each.label for each in parts if each is not None))
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with lock_run_folder(folder):
-        with show_run_progress(title, quiet=order.quiet) as watch:
-            answers = request_missing_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+        with show_run_progress(title, quiet=request.quiet) as watch:
+            answers = request_missing_answers(job, folder / JOURNAL, request.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
         lacking = dict.fromkeys(unasked, "" if beliefs is None else beliefs.missing_reason)
         obtained = replace(
@@ -333,17 +344,19 @@ def _request_answers_and_score(
             experiment=combine_experiments([of_studies, *parts[2:-1], Experiment(effort=effort)]),
             summarize=lambda record: add_study_summaries(record, suite, about.get(record.task_id, {})),
         )
-        with show_scoring_progress(f"scoring {title}", len(answers.answers), quiet=order.quiet) as report:
+        with show_scoring_progress(f"scoring {title}", len(answers.answers), quiet=request.quiet) as report:
             result = score_answers(obtained, folder, suite, spec.scoring, report)
-        write_scores(answers.log, result.map_keys_to_records(), suite.source)
+        write_scores(answers.logs, result)
         for epoch, one in enumerate(result.by_epoch or (result,), 1):
-            write_inspect_log_reference(one.folder, answers.log, epoch)
+            write_inspect_log_reference(one.folder, answers.logs, epoch)
         if result.by_epoch:
-            write_inspect_log_reference(folder, answers.log, result.map_tasks_to_recorded_epoch())
+            write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_recorded_epoch())
     return replace(result, remarks=list_remarks(job, answers.answers))
 
 
-def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunRequest, *, as_json: bool) -> None:
+def _print_failures_and_effort(
+    outcomes: Sequence[SuiteResult], request: _RunRequest, *, as_json: bool
+) -> None:
     """Print errors, used tokens and the folder of results. Exit with status 1 if answers are missing."""
     if as_json:
         known = [(each, result_to_json(each.totals, each.folder)) for each in outcomes]
@@ -367,7 +380,7 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
             console.print_note(
                 f"{outcome.model}: {console.format_count(again, 'episode')} interrupted before, begun again"
             )
-    if not order.quiet:
+    if not request.quiet:
         for line in map(_describe_answers_and_cost, outcomes):
             console.print_result_line(line)
     if any(outcome.failures for outcome in outcomes):
@@ -398,16 +411,16 @@ def _describe_answers_and_cost(result: SuiteResult) -> str:
 
 
 def _request_answers_until_precise(
-    order: _RunRequest,
+    request: _RunRequest,
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
     request_in_rounds: Any,
 ) -> SuiteResult:
-    """Ask tasks in rounds until the estimate of the model's ability is precise. Print the standard error."""
-    ask = partial(_request_answers_and_score, order, endpoint, suite=suite)
+    """Ask tasks in rounds until the estimate of the model's ability is precise, and print the estimate."""
+    ask = partial(_request_answers_and_score, request, endpoint, suite=suite)
     result: SuiteResult
-    result, remark = request_in_rounds(ask, prompts, suite, order.spec.tasks.adaptive)
-    if not order.quiet:
+    result, remark = request_in_rounds(ask, prompts, suite, request.spec.tasks.adaptive)
+    if not request.quiet:
         console.print_result_line(remark)
     return result

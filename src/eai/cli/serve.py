@@ -55,8 +55,8 @@ def mcp(
     The agent sends the ticket as a bearer token. A ticket is for one episode, which cannot be restarted.
 
     OUT/NAME_outputs.jsonl collects the episodes for eai score: each when it ends, and all that have begun
-    when the server stops. The same command continues unfinished episodes. The agent must not be able to read
-    or write OUT.
+    when the server starts or stops. The same command continues unfinished episodes. The agent must not be
+    able to read or write OUT.
 
     Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
 
@@ -77,7 +77,10 @@ def mcp(
         _serve_verifier(domain=domain, out=out, tasks=tasks, with_=settings, port=port)
         return
     if not domain or out is None:
-        raise InputError(f"--{'out' if domain else 'domain'} is missing; only --tools does without it")
+        missing = "out" if domain else "domain"
+        raise InputError(
+            f"--{missing} is missing; give it, or --tools to serve the verifier instead of tasks"
+        )
     setting = parse_external_agent_setting(settings or ())
     with require_extra("mcp", "eai serve mcp needs"):
         from eai.agents.episode_server import open_episode_server
@@ -112,7 +115,7 @@ def _serve_verifier(**other_options: object) -> None:
     """Serve the verifier's tools over standard input.
 
     Raises:
-        InputError: an option is given that belongs to served tasks.
+        InputError: one of the other options is set. They only serve tasks.
     """
     for name, value in other_options.items():
         if value:
@@ -123,7 +126,7 @@ def _serve_verifier(**other_options: object) -> None:
 
 
 def _write_tickets(out: Path, answer_by_ticket: Mapping[str, AnswerKey]) -> Path:
-    """Write the file of tickets, readable only by its owner."""
+    """Write the file of tickets, the secrets by which callers open their task; only its owner can read it."""
     rows = [
         {"identifier": task_id, "epoch": epoch, "ticket": ticket}
         for ticket, (task_id, epoch) in answer_by_ticket.items()

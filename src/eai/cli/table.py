@@ -35,7 +35,7 @@ def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wid
 
     Args:
         results: Results by model.
-        text_below: Line below the name of the suite; if empty, the options of studies in the first run.
+        text_below: Line below the name of the suite; if empty, the study options of the first model's run.
         wide: Whether all columns stand side by side, however wide the table is.
     """
     first = next(iter(results.values())).first_record
@@ -58,13 +58,15 @@ def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wid
 
 
 def print_note_if_incomplete(suite_name: str, coverage: TaskCoverage) -> None:
-    """Print a remark on standard error if a suite is not answered completely."""
+    """Print a remark on standard error if a suite is not answered and scored completely."""
     if coverage.remark is not None:
         print_note(f"{suite_name}: {coverage.remark}")
 
 
 def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTotals]) -> Table:
     """Return a table of percentages: a row for each metric of one model, or for each of several models.
+
+    Percentages have one decimal.
 
     Args:
         title: Title of the table.

@@ -11,7 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from eai.abilities.protocol import Ability
+from eai.agents.reference import add_references, find_wrong_references
 from eai.base.errors import InputError
+from eai.base.grouping import MapItems
 from eai.base.json_value import Json
 from eai.benchmarks.check import check_benchmark
 from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
@@ -27,8 +29,14 @@ from eai.results.reward import Shaping
 from eai.results.workers import WorkerPool
 from eai.tasks.source import DataMistake
 from eai.tasks.task import Task
-from eai.tasks.task_files import check_task_files, write_task_file
-from eai.tasks.task_lines import make_task_line_schema, write_task_line
+from eai.tasks.task_files import check_task_files, find_task_files, read_task_file_lines, write_task_file
+from eai.tasks.task_lines import (
+    list_recorded_plans,
+    make_task_from_line,
+    make_task_line_schema,
+    read_task_line,
+    write_task_line,
+)
 from eai.world.domain import Domain
 
 _LEARNABLE = "With --learnable"
@@ -40,6 +48,7 @@ def check(
     split: str | None = None,
     secret: Annotated[str, make_flag(envvar="EAI_SECRET")] = "",
     schema: bool = False,
+    references: bool = False,
     learnable: Annotated[bool, make_flag("--learnable")] = False,
     ability: Annotated[
         Ability, make_flag(panel=_LEARNABLE, help=f"{ABILITIES}.", parser=Ability.from_name)
@@ -59,7 +68,11 @@ def check(
     any.
 
     With --against, count tasks that another benchmark gives away: equal tasks, tasks with equal goals, and
-    tasks that its plans solve (as tried by eai/lookup). With --split, check that --secret generates the set.
+    tasks that the plan of its most similar task solves. With --split, check that the set was made with the
+    --secret whose digest the manifest contains.
+
+    With --references, also search the shortest plan of each task in task files, and actions that win games of
+    the task. Environments then need not search them. If the files are right, missing plans are added to them.
 
     With --learnable, print whether rewards can teach a model: the rewards of null models, the groups of
     answers with mixed rewards, and the tasks that exceed a context.
@@ -73,6 +86,7 @@ def check(
         split: Name of a set by eai generate that --secret must prove.
         secret: The secret of the set.
         schema: Print the JSON Schema of a line of a task file instead.
+        references: Also search shorter plans, and add missing ones to the task files.
         learnable: Print whether rewards can teach a model, instead of mistakes.
         shaping: How answers are paid.
         records: Records of a model's run with several answers to each task (--epochs), or folders of them.
@@ -97,10 +111,9 @@ def check(
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
     elif is_path_of_task_files(_require_benchmark_reference(path)):
-        with WorkerPool(workers) as pool:
-            map_items = partial(_map_and_show_progress, pool, f"checking {path}", as_json)
-            findings = list(check_task_files(Path(path), _find_domain, map_items))
-        print_findings_and_exit(findings, "all tasks are as they say", as_json=as_json)
+        _check_task_files(Path(path), workers, references=references, as_json=as_json)
+    elif references:
+        raise InputError(f"--references: expected task files, not {path}; eai export tasks writes them")
     else:
         _check_benchmark(path, workers, data, as_json=as_json)
 
@@ -109,6 +122,19 @@ def _require_benchmark_reference(path: str) -> str:
     if not path:
         raise InputError(f"expected a benchmark: {REFERENCES}")
     return path
+
+
+def _check_task_files(path: Path, workers: int, *, references: bool, as_json: bool) -> None:
+    fine = "all tasks are as they say"
+    with WorkerPool(workers) as pool:
+        map_items = partial(_map_and_show_progress, pool, f"checking {path}", as_json)
+        find_more_mistakes = partial(_find_wrong_references, references)
+        findings = list(check_task_files(path, _find_benchmark_domain, find_more_mistakes, map_items))
+        if references and not findings:
+            map_items = partial(_map_and_show_progress, pool, f"playing {path}", as_json)
+            added = sum(_add_references_to_file(file, map_items) for file in find_task_files(path))
+            fine += f"; references of {format_count(added, 'task')} added"
+    print_findings_and_exit(findings, fine, as_json=as_json)
 
 
 def _check_benchmark(reference: str, workers: int, data: Path | None, *, as_json: bool) -> None:
@@ -126,8 +152,37 @@ def _check_benchmark(reference: str, workers: int, data: Path | None, *, as_json
     print_findings_and_exit(findings, fine, as_json=as_json)
 
 
-def _find_domain(base: str) -> Domain:
-    return find_benchmark(base).domain
+def _find_benchmark_domain(reference: str) -> Domain:
+    return find_benchmark(reference).domain
+
+
+def _find_wrong_references(searches: bool, base: str, task: Task) -> list[str]:
+    return list(find_wrong_references(task, find_benchmark(base), searches=searches))
+
+
+def _add_references_to_file(file: Path, map_items: MapItems) -> int:
+    """Add missing references to the lines of a task file. Return the number of changed lines."""
+    lines = [place.content.decode() for place in read_task_file_lines(file)]
+    completed = list(map_items(_add_references_to_lines, lines))
+    if completed != lines:
+        write_task_file(file, completed)
+    return sum(new != old for new, old in zip(completed, lines, strict=True))
+
+
+def _add_references_to_lines(lines: Sequence[str]) -> list[str]:
+    return [_add_references_to_line(line) for line in lines]
+
+
+def _add_references_to_line(text: str) -> str:
+    """Return the line of a task with its references, or the line itself if it has them already."""
+    line = read_task_line(text)
+    benchmark = find_benchmark(line.base)
+    task = make_task_from_line(line, benchmark.domain)
+    completed = add_references(task, benchmark)
+    if completed is task:
+        return text
+    values = {**json.loads(text, strict=False), **list_recorded_plans(completed)}
+    return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 
 def _map_and_show_progress(

@@ -128,7 +128,7 @@ class _AndOrTreeBuilder:
                 negated = "" if positive else "a negated "
                 raise InputError(
                     f"{negated}{type(formula).__name__} can become true in infinitely many ways, "
-                    "which cannot be listed"
+                    "which cannot be listed: write the formula without it"
                 )
 
     def _build_instances(
@@ -287,9 +287,9 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
 
 
 def _sum_products_over_matchings(matching_size: int, weights: Sequence[Sequence[int]]) -> int:
-    """Return the sum, over all matchings of ``matching_size`` cells, of the product of the cells' weights.
+    """Return the sum, over all matchings in the table ``weights``, of the product of the matching's weights.
 
-    A matching is a set of cells with no two in one row or column.
+    A matching is a set of ``matching_size`` cells of the table, with no two in one row or column.
     """
     rows, columns = len(weights), len(weights[0]) if weights else 0
     if matching_size > min(rows, columns):

@@ -4,7 +4,8 @@ A formula is a frozen value without behaviour of its own. Other modules read and
 syntaxes (LTL text, BDDL, PDDL), and evaluate them. State formulas are about one state. The temporal operators
 at the end of this file are about finite traces (paper, section "LTL representation of goals").
 
-Python's ``&``, ``|`` and ``~`` build conjunction, disjunction and negation.
+Python's ``&``, ``|`` and ``~`` build conjunction, disjunction and negation, so that a domain reads
+like logic.
 """
 
 from __future__ import annotations

@@ -185,7 +185,7 @@ class _LtlReader:
                 formula = pending.make(*pending.parts, formula)
                 levels = 1 + max(levels, pending.levels)
                 if levels > MAX_DEPTH:
-                    raise self._error_expecting(f"at most {MAX_DEPTH} levels of nesting")
+                    raise self._make_error(f"at most {MAX_DEPTH} levels of nesting")
             if operator == "":
                 return formula, tuple(self._misuses)
             if operator == ")":
@@ -200,10 +200,10 @@ class _LtlReader:
         match = self._joints.match(self._text, self._position)
         if match is None:
             words = ["'and'", "'or'", "'then'", *([] if self._is_release else ["'until'", "'implies'"])]
-            raise self._error_expecting(*(["')'", *words] if self._brackets else [*words, "the end"]))
+            raise self._make_error(*(["')'", *words] if self._brackets else [*words, "the end"]))
         operator = match[1]
         if operator == ("" if self._brackets else ")"):
-            raise self._error_expecting("')'" if self._brackets else "the end")
+            raise self._make_error("')'" if self._brackets else "the end")
         self._position = match.end()
         return operator
 
@@ -267,7 +267,7 @@ class _LtlReader:
         return f.Equals(left, right)
 
     def _check_names(
-        self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
+        self, name: str, terms: Sequence[f.Term], signature: Signature, find_offset: Callable[[int], int]
     ) -> None:
         """Record misuses of names in one atom or action: names that the signature does not allow.
 
@@ -275,20 +275,20 @@ class _LtlReader:
             name: name of the predicate or action.
             terms: its arguments.
             signature: the names that a formula may use.
-            position: function that takes the number of an argument, from 1, and returns its offset in the
+            find_offset: function that takes the number of an argument, from 1, and returns its offset in the
                 text; for 0 the offset of the name.
         """
         arities = signature.get_arities_of_predicates_or_actions(name)
         if name not in arities:
             detail = f"{name} is no predicate and no action"
-            self._add_misuse("unknown_predicate", name, name, position(0), detail)
+            self._add_misuse("unknown_predicate", name, name, find_offset(0), detail)
         elif (arity := arities[name]) is not None and arity != len(terms):
             detail = f"{describe_arity(name, arity, 'argument')}, not {len(terms)}"
-            self._add_misuse("wrong_arity", name, name, position(0), detail)
-        self._check_objects(name, terms, signature, position)
+            self._add_misuse("wrong_arity", name, name, find_offset(0), detail)
+        self._check_objects(name, terms, signature, find_offset)
 
     def _check_objects(
-        self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
+        self, name: str, terms: Sequence[f.Term], signature: Signature, find_offset: Callable[[int], int]
     ) -> None:
         objects = signature.objects
         if objects is None:
@@ -296,7 +296,7 @@ class _LtlReader:
         for i, term in enumerate(terms, start=1):
             if isinstance(term, f.Constant) and term.name not in objects:
                 detail = f"there is no object {term.name}"
-                self._add_misuse("unknown_object", term.name, name, position(i), detail)
+                self._add_misuse("unknown_object", term.name, name, find_offset(i), detail)
 
     def _add_misuse(
         self, kind: NameMisuseKind, name: str, primitive: str, position: int, detail: str
@@ -315,7 +315,7 @@ class _LtlReader:
             count = self._read_count()
             if self._read_match(r"\.") is None:
                 if self._is_release:
-                    raise self._error_expecting("'.'")
+                    raise self._make_error("'.'")
                 expected = "a name or '.'"
         make: _Make
         variables: tuple[f.Variable, ...]
@@ -347,19 +347,19 @@ class _LtlReader:
     def _make_operand_error(self) -> ParseError:
         name = self._read_match(_NAME if self._is_release else _OBJECT)
         if name is None:
-            return self._error_expecting("a predicate or action", "a name", "'not'", "a quantifier", "'('")
+            return self._make_error("a predicate or action", "a name", "'not'", "a quantifier", "'('")
         if not self._is_release and self._read_match("=") is not None:
-            return self._error_expecting("a name")
+            return self._make_error("a name")
         if "." in name:
-            return self._error_expecting("'='")
+            return self._make_error("'='")
         if self._read_match(r"\(") is None:
-            return self._error_expecting("'('") if self._is_release else self._error_expecting("'('", "'='")
+            return self._make_error("'('") if self._is_release else self._make_error("'('", "'='")
         if self._read_match(_OBJECT) is None:
-            return self._error_expecting("a name", "')'")
+            return self._make_error("a name", "')'")
         while self._read_match(",") is not None:
             if self._read_match(_OBJECT) is None:
-                return self._error_expecting("a name")
-        return self._error_expecting("')'", "','")
+                return self._make_error("a name")
+        return self._make_error("')'", "','")
 
     def _read_match(self, pattern: str) -> str | None:
         """Skip blanks, and read text that matches a pattern; None if the next text does not match."""
@@ -372,9 +372,9 @@ class _LtlReader:
     def _read_required_match(self, pattern: str, *expected: str) -> str:
         text = self._read_match(pattern)
         if text is None:
-            raise self._error_expecting(*expected)
+            raise self._make_error(*expected)
         return text
 
-    def _error_expecting(self, *words: str) -> ParseError:
+    def _make_error(self, *expected: str) -> ParseError:
         self._read_match("")
-        return make_parse_error(self._text, self._position, join_with_or(words))
+        return make_parse_error(self._text, self._position, join_with_or(expected))

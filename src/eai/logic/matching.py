@@ -18,30 +18,30 @@ def find_maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None
 
     Takes O(E sqrt(V)) time and does not recurse.
     """
-    partner: list[int | None] = [None] * len(adjacency)
-    owner: dict[int, int] = {}
-    while layers := _find_layers(adjacency, partner, owner):
+    right_of_left: list[int | None] = [None] * len(adjacency)
+    left_of_right: dict[int, int] = {}
+    while layers := _find_layers(adjacency, right_of_left, left_of_right):
         unexplored = [iter(neighbours) for neighbours in adjacency]
-        for left, matched in enumerate(partner):
+        for left, matched in enumerate(right_of_left):
             if matched is None:
-                _augment_matching(left, unexplored, layers, partner, owner)
-    return partner
+                _augment_matching(left, unexplored, layers, right_of_left, left_of_right)
+    return right_of_left
 
 
 def _find_layers(
-    adjacency: Sequence[Sequence[int]], partner: Sequence[int | None], owner: dict[int, int]
+    adjacency: Sequence[Sequence[int]], right_of_left: Sequence[int | None], left_of_right: dict[int, int]
 ) -> dict[int, int]:
     """Return the distance of each left vertex on alternating paths from unmatched left vertices.
 
     The result is {} if no alternating path makes the matching larger.
     """
-    layers = {left: 0 for left, matched in enumerate(partner) if matched is None}
+    layers = {left: 0 for left, matched in enumerate(right_of_left) if matched is None}
     queue = deque(layers)
     augmentable = False
     while queue:
         left = queue.popleft()
         for right in adjacency[left]:
-            holder = owner.get(right)
+            holder = left_of_right.get(right)
             if holder is None:
                 augmentable = True
             elif holder not in layers:
@@ -54,8 +54,8 @@ def _augment_matching(
     start: int,
     unexplored: Sequence[Iterator[int]],
     layers: dict[int, int],
-    partner: list[int | None],
-    owner: dict[int, int],
+    right_of_left: list[int | None],
+    left_of_right: dict[int, int],
 ) -> None:
     """Augment the matching along the layers, by one path from a free left to a free right vertex.
 
@@ -72,11 +72,11 @@ def _augment_matching(
             if edges:
                 edges.pop()
             continue
-        holder = owner.get(right)
+        holder = left_of_right.get(right)
         if holder is None:
             for vertex, matched in zip(path, (*edges, right), strict=True):
-                partner[vertex] = matched
-                owner[matched] = vertex
+                right_of_left[vertex] = matched
+                left_of_right[matched] = vertex
             return
         if layers.get(holder) == layers[left] + 1:
             path.append(holder)
@@ -115,7 +115,8 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # The taken cells weigh most for their number, so a path with positive gain takes no cell of weight 0.
+    # Taken cells weigh at least as much as any other choice of as many cells. If a path with positive gain
+    # took a cell of weight 0, the other cells would be such a choice and weigh more. So no path takes it.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())
@@ -148,9 +149,10 @@ def _find_path_gains_and_last_rows(
     column_of_row: Mapping[int, int],
     row_of_column: Mapping[int, int],
 ) -> tuple[dict[int, int], dict[int, int]]:
-    """Return, for each column, the largest gain of a path from a free row, and the last row of this path.
+    """Return the largest gain in weight of a path to each column, and the last row of this path.
 
-    Paths alternate between free and taken cells. Both results are mappings from columns.
+    A path starts in a row without a taken cell. It takes a free cell, releases the taken cell in the same
+    column, goes on from the row of the released cell, and so on. Both results are mappings from columns.
     """
     reached = {row: 0 for row in range(len(weights)) if row not in column_of_row}
     gains: dict[int, int] = {}

@@ -44,7 +44,7 @@ def rewrite_leaves(
         case f.Atom() | f.Occurs() | f.Equals():
             return change(formula, bound)
         case f.Next() | f.Eventually() | f.Always() | f.Until():
-            raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
+            raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals: use then")
     inner = bound.union([variable.name for variable in get_bound_variables(formula)])
     return map_subformulas(formula, lambda part: rewrite_leaves(part, change, inner))
 
@@ -53,6 +53,9 @@ def rewrite_state_subformulas(formula: f.Formula, change: Callable[[f.Formula], 
     """Replace each largest subformula without temporal operators by ``change(subformula)``.
 
     Return the new formula.
+
+    Raises:
+        InputError: a quantifier of the formula contains a temporal operator.
     """
     if is_state_formula(formula):
         return change(formula)

@@ -125,7 +125,7 @@ class _TraceEvaluator:
     def _compute_starts_of_sequences(
         self, parts: Sequence[f.Formula], binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of starts of consecutive pieces that satisfy the parts, one piece for each part.
+        """Return the mask of positions from which consecutive pieces of the trace satisfy the parts in turn.
 
         The last piece ends just before a position of the mask ``next_starts``.
         """
@@ -136,7 +136,7 @@ class _TraceEvaluator:
     def _compute_starts_before(
         self, formula: f.Formula, binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of starts of pieces that satisfy the formula.
+        """Return the mask of starts of pieces of the trace that satisfy the formula.
 
         Each piece ends just before a position of the mask ``next_starts``.
         """
@@ -151,7 +151,7 @@ class _TraceEvaluator:
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
     def _compute_one_step_mask(self, formula: f.Formula, binding: Binding) -> PositionMask:
-        """Return the mask of positions at which a piece of length 1 satisfies the formula."""
+        """Return the mask of positions that satisfy the formula, each taken as a piece of the trace alone."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding)
         match formula:
@@ -173,9 +173,9 @@ class _TraceEvaluator:
         return self._tables[key]
 
     def _compute_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
-        """Return, for each end of a piece, the mask of the starts of pieces that satisfy the formula.
+        """Return, for each position, the mask of starts of pieces of the trace that end at this position.
 
-        The tables of the operands of connectives are computed first.
+        Only pieces that satisfy the formula count. The masks for operands of connectives are computed first.
         """
         if not self.is_temporal(formula):
             mask = self.get_state_formula_mask(formula, binding)
@@ -222,7 +222,7 @@ class _TraceEvaluator:
                     or_, self._compute_mask_for_each_value(variable, body, binding, evaluate, True), 0
                 )
             case f.Exactly(count, variable, body):
-                return _compute_exactly_mask(
+                return _compute_exact_count_mask(
                     count,
                     self._compute_mask_for_each_value(variable, body, binding, evaluate, True),
                     everything,
@@ -230,7 +230,7 @@ class _TraceEvaluator:
             case f.ForPairs():
                 return self._compute_pairing_mask(formula, binding, evaluate, everything)
             case _:
-                raise AssertionError(f"{type(formula).__name__} is no connective")
+                raise AssertionError(f"expected a connective or quantifier, found {type(formula).__name__}")
 
     def _compute_mask_for_each_value(
         self,
@@ -262,7 +262,7 @@ class _TraceEvaluator:
     def _find_arguments_on_trace(
         self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
-        """Return the objects that occur as argument of an action on the trace; None for an atom."""
+        """Return the arguments of an action on the trace; for an atom None, which means any object."""
         return (
             self._trace.find_values_of_argument(leaf.action, argument_index)
             if isinstance(leaf, f.Occurs)
@@ -319,7 +319,9 @@ def _compute_until_mask(left: PositionMask, right: PositionMask) -> PositionMask
     return right
 
 
-def _compute_exactly_mask(count: int, masks: list[PositionMask], everything: PositionMask) -> PositionMask:
+def _compute_exact_count_mask(
+    count: int, masks: list[PositionMask], everything: PositionMask
+) -> PositionMask:
     """Return the mask of the positions that are in exactly ``count`` masks.
 
     The number of masks that contain a position is counted in binary. Bit masks hold one digit each, for all
@@ -375,15 +377,15 @@ def find_values_for_truth(
         ):
             return find_arguments(formula, arguments.index(f.Variable(variable)), binding)
         case f.Equals(left, right) if wanted_truth:
-            return _find_equal_values(left, right, variable, binding)
+            return _find_values_making_terms_equal(left, right, variable, binding)
         case f.Not(operand):
             return find_operand_values(operand, not wanted_truth)
         case f.And(operands) | f.Or(operands):
-            supports = [find_operand_values(operand, wanted_truth) for operand in operands]
+            value_sets = [find_operand_values(operand, wanted_truth) for operand in operands]
             return (
-                _find_smallest_set(supports)
+                _find_smallest_set(value_sets)
                 if isinstance(formula, f.And) == wanted_truth
-                else unite_value_sets(supports)
+                else unite_value_sets(value_sets)
             )
         case f.Implies(premise, conclusion):
             return find_operand_values(f.Or((f.Not(premise), conclusion)), wanted_truth)
@@ -404,7 +406,9 @@ def find_values_for_truth(
             return None
 
 
-def _find_equal_values(left: f.Term, right: f.Term, variable: str, binding: Binding) -> Set[str] | None:
+def _find_values_making_terms_equal(
+    left: f.Term, right: f.Term, variable: str, binding: Binding
+) -> Set[str] | None:
     for term, other in ((left, right), (right, left)):
         if term == f.Variable(variable):
             if isinstance(other, f.Constant):
@@ -414,17 +418,17 @@ def _find_equal_values(left: f.Term, right: f.Term, variable: str, binding: Bind
     return None
 
 
-def _find_smallest_set(supports: Iterable[Set[str] | None]) -> Set[str] | None:
-    return min((objects for objects in supports if objects is not None), key=len, default=None)
+def _find_smallest_set(value_sets: Iterable[Set[str] | None]) -> Set[str] | None:
+    return min((objects for objects in value_sets if objects is not None), key=len, default=None)
 
 
-def unite_value_sets(supports: Iterable[Set[str] | None]) -> Set[str] | None:
+def unite_value_sets(value_sets: Iterable[Set[str] | None]) -> Set[str] | None:
     """Return the union of sets of values, for a formula that is true if any part is true.
 
     If any of the sets is None, the result is None: every object must be tried.
     """
     union: Set[str] = frozenset()
-    for objects in supports:
+    for objects in value_sets:
         if objects is None:
             return None
         union |= objects
@@ -529,7 +533,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_end_of_true_piece(part, evaluator, trace, start)
         if last is None:
-            if holds:  # true only if an earlier part ends later than its earliest end
+            if holds:  # an earlier part can end later than its earliest end
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))

@@ -1,4 +1,4 @@
-"""Signatures: the names that a formula may use. Also misuses of names, and positions in a text."""
+"""Signatures (the names that a formula may use), misuses of names, and positions in a text."""
 
 from __future__ import annotations
 
@@ -82,7 +82,10 @@ class Signature:
         return name in self.actions and name not in self.predicates
 
     def get_arities_of_predicates_or_actions(self, name: str) -> Mapping[str, int | None]:
-        """Return the arities of all predicates if the name is a predicate, else the arities of actions."""
+        """Return the arities of all predicates if the name is a predicate, else the arities of actions.
+
+        None as arity allows any number of arguments.
+        """
         return self.predicates if name in self.predicates else self.actions
 
 

@@ -19,44 +19,44 @@ def is_refuted_by_initial_state(formula: f.Formula, start: Trace) -> bool:
         formula: the formula; its quantifiers contain no temporal operators.
         start: the trace that consists of the initial state only.
     """
-    return _decide_truth(formula, start, is_top=True) is False
+    return _decide_truth(formula, start, anywhere=True) is False
 
 
-def _decide_truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
+def _decide_truth(formula: f.Formula, start: Trace, *, anywhere: bool) -> bool | None:
     """Return the truth of a formula if all traces with this initial state agree on it, else None.
 
-    A state formula outside of temporal operators may hold at any position of a trace.
+    With `anywhere`, a state formula holds if it is true at any position of a trace.
     """
     if is_state_formula(formula):
         if any(isinstance(part, f.Occurs) for part in walk_subformulas(formula)):
             return None
         is_true = holds(formula, start)
-        return None if is_top and not is_true else is_true
+        return None if anywhere and not is_true else is_true
     match formula:
         case f.Not(operand):
-            return _negate_truth(_decide_truth(operand, start, is_top=is_top))
+            return _negate_truth(_decide_truth(operand, start, anywhere=anywhere))
         case f.And(operands):
-            return _conjoin_truths(_decide_truth(operand, start, is_top=is_top) for operand in operands)
+            return _conjoin_truths(_decide_truth(operand, start, anywhere=anywhere) for operand in operands)
         case f.Or(operands):
             return _negate_truth(
                 _conjoin_truths(
-                    _negate_truth(_decide_truth(operand, start, is_top=is_top)) for operand in operands
+                    _negate_truth(_decide_truth(operand, start, anywhere=anywhere)) for operand in operands
                 )
             )
         case f.Implies(premise, conclusion):
-            denied = _negate_truth(_decide_truth(conclusion, start, is_top=is_top))
-            return _negate_truth(_conjoin_truths([_decide_truth(premise, start, is_top=is_top), denied]))
+            denied = _negate_truth(_decide_truth(conclusion, start, anywhere=anywhere))
+            return _negate_truth(_conjoin_truths([_decide_truth(premise, start, anywhere=anywhere), denied]))
         case f.Always(operand):
-            return False if _decide_truth(operand, start, is_top=False) is False else None
+            return False if _decide_truth(operand, start, anywhere=False) is False else None
         case f.Eventually(operand):
-            return True if _decide_truth(operand, start, is_top=False) is True else None
+            return True if _decide_truth(operand, start, anywhere=False) is True else None
         case f.Until(left, right):
-            now = _decide_truth(right, start, is_top=False)
+            now = _decide_truth(right, start, anywhere=False)
             return (
-                now if now or (now is False and _decide_truth(left, start, is_top=False) is False) else None
+                now if now or (now is False and _decide_truth(left, start, anywhere=False) is False) else None
             )
         case f.Then((first, *_)):
-            return False if _decide_truth(first, start, is_top=True) is False else None
+            return False if _decide_truth(first, start, anywhere=True) is False else None
         case _:
             return None
 

@@ -1,4 +1,7 @@
-"""Traces: the states and actions on which formulas are evaluated. A state gives the truth of atoms."""
+"""Traces: the states and actions on which formulas are evaluated. A state gives the truth of atoms.
+
+Sets of positions are bit masks: bit i stands for position i.
+"""
 
 from __future__ import annotations
 

@@ -143,9 +143,9 @@ class _MonotoneSubformulaIds(NamedTuple):
     """
 
     true_when_longer: frozenset[int]
-    """``id`` of each subformula that stays true when the piece grows at its end."""
+    """``id`` of each subformula that stays true when a piece of a trace grows at its end."""
     true_when_shorter: frozenset[int]
-    """``id`` of each temporal subformula that stays true when the piece shrinks at its end."""
+    """``id`` of each temporal subformula that stays true when a piece of a trace shrinks at its end."""
 
 
 def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:

@@ -66,7 +66,7 @@ _MODULES = (
     "eai.world.state",
     "eai.world.vocabulary",
 )
-"""The modules that define the exported names."""
+"""Names of the modules that define the exported names, in the order in which `__getattr__` tries them."""
 
 __all__ = [
     "AGENT",

@@ -33,7 +33,7 @@ from eai.world.state import State, compare_states
 from eai.world.vocabulary import Vocabulary
 
 _Defect: TypeAlias = str
-"""Text that begins with an operator's name and says which rule of execution its actions break."""
+"""Text that names an operator or the domain, and the rule of execution that it breaks."""
 
 
 def check_domain(
@@ -44,7 +44,7 @@ def check_domain(
     steps: int = 200,
     measured: Collection[str] | None = None,
 ) -> tuple[str, ...]:
-    """Return all defects of a domain and its simulator, each as a text that begins with the operator's name.
+    """Return all defects of a domain and its simulator, each as a text that names the operator or the domain.
 
     Args:
         domain: the domain.
@@ -114,7 +114,7 @@ def _check_simulator(
 
 
 def _find_effects_made_true(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
-    """Yield the intended effects of an action that hold after it and did not hold before."""
+    """Yield the intended effects (see `_find_intended_effects`) that an action has made true."""
     arguments = map_parameters_to_indices(action, domain)
     for effect in _find_intended_effects(
         domain.compiled_operators[action.operator].operator.effects, domain.vocabulary
@@ -138,10 +138,12 @@ def _check_reported_fault(
     if fault.earlier is not None and not 0 <= fault.earlier <= history.number:
         yield f"{action.operator}: the history rule returned a state outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _check_additional_step_is_needless(domain, history.state, action)
+        yield from _check_additional_step_changes_nothing(domain, history.state, action)
 
 
-def _check_additional_step_is_needless(domain: Domain, before: State, action: Action) -> Iterator[_Defect]:
+def _check_additional_step_changes_nothing(
+    domain: Domain, before: State, action: Action
+) -> Iterator[_Defect]:
     after = domain.apply(before, action)
     for effect in _find_effects_made_true(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"

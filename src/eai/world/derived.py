@@ -17,7 +17,10 @@ from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, make_atom
 
 LookupFunction: TypeAlias = Callable[[State, tuple[int, ...]], ObjectMask]
-"""Function of a state and all arguments but the last. It returns a bit mask of fitting last arguments."""
+"""Function of a state and all arguments of a predicate but the last.
+
+It returns the bit mask of the objects that make the predicate true as last argument.
+"""
 
 TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 """Function that tests whether a predicate holds in a state for given objects."""
@@ -64,7 +67,7 @@ class ComputedPredicate:
         arity: the number of arguments.
         test: the function.
         reads: the predicates that the function reads.
-        meaning: an optional equivalent definition by a formula, for output formats that have no functions.
+        meaning: an optional equivalent definition by a formula, for PDDL and other uses that need a formula.
     """
 
     name: str
@@ -88,9 +91,10 @@ class LookupPredicate:
         values: ``values(state, arguments)`` is the mask of all objects that make the predicate true as last
             argument.
         reads: the predicates that the function reads.
-        meaning: an optional equivalent definition by a formula, for output formats that have no functions.
+        meaning: an optional definition by a formula, for PDDL and other uses that need a formula.
         single: whether the mask never has more than one object.
-        open_in_meaning: description of the aspects that the function decides and ``meaning`` leaves open.
+        open_in_meaning: phrase for the aspects that the function decides and ``meaning`` leaves open; empty
+            if both define the same predicate.
         inverse: for two arguments, an optional function that returns the mask of all objects that make the
             predicate true as first argument, given the last.
     """
@@ -117,7 +121,10 @@ def is_a(term: f.Term, *categories: str) -> f.Formula:
 
 
 def to_fastest_form(derived: DerivedPredicate) -> DerivedPredicate:
-    """Return a derived predicate in its faster form: with its function if it has any, else unchanged."""
+    """Return the form of a derived predicate that is evaluated fastest.
+
+    A formula with an equivalent function (`DefinedPredicate.values`) is replaced by the function.
+    """
     if isinstance(derived, DefinedPredicate) and derived.values is not None:
         return LookupPredicate(derived.name, derived.arity, derived.values, ())
     return derived

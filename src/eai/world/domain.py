@@ -12,22 +12,13 @@ from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.action import Action, Fault
 from eai.world.condition import ConditionCompiler
 from eai.world.executable import ApplicableArgumentFinder, CompiledOperator, compile_argument_finder
-from eai.world.fault import FaultKind
+from eai.world.fault import FAULT_PRECEDENCE, FaultKind
 from eai.world.frame import UNBOUND, SlotAllocator
 from eai.world.history import HistoryRule, find_when_conditions_held
 from eai.world.operator import Operator
 from eai.world.relation import ObjectMask
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary, require_tuple
-
-FAULT_PRECEDENCE = (
-    FaultKind.UNCATEGORISED,
-    FaultKind.ADDITIONAL_STEP,
-    FaultKind.AFFORDANCE,
-    FaultKind.WRONG_ORDER,
-    FaultKind.MISSING_STEP,
-)
-"""Order of kinds of fault: if a step has several faults, the kind that comes first is reported."""
 
 
 class Simulator(Protocol):
@@ -120,7 +111,7 @@ class Domain:
         names = [operator.name for operator in self.operators]
         for name in names:
             if names.count(name) > 1:
-                raise DomainError(f"operator {name} is declared twice")
+                raise DomainError(f"operator {name} is declared twice: give each operator a name of its own")
         for derived in self.vocabulary.derived:
             parameters = tuple([Variable(f"p{i}") for i in range(derived.arity)])
             with prefix_errors_with_location(f"derived predicate {derived.name}", DomainError):
@@ -163,7 +154,7 @@ class Domain:
         return None if compiled is None else compiled.operator
 
     def apply(self, state: State, action: Action) -> State:
-        """Return the state after an action. The method does not check that the action is possible."""
+        """Return the state after an action, unchecked. For an impossible action, the state means nothing."""
         operator = self.compiled_operators[action.operator]
         return operator.apply(state, operator.bind(state, action.arguments))
 

@@ -107,7 +107,7 @@ class EffectCompiler:
     def _compile_effect(self, effect: Effect, scope: SlotByVariable) -> Apply:
         match effect:
             case Add(atom) | Delete(atom):
-                return self._compile_write(atom, scope, adding=isinstance(effect, Add))
+                return self._compile_atom_change(atom, scope, adding=isinstance(effect, Add))
             case When():
                 return self._compile_when(effect, scope)
             case ForEach():
@@ -162,22 +162,22 @@ class EffectCompiler:
 
         return apply
 
-    def _compile_write(self, atom: Atom, scope: SlotByVariable, *, adding: bool) -> Apply:
+    def _compile_atom_change(self, atom: Atom, scope: SlotByVariable, *, adding: bool) -> Apply:
         predicate_slot = self._find_predicate_slot(atom)
         if adding and ANYTHING in atom.arguments:
             raise DomainError(
                 f"an effect adds {atom.predicate} with ANYTHING, which is for deletions only: name an object"
             )
         if len(atom.arguments) == 2:
-            return self._compile_pair_write(atom, predicate_slot, scope, adding=adding)
+            return self._compile_relation_change(atom, predicate_slot, scope, adding=adding)
         if len(atom.arguments) > 2:
-            return self._compile_tuple_write(atom, predicate_slot, scope, adding=adding)
+            return self._compile_tuple_set_change(atom, predicate_slot, scope, adding=adding)
         if not atom.arguments or atom.arguments[0] == ANYTHING:
             return lambda before, draft, binding: draft.set_marked_objects(predicate_slot, int(adding))
         slot = self._frame.find_slot(atom.arguments[0], scope)
         return lambda before, draft, binding: draft.mark_object(predicate_slot, binding[slot], adding)
 
-    def _compile_pair_write(
+    def _compile_relation_change(
         self, atom: Atom, predicate_slot: int, scope: SlotByVariable, *, adding: bool
     ) -> Apply:
         left, right = atom.arguments
@@ -192,7 +192,7 @@ class EffectCompiler:
             predicate_slot, binding[source], binding[target], adding
         )
 
-    def _compile_tuple_write(
+    def _compile_tuple_set_change(
         self, atom: Atom, predicate_slot: int, scope: SlotByVariable, *, adding: bool
     ) -> Apply:
         slots = [None if t == ANYTHING else self._frame.find_slot(t, scope) for t in atom.arguments]
@@ -213,5 +213,7 @@ class EffectCompiler:
                 f"an effect changes {atom.predicate}, which is derived: change the predicates that define it"
             )
         if predicate.static:
-            raise DomainError(f"an effect changes {atom.predicate}, which is declared static")
+            raise DomainError(
+                f"an effect changes {atom.predicate}, which is declared static: declare it with static=False"
+            )
         return self._vocabulary.get_slots_of_arity(predicate.arity)[predicate.name]

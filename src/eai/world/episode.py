@@ -106,7 +106,7 @@ class Episode:
             start: number of tried steps to leave out.
         """
         offset = sum([step.executed for step in self._steps[:start]])
-        steps = [_shift_step(step, offset) for step in self._steps[start:]]
+        steps = [_renumber_earlier_state(step, offset) for step in self._steps[start:]]
         return Trajectory(self._history.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
@@ -130,7 +130,7 @@ class Episode:
         return tried
 
     def append_slipped_step(self, action: Action) -> Slip:
-        """Record a slip of an action without trying it. The state stays as it is."""
+        """Append a step in which an action slipped (had no effect). The state stays as it is."""
         self._steps.append(Step(action, None, slipped=True))
         return Slip()
 
@@ -160,8 +160,8 @@ class Episode:
         return None
 
 
-def _shift_step(step: Step, offset: int) -> Step:
-    """Return a copy of a step; the number of the state to which the fault refers is lower by ``offset``."""
+def _renumber_earlier_state(step: Step, offset: int) -> Step:
+    """Return a step for a trajectory without its first ``offset`` states: `Fault.earlier` is lower."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

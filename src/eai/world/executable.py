@@ -36,13 +36,13 @@ class _CompiledCheck:
 class _CompiledOperatorAlternative(NamedTuple):
     """A compiled alternative of an operator: one of several ways in which the operator can act."""
 
-    is_made: ConditionTest
+    is_attempted: ConditionTest
     checks: tuple[_CompiledCheck, ...]
     apply: Apply
 
 
 class CheckFailure(NamedTuple):
-    """A failed check, the list of checks that contains it, and the objects of the action."""
+    """A failed check; all checks of its operator or alternative; and the indices of the action's objects."""
 
     check: _CompiledCheck
     checks: tuple[_CompiledCheck, ...]
@@ -50,7 +50,7 @@ class CheckFailure(NamedTuple):
 
 
 class _FailedOperatorAlternative(NamedTuple):
-    """A failed check of an operator's alternative, and the condition on which the alternative is tried."""
+    """The condition on which an alternative of an operator is attempted, and the check that failed then."""
 
     condition: Formula
     check: Check
@@ -107,12 +107,18 @@ class CompiledOperator:
         return self._find_failures_of_alternatives(state, binding)
 
     def apply(self, state: State, binding: FrameBinding) -> State:
-        """Return the state after the action. The operator's own checks are assumed to hold."""
+        """Return the state after the action. The caller has made sure that the operator's checks hold.
+
+        The checks of the operator's alternatives need not hold.
+        """
         if self._apply is None and not self.alternatives:
             return state
         draft = StateDraft(state)
         for attempt in self.alternatives:
-            if attempt.is_made(state, binding) and find_failing_check(attempt.checks, state, binding) is None:
+            if (
+                attempt.is_attempted(state, binding)
+                and find_failing_check(attempt.checks, state, binding) is None
+            ):
                 attempt.apply(state, draft, binding)
         if self._apply is not None:
             self._apply(state, draft, binding)
@@ -121,10 +127,10 @@ class CompiledOperator:
     def find_failed_alternatives(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedOperatorAlternative, ...]:
-        """Return the failed alternatives whose conditions held both before and after the action."""
+        """Return the alternatives that failed and whose conditions still hold after the action."""
         failed_tries = []
         for attempt, compiled in zip(self.operator.alternatives, self.alternatives, strict=True):
-            if compiled.is_made(before, binding) and compiled.is_made(after, binding):
+            if compiled.is_attempted(before, binding) and compiled.is_attempted(after, binding):
                 failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
                     failed_tries.append(_FailedOperatorAlternative(attempt.condition, failed.check))
@@ -134,7 +140,7 @@ class CompiledOperator:
         """Return the failed check of each attempted alternative; () if any succeeds or none is attempted."""
         failures = []
         for attempt in self.alternatives:
-            if attempt.is_made(state, binding):
+            if attempt.is_attempted(state, binding):
                 failed = find_failing_check(attempt.checks, state, binding)
                 if failed is None:
                     return ()
@@ -170,7 +176,7 @@ def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> t
 
 
 Spend: TypeAlias = Callable[[], bool]
-"""Function that counts one tried value of a variable. It returns True if too many values were tried."""
+"""Function that counts one tried value of a parameter, and returns whether the limit is exceeded."""
 
 ApplicableArgumentFinder: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
 """Function that yields the arguments for which no check of an operator fails, like `itertools.product`.
@@ -214,7 +220,10 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
         among: Sequence[int],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield all tuples of arguments that begin with the values that ``binding`` has before ``slot``."""
+        """Yield the arguments that pass the checks and begin with the values before ``slot`` in a binding.
+
+        ``among`` has for each parameter the mask of the objects that pass its own checks.
+        """
         if slot > len(names):
             yield tuple(binding[1:slot])
             return

@@ -129,7 +129,10 @@ def describe_fault(fault: Fault, domain: Domain, action: Action, scene: Scene) -
 
 
 def find_check_witnesses(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
-    """Return the names of objects that show why a check failed, beyond the objects in the check's reason."""
+    """Return the names of objects that show why a check failed, beyond the objects in the check's reason.
+
+    ``state`` is the state in which the check failed.
+    """
     if check.witness is None:
         return ()
     scope = map_parameters_to_indices(action, domain)
@@ -164,7 +167,7 @@ def to_trace(trajectory: Trajectory) -> Trace:
 class _NamedState:
     """A state whose objects are given by name, for the evaluation of formulas.
 
-    All states of a trajectory share the atoms of derived predicates.
+    All states of a trajectory share one atom for each derived predicate, so that it is compiled only once.
     """
 
     __slots__ = ("_atoms", "_readings", "_state")

@@ -24,6 +24,15 @@ class FaultKind(str, Enum):
     SLIP = "slip"
 
 
+FAULT_PRECEDENCE = (
+    FaultKind.UNCATEGORISED,
+    FaultKind.ADDITIONAL_STEP,
+    FaultKind.AFFORDANCE,
+    FaultKind.WRONG_ORDER,
+    FaultKind.MISSING_STEP,
+)
+"""Order of kinds of fault: if a step has several faults, the kind that comes first is reported."""
+
 NOT_EXECUTED = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER})
 """Kinds of error for which no step of an answer is executed, and the answer's goals are not evaluated."""
 

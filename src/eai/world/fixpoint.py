@@ -62,7 +62,7 @@ class _RecursivePredicates:
             return LookupPredicate(
                 defined.name,
                 defined.arity,
-                partial(self._mask_last_arguments, defined.name),
+                partial(self._find_last_arguments, defined.name),
                 reads,
                 defined,
             )
@@ -70,7 +70,7 @@ class _RecursivePredicates:
             defined.name, defined.arity, partial(self._is_true, defined.name), reads, defined
         )
 
-    def _mask_last_arguments(self, name: str, state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def _find_last_arguments(self, name: str, state: State, arguments: tuple[int, ...]) -> ObjectMask:
         least = self._least(state)
         return least.relation(name).row(arguments[0]) if arguments else least.mask(name)
 
@@ -98,7 +98,7 @@ class _RecursivePredicates:
         return replace(whole, predicates=predicates, derived=(*others, *next_ones))
 
     @cached_property
-    def _next_fact_listers(self) -> Sequence[tuple[str, FactLister]]:
+    def _listers_of_next_facts(self) -> Sequence[tuple[str, FactLister]]:
         names = [definition.name for definition in self._definitions]
         return [
             (name, make_fact_lister(self._iteration_vocabulary, f"{name} ", allow_equal_arguments=True))
@@ -106,28 +106,32 @@ class _RecursivePredicates:
         ]
 
     def _make_scenes_of_iteration(self, scene: Scene) -> tuple[Scene, Scene]:
-        whole, circle = [
+        """Return two copies of a scene: for states with all predicates, and with recursive ones only."""
+        all_predicates_scene, recursive_predicates_scene = [
             Scene(vocabulary, scene.objects, scene.agent)
             for vocabulary in (self._iteration_vocabulary, self._recursive_predicates_vocabulary)
         ]
-        return whole, circle
+        return all_predicates_scene, recursive_predicates_scene
 
     def _find_least_fixpoint(self, state: State) -> State:
         """Return the state with all facts of the recursive predicates added.
 
         Facts that follow from the definitions are added until no new fact follows.
         """
-        scene, circle_scene = self._scenes(state.scene)
+        scene, recursive_predicates_scene = self._scenes(state.scene)
         everything = range(len(scene.objects))
         facts: list[Fact] = []
         while True:
-            circle = circle_scene.state(facts)
+            recursive_facts = recursive_predicates_scene.state(facts)
             extended = State(
-                scene, state.unary + circle.unary, state.binary + circle.binary, state.tuples + circle.tuples
+                scene,
+                state.unary + recursive_facts.unary,
+                state.binary + recursive_facts.binary,
+                state.tuples + recursive_facts.tuples,
             )
             next_facts = [
                 Fact(name, fact.arguments)
-                for name, facts_of in self._next_fact_listers
+                for name, facts_of in self._listers_of_next_facts
                 for fact in facts_of.list_facts(extended, everything)
             ]
             if len(next_facts) == len(facts):
@@ -135,16 +139,16 @@ class _RecursivePredicates:
             facts = next_facts
 
 
-def _is_monotone_in(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
-    """Whether a formula stays true when a predicate among ``names`` becomes true of more objects."""
+def _is_monotone_in(formula: f.Formula, names: set[str], value: bool = True) -> bool:
+    """Whether a formula keeps this truth value if predicates in ``names`` become true of more objects."""
     match formula:
         case f.Atom(predicate):
-            return truth or predicate not in names
+            return value or predicate not in names
         case f.Not(operand):
-            return _is_monotone_in(operand, names, not truth)
+            return _is_monotone_in(operand, names, not value)
         case f.Implies(premise, conclusion):
-            return _is_monotone_in(premise, names, not truth) and _is_monotone_in(conclusion, names, truth)
+            return _is_monotone_in(premise, names, not value) and _is_monotone_in(conclusion, names, value)
         case f.And() | f.Or() | f.ForAll() | f.Exists():
-            return all(_is_monotone_in(part, names, truth) for part in get_subformulas(formula))
+            return all(_is_monotone_in(part, names, value) for part in get_subformulas(formula))
         case _:
             return names.isdisjoint(find_predicates(formula))

@@ -29,14 +29,14 @@ UNBOUND = -1
 
 
 class SlotAllocator:
-    """Numbers the slots of variables and constants.
+    """Numbers the slots of a frame: one for each variable and constant of the compiled formulas.
 
     The agent has slot 0; then come the parameters, then all other variables and constants.
     """
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
         self._first_other = 1 + len(parameters)
-        self._others: list[int] = []  # initial values of the slots after the parameters
+        self._others: list[int] = []  # UNBOUND for each slot after the parameters
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 
@@ -58,13 +58,13 @@ class SlotAllocator:
                 self._constants[term.name] = self.add_slot()
             return self._constants[term.name]
         if term.name not in scope:
-            raise DomainError(f"variable {term.name} is not bound")
+            raise DomainError(f"variable {term.name} is not bound: make it a parameter, or quantify over it")
         return scope[term.name]
 
     def bind_arguments(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
-        """Return a binding in which the parameters have these arguments.
+        """Return a binding in which the slots of the parameters hold these arguments.
 
-        Constants have the objects that they name; all other slots are unbound.
+        The slots of constants hold the objects that the constants name. All other slots hold no object.
         """
         binding = [UNBOUND if scene.agent is None else scene.agent, *arguments, *self._others]
         if self._constants:

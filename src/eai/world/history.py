@@ -86,9 +86,10 @@ the number of that state. None means that the condition never held: a step is mi
 
 
 def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: a failed check is a wrong order if each history condition held in some earlier state.
+    """Return the number of the last state in which a history condition of a failed check held.
 
-    Returns the number of the last state in which any of the conditions held; None if a condition never held.
+    This `HistoryRule` finds a wrong order if each history condition has held in some state. Return None if a
+    condition never held, or if the failed check is not about a missing step.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
@@ -109,11 +110,10 @@ def _holds_in_state(truth: ConditionTest, binding: FrameBinding, state: State) -
 def find_when_action_was_possible(
     failure: CheckFailure, binding: FrameBinding, history: History
 ) -> int | None:
-    """A history rule: a failed check is a wrong order if the action was possible in an earlier state.
+    """Return the number of the last earlier state in which an action was possible; None if it never was.
 
-    There, all checks of the operator and all history conditions must have held.
-
-    Returns the number of the last such state, or None if there is no such state.
+    This `HistoryRule` finds a wrong order if, in an earlier state, all checks of the operator (or of its
+    alternative) passed, and all history conditions of the failed check held.
     """
     if history.before is None:
         return None

@@ -52,7 +52,10 @@ class FactLister:
         return self.sources == (self.predicate,)
 
     def is_listed(self, fact: Fact) -> bool:
-        """Whether a true fact is listed. Facts with an object twice are listed only if allowed."""
+        """Whether `list_facts` lists a fact if it holds.
+
+        Without `allow_equal_arguments`, facts that contain an object twice are not listed.
+        """
         return self.allow_equal_arguments or len({*fact.arguments}) == len(fact.arguments)
 
     def list_facts(
@@ -123,14 +126,14 @@ def _list_stored_pairs(
     for x in objects:
         if sources >> x & 1:
             wanted = among if including_any >> x & 1 else among & including_any
-            yield from _pair_first_with_seconds(x, relation.row(x) & wanted, objects, allow_equal)
+            yield from _make_pairs(x, relation.row(x) & wanted, objects, allow_equal)
 
 
 def _list_stored_tuples(
     predicate: str, allow_equal: bool, state: State, objects: _ObjectIndices, including_any: ObjectMask
 ) -> Iterator[tuple[int, ...]]:
     order = {index: position for position, index in enumerate(objects)}
-    members = [m for m in state.tuple_set(predicate).members if _has_chosen_argument(m, including_any)]
+    members = [m for m in state.tuple_set(predicate).members if _includes_any(m, including_any)]
     listed = [m for m in members if order.keys() >= {*m} and (allow_equal or len({*m}) == len(m))]
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
@@ -151,10 +154,10 @@ def _list_derived_pairs(
             if wanted
             else 0
         )
-        yield from _pair_first_with_seconds(x, row, objects, allow_equal)
+        yield from _make_pairs(x, row, objects, allow_equal)
 
 
-def _pair_first_with_seconds(
+def _make_pairs(
     first: int, seconds: ObjectMask, objects: _ObjectIndices, allow_equal: bool
 ) -> Iterator[tuple[int, ...]]:
     return (
@@ -173,11 +176,11 @@ def _find_tuples_by_testing_each(
     including_any: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     for arguments in make_tuples(objects):
-        if _has_chosen_argument(arguments, including_any) and test(
+        if _includes_any(arguments, including_any) and test(
             state, frame.bind_arguments(state.scene, arguments)
         ):
             yield arguments
 
 
-def _has_chosen_argument(arguments: tuple[int, ...], chosen: int) -> bool:
-    return chosen == _ANY or any(chosen >> index & 1 for index in arguments)
+def _includes_any(arguments: tuple[int, ...], including_any: ObjectMask) -> bool:
+    return including_any == _ANY or any(including_any >> index & 1 for index in arguments)

@@ -10,8 +10,9 @@ from functools import lru_cache
 
 from eai.base.errors import DomainError, did_you_mean
 from eai.logic.formula import Exists, Formula, Variable
+from eai.logic.signature import join_with_or
 from eai.world.effect import Effect, ForEach, Let, When
-from eai.world.fault import FaultKind
+from eai.world.fault import FAULT_PRECEDENCE, FaultKind
 from eai.world.vocabulary import require_tuple
 
 _PARAMETER = re.compile(r"{(\w+)}")
@@ -35,7 +36,7 @@ class Check:
             ``reason`` does not name them.
 
     Raises:
-        DomainError: the reason is empty, or ``fault`` is a kind of error that no check can find.
+        DomainError: the reason is empty, or ``fault`` is a kind of error that never comes from one check.
     """
 
     condition: Formula
@@ -48,15 +49,20 @@ class Check:
     def __post_init__(self) -> None:
         if not self.reason:
             raise DomainError(f"a check of {self.fault.value} has an empty reason: describe the failure")
-        if self.fault not in (*_PAPER_ORDER, FaultKind.UNCATEGORISED):
-            raise DomainError(f"check {self.reason!r} has fault {self.fault.value}, which no check can find")
+        if self.fault not in FAULT_PRECEDENCE or self.fault is FaultKind.WRONG_ORDER:
+            expected = join_with_or(
+                [kind.value for kind in FAULT_PRECEDENCE if kind is not FaultKind.WRONG_ORDER]
+            )
+            raise DomainError(
+                f"check {self.reason!r}: expected the fault {expected}, found {self.fault.value}"
+            )
         if not self.id:
             words = _WORD.findall(_PARAMETER.sub("", self.reason))
             object.__setattr__(self, "id", "_".join(words).lower())
 
     @property
     def mentioned_parameters(self) -> tuple[str, ...]:
-        """Names of the parameters that the reason mentions, in the order in which it mentions them."""
+        """Names of the parameters in `reason`, in order of their first mention."""
         return _find_mentioned_parameters(self.reason)
 
 
@@ -84,7 +90,7 @@ def missing_step(
     history_conditions: tuple[Formula, ...] | None = None,
     witness: Exists | None = None,
 ) -> Check:
-    """Return a check that earlier steps have prepared the action. If it fails, a step is missing."""
+    """Return a check of a condition that earlier steps must make true. If it fails, a step is missing."""
     return Check(condition, FaultKind.MISSING_STEP, reason, history_conditions, witness=witness)
 
 
@@ -160,7 +166,9 @@ class Operator:
         names = [parameter.name for parameter in self.parameters]
         for name in names:
             if names.count(name) > 1:
-                raise DomainError(f"{location}: two parameters are called {name}")
+                raise DomainError(
+                    f"{location}: two parameters are called {name}: give each a name of its own"
+                )
         for name in (name for checks, _ in parts for check in checks for name in check.mentioned_parameters):
             if name not in names:
                 raise DomainError(

@@ -21,7 +21,10 @@ ObjectMask: TypeAlias = int
 """Bit mask of objects: the bit at an object's index is set if the mask contains the object."""
 
 _PRIME = (1 << 60) - 93
-"""Prime modulus of the hashes of relations. Few powers of 2 have equal remainders modulo this prime."""
+"""Prime modulus of the hashes of relations. A hash is a sum of powers of 2.
+
+Few powers of 2 have equal remainders modulo this prime, so different relations rarely have equal hashes.
+"""
 
 
 class InitialRelation:
@@ -51,7 +54,9 @@ class InitialRelation:
 
 
 class Relation:
-    """A binary relation: a base that all states share, and changes. A relation in a state never changes.
+    """A binary relation: a base that all states of an episode share, and the rows and columns that differ.
+
+    A relation that belongs to a state never changes. The methods that change a relation are for a new `copy`.
 
     Two relations are equal if they share a base and have the same pairs.
 
@@ -96,7 +101,7 @@ class Relation:
             return line
         line = self._base.rows[source]
         return (
-            _apply_changes_of_crossing_lines(line, source, self._columns, self._column_keys)
+            _compute_current_line(line, source, self._columns, self._column_keys)
             if self._column_keys
             else line
         )
@@ -113,11 +118,7 @@ class Relation:
         if line is not None:
             return line
         line = self._base.columns[target]
-        return (
-            _apply_changes_of_crossing_lines(line, target, self._rows, self._row_keys)
-            if self._row_keys
-            else line
-        )
+        return _compute_current_line(line, target, self._rows, self._row_keys) if self._row_keys else line
 
     def has(self, source: int, target: int) -> bool:
         """Whether the pair (source, target) is in the relation."""
@@ -137,7 +138,7 @@ class Relation:
         return Relation(self._base, self)
 
     def set_row(self, source: int, targets: ObjectMask) -> None:
-        """Change this copy so that ``source`` has exactly these targets (a bit mask)."""
+        """Change this relation, a new copy, so that ``source`` has exactly these targets (a bit mask)."""
         bit = 1 << source
         self._hash = None
         self._rows[source] = targets
@@ -145,10 +146,10 @@ class Relation:
         self.sources = self.sources | bit if targets else self.sources & ~bit
         self.targets |= targets
         if self._column_keys:
-            _update_crossing_lines(self._columns, source, targets)
+            _write_line_into_replaced_lines(self._columns, source, targets)
 
     def set_column(self, target: int, sources: ObjectMask) -> None:
-        """Change this copy so that ``target`` has exactly these sources (a bit mask)."""
+        """Change this relation, a new copy, so that ``target`` has exactly these sources (a bit mask)."""
         bit = 1 << target
         self._hash = None
         self._columns[target] = sources
@@ -156,11 +157,11 @@ class Relation:
         self.targets = self.targets | bit if sources else self.targets & ~bit
         self.sources |= sources
         if self._row_keys:
-            _update_crossing_lines(self._rows, target, sources)
+            _write_line_into_replaced_lines(self._rows, target, sources)
 
     def flip_pair(self, source: int, target: int) -> None:
-        """Change this copy: add the pair if it is missing, else remove it."""
-        if target in self._columns and source not in self._rows:  # only the column is replaced
+        """Add a pair to this relation, a new copy, if it lacks the pair; else remove the pair."""
+        if target in self._columns and source not in self._rows:  # avoids replacing another row
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -218,10 +219,10 @@ class TupleSet:
         self.members = frozenset(members)
         self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
 
-    def find_completions(self, position: int, others: tuple[int, ...]) -> ObjectMask:
-        """Return the mask of the objects that complete given arguments to a tuple of the set.
+    def find_completions(self, position: int, other_arguments: tuple[int, ...]) -> ObjectMask:
+        """Return the mask of the objects that stand at a position in tuples with these other arguments.
 
-        The objects stand at one position of the tuple; the arguments at all other positions are given.
+        ``other_arguments`` are the arguments at all other positions, in order.
         """
         by_others = self._by_others.get(position)
         if by_others is None:
@@ -229,7 +230,7 @@ class TupleSet:
             for member in self.members:
                 rest = member[:position] + member[position + 1 :]
                 by_others[rest] = by_others.get(rest, 0) | 1 << member[position]
-        return by_others.get(others, 0)
+        return by_others.get(other_arguments, 0)
 
     def __eq__(self, other: object) -> bool:
         return self.members == other.members if isinstance(other, TupleSet) else NotImplemented
@@ -256,19 +257,22 @@ def keep_lowest_bits(mask: int, number: int) -> int:
     return sum([1 << position for position in islice(iterate_bits(mask), number)])
 
 
-def _apply_changes_of_crossing_lines(
-    initial_line: int, index: int, changed_crossing_lines: dict[int, int], changed_mask: int
+def _compute_current_line(
+    initial_line: int, index: int, replaced_lines: dict[int, int], replaced_mask: int
 ) -> int:
-    """Return a row or column (line) of the base with the changes that crossing lines of a state make."""
-    line = initial_line & ~changed_mask
-    for key, mask in changed_crossing_lines.items():
+    """Return a current row: its row in the base, changed by the replaced columns that cross it.
+
+    Likewise, return a current column: its column in the base, changed by the replaced rows.
+    """
+    line = initial_line & ~replaced_mask
+    for key, mask in replaced_lines.items():
         if mask >> index & 1:
             line |= 1 << key
     return line
 
 
-def _update_crossing_lines(crossing_lines: dict[int, int], index: int, new_line: int) -> None:
-    """Update the replaced columns of a state with a new row, or its replaced rows with a new column."""
+def _write_line_into_replaced_lines(replaced_lines: dict[int, int], index: int, new_line: int) -> None:
+    """Write the bits of a new row ``index`` into the replaced columns, or of a new column into the rows."""
     bit = 1 << index
-    for key, mask in crossing_lines.items():
-        crossing_lines[key] = mask | bit if new_line >> key & 1 else mask & ~bit
+    for key, mask in replaced_lines.items():
+        replaced_lines[key] = mask | bit if new_line >> key & 1 else mask & ~bit

@@ -97,7 +97,9 @@ class Vocabulary:
         names = [p.name for p in self.predicates] + [d.name for d in self.derived]
         for name in names:
             if names.count(name) > 1:
-                raise DomainError(f"predicate {name} is declared twice")
+                raise DomainError(
+                    f"predicate {name} is declared twice: give each predicate a name of its own"
+                )
         for predicate in self.predicates:
             if predicate.arity < 0:
                 raise DomainError(f"predicate {predicate.name}: arity {predicate.arity} is negative")
@@ -107,7 +109,7 @@ class Vocabulary:
                     raise DomainError(f"derived predicate {derived.name} reads {read}, which is not declared")
         for kind in self.parents:
             if kind in self.list_kind_with_ancestors(kind)[1:]:
-                raise DomainError(f"parents: the kind {kind} contains itself")
+                raise DomainError(f"parents: the kind {kind} contains itself: remove a parent from the cycle")
         for slots, arities in (("unary_slots", (0, 1)), ("binary_slots", (2,)), ("tuple_slots", (3,))):
             group = [p.name for p in self.predicates if min(p.arity, 3) in arities]
             object.__setattr__(self, slots, MappingProxyType({name: i for i, name in enumerate(group)}))
@@ -115,7 +117,7 @@ class Vocabulary:
         object.__setattr__(self, "_stored", MappingProxyType({p.name: p for p in self.predicates}))
 
     def get_slots_of_arity(self, arity: int) -> Mapping[str, int]:
-        """Return a mapping from the names of the stored predicates of an arity to their slots."""
+        """Return a mapping from stored predicates of an arity to their places (slots) in a state."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 
     def list_kind_with_ancestors(self, kind: str) -> tuple[str, ...]:
@@ -169,7 +171,7 @@ def require_tuple(location: str, values: object, kind: type | UnionType) -> None
         raise DomainError(f"{location}: expected a tuple of {expected}, found {type(values).__name__}")
     value_by_type = {
         type(value): value for value in values
-    }  # checks one value of each type, because hundreds of values may have the same type
+    }  # one value of each type is enough, and hundreds of values may have the same type
     for value in value_by_type.values():
         if not isinstance(value, kind):
             raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")

@@ -38,8 +38,10 @@ _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
 """Model, synset (sense of a word) and abilities that most objects of a category have."""
 
 
-def make_problem_world_of_activities(tasks: TaskSet[BehaviorTask]) -> DomainAndProblemReader:
-    """Return the names that problem files of activities may use, and a function that makes initial states.
+def make_activity_problem_reader(tasks: TaskSet[BehaviorTask]) -> DomainAndProblemReader:
+    """Return the names that activities' problem files may use, and a function.
+
+    The function returns the initial state of a problem, and a translator of the problem's conditions.
 
     Args:
         tasks: the tasks of the data set. Problems may name rooms that occur in the tasks.
@@ -55,15 +57,19 @@ def make_problem_world_of_activities(tasks: TaskSet[BehaviorTask]) -> DomainAndP
     header = make_domain_without_operators(
         "behavior", dict.fromkeys((*kinds, AGENT_CATEGORY, "room"), OBJECT), rooms, arities
     )
-    return header, lambda problem: _build_state_and_translator(problem, published.get(problem.name), usual)
+    return header, lambda problem: _build_state_and_condition_translator(
+        problem, published.get(problem.name), usual
+    )
 
 
-def _build_state_and_translator(
+def _build_state_and_condition_translator(
     problem: PddlProblem,
     published_record: BehaviorRecord | None,
     usual_object_by_category: Mapping[str, _UsualObject],
 ) -> tuple[State, ConditionConverter]:
-    """Return the initial state of a problem, and a function that translates its conditions to that state.
+    """Return a problem's initial state, and a function that translates its BDDL conditions.
+
+    In translated conditions, objects have the names of the state's scene.
 
     Args:
         problem: the problem.
@@ -130,7 +136,7 @@ _HELPERS: Mapping[str, tuple[str, ...]] = {
     "frozen": ("electric_refrigerator.n.01",),
     "cooked": ("pan.n.01",),
 }
-"""Predicate of a goal -> categories of objects that may help to reach the goal.
+"""Predicate of a goal -> categories of objects that can help to reach the goal.
 
 The table is from ``pddl_generator.py`` in the paper's package.
 """
@@ -140,9 +146,9 @@ _AGENT = "agent"
 """Category of the robot in planning problems."""
 
 _SAME = "same_obj"
-"""Predicate of planning problems that relates each object to itself.
+"""Predicate that relates each object to itself.
 
-States of this package lack this predicate.
+Published operators test by this predicate whether two parameters are the same object. Our states lack it.
 """
 
 
@@ -155,7 +161,10 @@ def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
 
 
 def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
-    """Return the planning problem with the given goals. The goals name objects as the problem file does."""
+    """Return the planning problem with the given goals.
+
+    The goals are ground conditions, which name objects as the problem file does.
+    """
     problem = record.problem
     categories = {item.name: item.type for item in problem.objects}
     needed = {name for goal in goals for name in find_object_names(goal)}
@@ -163,7 +172,7 @@ def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> Pd
     needed |= {name for name, category in categories.items() if category in helping}
 
     def select_facts_about_needed_objects(facts: Iterable[f.Atom]) -> list[f.Atom]:
-        """Return the facts that mention at least one needed object and no room."""
+        """Return the facts without rooms about at least one object that the goals name or need."""
         about = ((fact, {*find_object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 

@@ -1,10 +1,10 @@
 """The benchmark BEHAVIOR, and official prompts whose goals come from a model's answer.
 
-The published pipeline copies the text of an answer into the goal section of a prompt, one goal a line. It
-does not interpret the answer (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision
-66a407d). This module does the same, which has three effects on answers in an unusual form. Names of
-predicates are spelt like names of objects, so that ``next_to`` becomes ``next.to``. A single word in place
-of a condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes
+The published pipeline writes the goals of such an answer into the goal section of a prompt, one goal a line.
+It does not interpret them (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision
+66a407d). This module does the same, which has three effects on answers that the prompt does not ask for.
+Names of predicates are spelt like names of objects, so that ``next_to`` becomes ``next.to``. A single word in
+place of a condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes
 ``not d(u, s, t, y)``. A condition stated twice appears twice. Goals at which the pipeline stops with an error
 are left out here.
 """
@@ -19,9 +19,9 @@ from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
-from eai.benchmarks.behavior.activities import make_problem_world_of_activities, write_task_problem
+from eai.benchmarks.behavior.activities import make_activity_problem_reader, write_task_problem
 from eai.benchmarks.behavior.domain import domain_in_paper_order
-from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoalNotation
+from eai.benchmarks.behavior.notation import PLANS, BehaviorGoalNotation, BehaviorSubgoalNotation
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
@@ -35,28 +35,30 @@ from eai.tasks.source import open_tasks_once_per_store
 from eai.tasks.task import Task
 from eai.tasks.wording import ObjectName, SuiteWording, get_declared_object_name
 
-_NOTATION = BehaviorGoals()
+_NOTATION = BehaviorGoalNotation()
 
 
-def _format_answered_goals_as_lists(belief: BelievedTask) -> str:
+def _format_answered_goals_as_lists(believed_task: BelievedTask) -> str:
     """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
-    spelling = _map_instance_to_object_names(belief)
+    spelling = _map_instance_to_object_names(believed_task)
     entries = [
-        [spelling.get(word, word) for word in _flatten_words(entry)] for entry in _read_answered_goals(belief)
+        [spelling.get(word, word) for word in _yield_nested_words(entry)]
+        for entry in _read_answered_goals(believed_task)
     ]
     return "\n".join([str(words) for words in entries if words])
 
 
-def _format_answered_goals_as_formulas(belief: BelievedTask) -> str:
+def _format_answered_goals_as_formulas(believed_task: BelievedTask) -> str:
     """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
-    names = _map_instance_to_object_names(belief)
-    categories = {obj.category for obj in belief.task.scene.objects}
+    names = _map_instance_to_object_names(believed_task)
+    categories = {obj.category for obj in believed_task.task.scene.objects}
 
     def spell_as_in_subgoals(word: str) -> str:
         return word.replace(".", "_") if word in categories else _write_object_name(names.get(word, word))
 
     formulas = [
-        _format_formula(entry, spell_as_in_subgoals, nested=False) for entry in _read_answered_goals(belief)
+        _format_formula(entry, spell_as_in_subgoals, nested=False)
+        for entry in _read_answered_goals(believed_task)
     ]
     return "\n".join([formula for formula in formulas if formula is not None])
 
@@ -72,19 +74,19 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 """Ability -> section of the official prompts that states the goals."""
 
 
-def _read_answered_goals(belief: BelievedTask) -> Iterator[object]:
+def _read_answered_goals(believed_task: BelievedTask) -> Iterator[object]:
     """Yield the goals in an answer. Goals about states come first. An unreadable answer gives no goals."""
-    entries = _NOTATION.read_entries(belief.answer)
+    entries = _NOTATION.read_entries(believed_task.answer)
     return iter(
         () if isinstance(entries, Unreadable) else [_remove_needless_brackets(entry) for _, entry in entries]
     )
 
 
-def _map_instance_to_object_names(belief: BelievedTask) -> Mapping[str, str]:
-    objects = belief.task.scene.objects
+def _map_instance_to_object_names(believed_task: BelievedTask) -> Mapping[str, str]:
+    objects = believed_task.task.scene.objects
     return {
         instance: obj.name
-        for instance, obj in zip(_NOTATION.list_object_names(belief.task), objects, strict=True)
+        for instance, obj in zip(_NOTATION.list_object_names(believed_task.task), objects, strict=True)
     }
 
 
@@ -99,13 +101,13 @@ def _remove_needless_brackets(goal: object) -> object:
             return goal
 
 
-def _flatten_words(entry: object) -> Iterator[str]:
+def _yield_nested_words(entry: object) -> Iterator[str]:
     match entry:
         case str(word):
             yield word
         case [*items]:
             for item in items:
-                yield from _flatten_words(item)
+                yield from _yield_nested_words(item)
 
 
 def _write_object_name(name: str) -> str:
@@ -132,7 +134,7 @@ def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bo
             )
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
             inner = _format_formula(body, spelling, nested=True)
-            bound = [spelling(words[-1]) for item in head if (words := [*_flatten_words(item)])]
+            bound = [spelling(words[-1]) for item in head if (words := [*_yield_nested_words(item)])]
             return None if inner is None else f"{word}({', '.join([*bound, inner])})"
         case ["not" | "and" | "or", *_]:
             return None
@@ -157,10 +159,10 @@ NAME = "behavior"
 
 
 def make_wording(ability: Ability) -> SuiteWording:
-    """Return the names of objects and predicates that prompts of an ability use.
+    """Return the words by which prompts of an ability name objects and predicates.
 
-    Prompts of subgoal decomposition also name hands. Prompts of goal interpretation name objects as problem
-    files do.
+    Prompts of subgoal decomposition also state which hand holds an object. Prompts of goal interpretation
+    name objects as problem files do.
     """
     if ability is Ability.GOAL_INTERPRETATION:
         return SuiteWording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
@@ -170,14 +172,20 @@ def make_wording(ability: Ability) -> SuiteWording:
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_sliced_halves, names)
     return SuiteWording(
-        domain_in_paper_order(), predicates, written_as, names, conventions=halves, unchanging=(part_of.name,)
+        domain_in_paper_order(),
+        predicates,
+        written_as,
+        names,
+        conventions=halves,
+        hands=tuple(_HANDS),
+        unchanging=(part_of.name,),
     )
 
 
-def _describe_sliced_halves(name: ObjectName, task: Task) -> str:
+def _describe_sliced_halves(name_of: ObjectName, task: Task) -> str:
     halves = group_pairs((whole, half) for half, whole in task.initial.relation(part_of.name).pairs())
     return "\n".join(
-        f"SLICE makes {' and '.join([name(task, half) for half in half_indices])} of {name(task, whole)}."
+        f"SLICE makes {' and '.join([name_of(task, i) for i in half_indices])} of {name_of(task, whole)}."
         for whole, half_indices in halves.items()
     )
 
@@ -214,7 +222,7 @@ GOAL_LABELS: Mapping[str, str] = {
     "stained": "surface-treatment",
     "sliced": "cutting irreversible",
 }
-"""Labels of tasks by goal predicate (`eai.benchmarks.labels`)."""
+"""Predicate of a goal -> labels of the tasks with such a goal (`eai.benchmarks.labels`)."""
 
 
 def behavior() -> Benchmark:
@@ -225,7 +233,7 @@ def behavior() -> Benchmark:
         open_tasks,
         Notation(
             PLANS,
-            BehaviorGoals(),
+            BehaviorGoalNotation(),
             BehaviorSubgoalNotation(),
             formats=read_answer_formats("eai.benchmarks.behavior"),
             short_texts=read_short_format_texts("eai.benchmarks.behavior"),
@@ -241,7 +249,7 @@ def behavior() -> Benchmark:
             task_id_of=find_task_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             problem_of=write_task_problem,
-            open_bddl=lambda source: make_problem_world_of_activities(open_tasks(source)),
+            open_bddl=lambda source: make_activity_problem_reader(open_tasks(source)),
             planner_seconds=200,
             labels=GOAL_LABELS,
         ),

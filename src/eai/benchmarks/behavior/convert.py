@@ -29,11 +29,11 @@ _SEQUENCING = f"{_EVALUATION}action_sequencing/resources/"
 _TAXONOMY = "bddl/hierarchy_owned.json"
 _MODEL = re.compile(r"(.+?)_\d+(?:_multiplexer)?")
 _FLOOR_MODEL = "floors"
-"""Name that the taxonomy gives to the model category of floors."""
+"""Name of the floors' category of 3D models in the taxonomy of objects."""
 
 
 class _TaxonomyEntry(NamedTuple):
-    """Synset and abilities of a model category in the taxonomy."""
+    """Synset (sense of a word) and abilities of a category of 3D models in the taxonomy of objects."""
 
     synset: str
     abilities: tuple[str, ...]
@@ -46,11 +46,11 @@ def convert_tasks(wheel: ArchiveFiles, bddl: ArchiveFiles, report: ReportProgres
         DataError: an archive lacks a file, or a file has an unexpected form.
     """
     tasks = json.loads(wheel.read("behavior_eval/data/demo_stats.json"))
-    converter = _TaskConverter(wheel, bddl)
+    converter = _ArchivedTaskConverter(wheel, bddl)
     lines, options = [], []
-    for done, (task_id, stats) in enumerate(tasks.items()):
+    for done, (task_id, listed_task) in enumerate(tasks.items()):
         report("converting", "BEHAVIOR tasks", done, len(tasks))
-        lines.append(_format_line(task_id, converter.convert_task(task_id, stats)))
+        lines.append(_format_line(task_id, converter.convert_task(task_id, listed_task)))
         options.append(_format_line(task_id, converter.read_alternatives_by_goal(task_id)))
     report("converting", "BEHAVIOR tasks", len(tasks), len(tasks))
     return {TASKS_MEMBER: b"".join(lines), OPTIONS_MEMBER: b"".join(options)}
@@ -60,8 +60,8 @@ def _format_line(task_id: str, value: object) -> bytes:
     return f"{task_id}\t{json.dumps(value, separators=(',', ':'))}\n".encode()
 
 
-class _TaskConverter:
-    """Reads the files that all tasks need, and makes the line that the pack stores for each task."""
+class _ArchivedTaskConverter:
+    """Converts the files of the archives to the JSON values that the pack stores for each task."""
 
     def __init__(self, wheel: ArchiveFiles, bddl: ArchiveFiles) -> None:
         self._wheel = wheel
@@ -72,22 +72,24 @@ class _TaskConverter:
         self._options = json.loads(wheel.read(f"{_INTERPRETATION}all_conditions.json"))
         self._instructions = json.loads(wheel.read(f"{_INTERPRETATION}instructions_by_activity_name.json"))
         self._sentences = json.loads(wheel.read(f"{_INTERPRETATION}natural_language_goal_conditions.json"))
-        self._kinds = dict(_read_taxonomy(json.loads(bddl.read(_TAXONOMY))))
+        self._taxonomy = dict(_read_taxonomy(json.loads(bddl.read(_TAXONOMY))))
 
-    def convert_task(self, task_id: str, stats: Mapping[str, Any]) -> dict[str, object]:
-        """Return the JSON value of the line for a task."""
-        activity, definition = stats["task"], stats["task_id"]
+    def convert_task(self, task_id: str, listed_task: Mapping[str, Any]) -> dict[str, object]:
+        """Return the JSON value that the pack stores in the line of a task."""
+        activity, definition = listed_task["task"], listed_task["task_id"]
         text = self._bddl.read(f"bddl/activity_definitions/{activity}/problem{definition}.bddl").decode()
         text = " ".join(text.split())
         try:
             problem = parse_problem(text)
         except ParseError as error:
-            raise DataError(f"problem {definition} of {activity}: {error}") from error
+            raise DataError(
+                f"problem{definition}.bddl of {activity}: {error}; run `eai data fetch --force`"
+            ) from error
         plan = json.loads(self._wheel.read(f"{_SEQUENCING}human_annotations/{task_id}.json"))
         return {
             "activity": activity,
             "definition": definition,
-            "scene": stats["scene_id"],
+            "scene": listed_task["scene_id"],
             "instruction": self._instructions[activity],
             "goal_sentences": self._sentences[activity],
             "objects": list(self._read_objects(task_id, problem)),
@@ -96,11 +98,11 @@ class _TaskConverter:
         }
 
     def read_alternatives_by_goal(self, task_id: str) -> list[object]:
-        """Return, for each published goal, its options: sets of conditions that together reach the goal."""
+        """Return, for each goal in the data set, the alternative sets of conditions that reach the goal."""
         return list(self._options[task_id]["goal_conditions"].values())
 
     def _read_objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
-        """Yield a sequence for each object: its name, instance, category, model, synset and abilities."""
+        """Yield a sequence for each object: name, instance name, category, model, synset and abilities."""
         declared = [item for item in problem.objects if item.type != AGENT_CATEGORY]
         named = _read_prompt_objects(self._prompts[task_id])
         if [item.type for item in declared] != [item["category"] for item in named]:
@@ -110,18 +112,19 @@ class _TaskConverter:
         states = self._states[task_id]
         for item, named_item in zip(declared, named, strict=True):
             model = _get_object_model(named_item["name"])
-            kind = self._kinds[_FLOOR_MODEL if model == FLOOR else model]
-            if _get_possible_states(kind) != set(states[item.name]):
+            entry = self._taxonomy[_FLOOR_MODEL if model == FLOOR else model]
+            if _get_possible_states(entry) != set(states[item.name]):
                 raise DataError(
-                    f"{task_id}: possible states of {item.name} differ from the taxonomy's ({kind.synset})"
+                    f"{task_id}: possible states of {item.name} differ from the taxonomy's ({entry.synset}); "
+                    "run `eai data fetch --force`"
                 )
-            yield named_item["name"], item.name, item.type, model, kind.synset, kind.abilities
+            yield named_item["name"], item.name, item.type, model, entry.synset, entry.abilities
 
 
 def _read_taxonomy(node: Mapping[str, Any]) -> Iterator[tuple[str, _TaxonomyEntry]]:
-    kind = _TaxonomyEntry(node["name"], tuple(sorted(node["abilities"])))
+    entry = _TaxonomyEntry(node["name"], tuple(sorted(node["abilities"])))
     for model in node["igibson_categories"]:
-        yield model, kind
+        yield model, entry
     for child in node.get("children", ()):
         yield from _read_taxonomy(child)
 
@@ -135,12 +138,12 @@ def _get_object_model(object_name: str) -> str:
     match = _MODEL.fullmatch(object_name)
     if match is None:
         raise DataError(
-            f"{object_name!r} is not an object's name; expected a model and a number, as in `rag_51`"
+            f"{object_name!r}: expected a model and a number, such as `rag_51`; run `eai data fetch --force`"
         )
     return FLOOR if object_name.startswith(f"{FLOOR}_") else match[1]
 
 
-def _get_possible_states(kind: _TaxonomyEntry) -> set[str]:
-    """Return the states that the taxonomy allows for an object, spelt as in the paper's package."""
-    states = (state for ability, state in STATE_OF_ABILITY.items() if ability in kind.abilities)
+def _get_possible_states(entry: _TaxonomyEntry) -> set[str]:
+    """Return the states that an object with these abilities may have, spelt as in the paper's package."""
+    states = (state for ability, state in STATE_OF_ABILITY.items() if ability in entry.abilities)
     return {"".join(word.capitalize() for word in state.split("_")) for state in states}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from eai.benchmarks.behavior.notation import BehaviorGoals
+from eai.benchmarks.behavior.notation import BehaviorGoalNotation
 from eai.benchmarks.counterparts import Counterpart, translate_steps
 from eai.pddl.execute import PlanStep
 from eai.tasks.task import Task
@@ -62,7 +62,7 @@ def translate_to_household_actions(task: Task, published_steps: Sequence[PlanSte
     Planning problems have no hands, so hands are added. The right hand grasps first. The left hand grasps if
     the right hand is full.
     """
-    names = BehaviorGoals().list_object_names(task)
+    names = BehaviorGoalNotation().list_object_names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
     return tuple(
         _add_hands_to_actions(translate_steps(published_steps, COUNTERPARTS, index.get), published_steps)
@@ -70,7 +70,7 @@ def translate_to_household_actions(task: Task, published_steps: Sequence[PlanSte
 
 
 def _add_hands_to_actions(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
-    """Yield the actions with hands: a free hand to grasp, or else the hand that holds the first object."""
+    """Yield the actions with hands: a free hand to grasp, and for other actions the hand with the object."""
     held: dict[str, str] = {}
     for action, step in zip(actions, steps, strict=False):
         if action.operator not in _ONE_HAND_ACTIONS:

@@ -14,9 +14,9 @@ from eai.world.operator import Operator, sort_operator_checks
 
 @cache
 def domain_in_paper_order() -> Domain:
-    """Return the domain whose operators make their checks in the order of the paper's text.
+    """Return the domain whose operators check preconditions in the order of the paper's text.
 
-    Actions move the robot to their objects.
+    This order decides which kind of error an impossible action has. Actions move the robot to their objects.
     """
     return _build_household(
         [add_robot_movement(sort_operator_checks(operator)) for operator in make_operators()]
@@ -24,7 +24,7 @@ def domain_in_paper_order() -> Domain:
 
 
 def domain_in_reference_order() -> Domain:
-    """Return the domain whose operators make their checks in the order of the paper's package."""
+    """Return the domain whose operators check preconditions in the order of the paper's package."""
     return _build_household(make_operators())
 
 

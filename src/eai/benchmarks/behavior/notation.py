@@ -76,10 +76,10 @@ PREDICATE_ARITIES: Mapping[str, int] = {
 """Number of objects of each predicate of subgoals (``base_vocabulary.json``)."""
 
 UNOBSERVED = frozenset(PREDICATE_ARITIES) - {*_UNARY_PREDICATES, *RELATIONS, "inHandOfRobot"}
-"""Predicates that the symbolic scene cannot evaluate: about rooms, visibility and reach."""
+"""Predicates that cannot be evaluated: states have no rooms, and no robot's position, view or reach."""
 
 ROBOT_NAMES = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
-"""Names of the robot in subgoals. The symbolic scene does not know the robot's position."""
+"""Names of the robot in subgoals. States do not contain the robot's position."""
 
 DOMAIN_NAMES: Mapping[str, str] = {
     "toggledon": "toggled_on",
@@ -94,7 +94,7 @@ ACTION_ARITIES: Mapping[str, int | None] = {
     **{operator.name.lower(): operator.arity for operator in behavior.domain_in_paper_order().operators},
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
-"""Action -> number of its objects; None for three actions for which the vocabulary states no number."""
+"""Action -> number of its objects; None for three actions without a number in ``base_vocabulary.json``."""
 
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
@@ -117,7 +117,7 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
 
 
 def map_predicates_to_categories(scene: Scene) -> dict[str, str]:
-    """Return a mapping from predicates that state an object's category to this category."""
+    """Return the category that each predicate of category states: ``jar.n.01`` for ``jar_n_01``."""
     categories = dict.fromkeys(obj.category for obj in scene.objects)
     return {category.replace(".", "_"): category for category in categories if "." in category}
 
@@ -128,7 +128,7 @@ def map_object_names(scene: Scene) -> dict[str, int]:
     Names in formulas have underscores in place of hyphens.
     """
     names = {obj.name.replace("-", "_"): i for i, obj in enumerate(scene.objects)}
-    return {**names, **{_write_dot_before_number(name): i for name, i in names.items()}}
+    return {**names, **{_replace_underscore_before_number(name): i for name, i in names.items()}}
 
 
 def map_paper_names_to_objects(scene: Scene) -> dict[str, int]:
@@ -137,11 +137,13 @@ def map_paper_names_to_objects(scene: Scene) -> dict[str, int]:
     Parts of objects have no such name.
     """
     return {
-        _write_dot_before_number(obj.name): i for i, obj in enumerate(scene.objects) if "." in obj.category
+        _replace_underscore_before_number(obj.name): i
+        for i, obj in enumerate(scene.objects)
+        if "." in obj.category
     }
 
 
-def _write_dot_before_number(name: str) -> str:
+def _replace_underscore_before_number(name: str) -> str:
     match = _NUMBERED.fullmatch(name)
     return name if match is None else f"{match[1]}.{match[2]}"
 
@@ -179,8 +181,8 @@ def _normalize_subgoal(subgoal: str) -> str:
     return subgoal
 
 
-class _BehaviorPlans(JsonPlans):
-    """The default notation of plans, which also accepts instance names, as in ``rag.n.01_1``."""
+class _PlanNotationWithInstanceNames(JsonPlans):
+    """eai's usual notation of plans, in which objects may also have instance names: ``rag.n.01_1``."""
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds an object by its name or its instance name."""
@@ -196,14 +198,14 @@ class _BehaviorPlans(JsonPlans):
         return find_object
 
 
-PLANS = _BehaviorPlans()
+PLANS = _PlanNotationWithInstanceNames()
 """The notation of plans in answers to BEHAVIOR's prompts."""
 
 
-class BehaviorGoals(JsonGoals):
-    """Goals in the words of BEHAVIOR's prompts: states and relations, no actions.
+class BehaviorGoalNotation(JsonGoals):
+    """The notation of goals in BEHAVIOR's prompts: states and relations, no actions.
 
-    Upper and lower case are equal, and ``toggledon`` is another spelling of ``toggled_on``. The right goals
+    Capital letters make no difference. ``toggledon`` is another spelling of ``toggled_on``. The right goals
     come from the data set's file of goals. A few of them differ from the goals in the problem files.
     """
 
@@ -219,37 +221,34 @@ class BehaviorGoals(JsonGoals):
     def map_spellings_to_predicate_names(self, domain: Domain) -> Mapping[SpellingAndArity, str]:
         """Return a mapping from predicates in the data set's goals to predicates of the domain.
 
-        The predicate ``touching`` means next to.
+        The predicate ``touching`` is mapped to ``nextto``.
         """
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
-        """Return each object's name in goals: its instance name, or the usual name of half an object."""
+        """Return each object's name in goals: the instance name; for a sliced half, the name in the scene."""
         instances = _map_object_to_instance_names(task)
         return tuple([instances.get(obj.name, obj.name) for obj in task.scene.objects])
 
     def list_alternatives_of_goals(self, task: Task) -> tuple[GoalAlternatives, ...]:
-        """Return, for each published goal, its options: sets of conditions that together reach the goal.
+        """Return, for each goal in the data set, the alternative sets of conditions that reach the goal.
 
-        If the task is not from the data set, the options follow from its goals.
+        If the task is not from the data set, the alternatives are computed from the task's goals.
         """
         if not isinstance(task, BehaviorTask):
             return super().list_alternatives_of_goals(task)
         names = {instance: name for name, instance in _map_object_to_instance_names(task).items()}
 
-        @cache  # a condition occurs in many options of a goal
-        def make_literal_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
+        @cache  # equal conditions in several options share a leaf
+        def make_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
             return AndOrTreeLiteral(_to_literal(condition, names))
 
-        def make_choice_among_options(options: tuple[GroundOption, ...]) -> AndOrTree:
-            return AnyOf(tuple([AllOf(tuple(map(make_literal_leaf, option))) for option in options]))
+        def make_tree(options: tuple[GroundOption, ...]) -> AndOrTree:
+            return AnyOf(tuple([AllOf(tuple(map(make_leaf, option))) for option in options]))
 
         return tuple(
-            [
-                GoalAlternatives("condition", None, make_choice_among_options(options))
-                for options in task.record.goal_options
-            ]
+            [GoalAlternatives("condition", None, make_tree(options)) for options in task.record.goal_options]
         )
 
 

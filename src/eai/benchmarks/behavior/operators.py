@@ -79,7 +79,10 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
 
 
 def add_robot_movement(operator: Operator) -> Operator:
-    """Return a copy of an action that also moves the robot to the floor below the action's last argument."""
+    """Return a copy of an action that also moves the robot to the floor below the action's last argument.
+
+    If there is no such floor, the robot does not move.
+    """
     target = operator.parameters[-1]
     go = Let(F, p.floor_below(target, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
     return replace(operator, effects=(*operator.effects, go))
@@ -94,7 +97,10 @@ def put_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
 
 
 def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
-    """Return effects that put a loose object onto another object or a floor."""
+    """Return effects that put a loose object onto another object or a floor.
+
+    The object stands on a floor, and lies on any other object.
+    """
     return (
         When(p.floor(support), (Add(p.stands_on(obj, support)),)),
         When(~p.floor(support), (Add(p.lies_on(obj, support)),)),
@@ -208,7 +214,10 @@ def _make_placing_action(
 
 
 def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
-    """Yield the actions that pour out the contents of the held object. Variable ``c`` is one content."""
+    """Yield the actions that pour out the contents of the held object. Variable ``c`` is one content.
+
+    The contents are the objects directly in or on the held object.
+    """
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
@@ -325,7 +334,7 @@ def _pass_relation_to_sliced_halves(relation: Predicate) -> tuple[Effect, ...]:
 
 
 def make_clean_action() -> Operator:
-    """Return the action CLEAN: remove dust and stains. The action succeeds if it removes either."""
+    """Return the action CLEAN: remove dust, then stains. The action succeeds if it removes either."""
     in_sink = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.sink(Y))
     in_dishwasher = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.dishwasher(Y))
     tool = Exists(Y, p.held(Y) & p.cleaning_tool(Y))

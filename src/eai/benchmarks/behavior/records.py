@@ -18,13 +18,16 @@ from eai.pddl.model import PddlProblem
 from eai.tasks.source import TaskSet
 
 PACK = "behavior"
-"""Name of the pack with the records of BEHAVIOR."""
+"""Name of the pack (file of the data store) with the records of BEHAVIOR."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Name of the pack's file with one task a line, in data set order."""
+"""Name of the file in the pack with one task a line, in data set order."""
 
 OPTIONS_MEMBER = "goal_options.jsonl"
-"""Name of the pack's file with the goals of goal interpretation: one task a line, in data set order."""
+"""Name of the file in the pack with the right goals for goal interpretation.
+
+It has one task a line, in data set order.
+"""
 
 FLOOR = "room_floor"
 """Model category of every floor in a record."""

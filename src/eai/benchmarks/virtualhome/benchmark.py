@@ -90,7 +90,7 @@ def _format_goals_of_subgoal_prompt(belief: BelievedTask) -> str:
             "[States]",
             *_list_lines_or_word_none(
                 f"{atom.predicate}({', '.join(_get_argument_names(atom))})"
-                for atom in map(_narrow_to_atom, lasting)
+                for atom in map(_require_atom, lasting)
             ),
             _ACTIONS_HEADING,
             *_list_lines_or_word_none(actions),
@@ -116,15 +116,15 @@ def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
 
     Arguments that are no objects of the scene stay unchanged.
     """
-    atom = _narrow_to_atom(formula)
+    atom = _require_atom(formula)
     name, *others = [classes.get(argument, argument) for argument in _get_argument_names(atom)]
     first = f"{name} is {_RELATIONS.get(atom.predicate, atom.predicate)}"
     return " to ".join([first, *others])
 
 
-def _narrow_to_atom(formula: Formula) -> Atom:
+def _require_atom(formula: Formula) -> Atom:
     if not isinstance(formula, Atom):
-        raise TypeError(f"{formula} is neither a state nor a relation")
+        raise TypeError(f"goal {formula}: expected a state or a relation, as prompts cannot name others")
     return formula
 
 
@@ -180,8 +180,8 @@ def _make_placeholder_text_pairs(
     return (("<object_in_scene>", lines), ("<goal_str>", goal))
 
 
-def _format_object(record: ObjectRecord, possible: Mapping[str, Sequence[str]]) -> str:
-    states = [state.upper() for state in possible.get(record.class_name, ())]
+def _format_object(record: ObjectRecord, possible_states: Mapping[str, Sequence[str]]) -> str:
+    states = [state.upper() for state in possible_states.get(record.class_name, ())]
     return f"{record.class_name}, initial states: {list(record.states)}, possible states: {states}\n"
 
 
@@ -220,8 +220,9 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
 def _find_rooms_and_plan_objects(task: Task) -> Iterator[int]:
     """Yield the indices of objects that prompts list in addition to the relevant objects.
 
-    Such objects are rooms, and objects of the annotated plan. If the task belongs to a pair in which only one
-    task has a plan, objects of the plan are left out, because they would reveal that task.
+    Such objects are rooms, and objects of the annotated plan. Objects of the plan are left out if an answer
+    may call the task impossible, or ask which object is meant. Such tasks form pairs in which only one task
+    has a plan, so the objects would reveal that task.
     """
     yield from iterate_bits(task.initial.mask(room.name))
     if not task.may_be_declined:

@@ -286,7 +286,8 @@ def _read_title_description_and_steps(task: _UnconvertedTask) -> tuple[str, str,
     title, description, *lines = task.script.splitlines()
     if task.annotation.get("title", title) != title:
         raise DataError(
-            f"script of {task.id}: title {title!r}, but the annotation has {task.annotation['title']!r}"
+            f"script of {task.id}: title {title!r}, but the annotation has {task.annotation['title']!r}; "
+            "download the archive again"
         )
     steps: list[object] = []
     for line in filter(None, map(str.strip, lines)):

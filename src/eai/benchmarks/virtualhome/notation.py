@@ -57,15 +57,17 @@ class VirtualHomeGoals(GoalNotation):
         if isinstance(reading, Unreadable):
             return reading
         sections = dict(reading.value.members)
-        entries = [entry for kind in FIELDS for entry in _read_section(kind, sections.get(SECTIONS[kind]))]
+        entries = [
+            entry for kind in FIELDS for entry in _read_goals_of_section(kind, sections.get(SECTIONS[kind]))
+        ]
         return WrittenGoals.from_entries(entries, reading)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Return a text for each goal: a JSON object with one section."""
-        return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_write_entry, goals))
+        """Return a text for each goal: a JSON object that maps the section of the goal to the goal."""
+        return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_get_kind_and_fields, goals))
 
     def join(self, parts: Iterable[str]) -> str:
-        """Return one answer with all goals, each in its section."""
+        """Return one answer with all goals in order, each in its section."""
         sections: dict[str, list[object]] = {key: [] for key in SECTIONS.values()}
         for part in parts:
             for key, entry in json.loads(part).items():
@@ -93,7 +95,7 @@ class VirtualHomeGoals(GoalNotation):
         )
 
     def map_spellings_to_predicate_names(self, domain: Domain) -> Mapping[SpellingAndArity, str]:
-        """Return a mapping from pairs of a word in goals and its number of objects to predicates."""
+        """Return a mapping from pairs (word in goals, number of its objects) to names of predicates."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
             **{(state.name, 1): state.name for state in states},
@@ -136,22 +138,22 @@ def _keep_sections_if_known(sections: GoalSections) -> GoalSections | None:
 _FORM = make_sections_format(_keep_sections_if_known, _find_section_error)
 
 
-def _read_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
+def _read_goals_of_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
     if not isinstance(section, list):
         return [] if section is None else [(kind, str(section))]
     return [_read_goal(FIELDS[kind], entry) or (kind, str(entry)) for entry in section if entry != _NOTHING]
 
 
-def _read_goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
+def _read_goal(field_names: tuple[str, ...], value: object) -> WrittenGoal | None:
     """Return the goal that a JSON value states, or None if a field is missing."""
-    if not isinstance(entry, JsonObject):
+    if not isinstance(value, JsonObject):
         return None
-    members = dict(entry.members)
-    fields = [field for name in names if isinstance(field := members.get(name), str)]
-    return make_written_goal(fields) if len(fields) == len(names) else None
+    members = dict(value.members)
+    fields = [field for name in field_names if isinstance(field := members.get(name), str)]
+    return make_written_goal(fields) if len(fields) == len(field_names) else None
 
 
-def _write_entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
+def _get_kind_and_fields(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
     if goal.is_action:
         entry = {"action": goal.predicate, "description": goal.predicate.lower()}
         return GoalKind.ACTION, entry
@@ -210,7 +212,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
         return virtualhome.domain_with_hand_switch()
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the lexicon of a scene. Formulas name objects as the data set does, or by class."""
+        """Return the names in formulas about a scene: objects as the data set names them, or by class."""
         names = list_objects_and_classes(scene.index, scene)
         return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 

@@ -171,7 +171,10 @@ def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
 
 
 def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
-    """Return effects that relate the held object to a target, and put object and character next to it."""
+    """Return effects that take an object out of the hand and relate the object to a target.
+
+    Object and character are then next to the target.
+    """
     return (
         *take_out_of_hand(X),
         *make_symmetric_effects(Add, p.next_to(AGENT, Y)),

@@ -9,4 +9,4 @@ from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.benchmarks.virtualhome.records import PACK
 
 PACKS = (Pack(PACK, (EAI_EVAL,), convert_tasks, list_unexpected_figures), *PUBLISHED)
-"""All packs of VirtualHome. An entry point registers them."""
+"""All packs (files of the data store) of VirtualHome. An entry point registers them."""

@@ -52,7 +52,7 @@ _DOTTED = re.compile(r"\w+\.\d+")
 
 
 class ObjectWithId(NamedTuple):
-    """An object as an answer writes it: its class, and its id or None."""
+    """An object as an answer writes it: its class, and its id or None if the list ends before the id."""
 
     name: object
     id: object
@@ -83,7 +83,10 @@ class VirtualHomePlans(PlanNotation):
         return word.upper()
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
-        """Return the function that finds relevant objects by class, and all objects by class and id."""
+        """Return the function that finds relevant objects by class, and all objects by class and id.
+
+        It returns None for unknown names.
+        """
         index = task.scene.index
         by_class_or_id = make_name_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
 
@@ -95,7 +98,7 @@ class VirtualHomePlans(PlanNotation):
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         """Return the text of each step: ``"GRAB": ["soap", "1002"]``.
 
-        If it has no objects, it ends in ``[ ]``.
+        If it has no objects, it ends in ``[ ]``, because the paper's package needs the blank.
         """
         return tuple([_format_step(action, scene) for action in plan])
 
@@ -127,6 +130,8 @@ def make_name_lookup(
 ) -> Callable[[object], int | None]:
     """Return the function that finds the index of an object by its class, or by its class and id.
 
+    It returns None for unknown names.
+
     Args:
         by_class: class -> index of the object that the class means.
         by_name: name of an object -> its index.
@@ -152,7 +157,7 @@ def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
             has_id = not is_whole and bool(words) and _is_numeric_id(words[0])
             objects.append(ObjectWithId(word, words.pop(0)) if has_id else word)
         return step._replace(objects=tuple(objects))
-    return step._replace(objects=_pair_words(step.objects))
+    return step._replace(objects=_pair_classes_with_ids(step.objects))
 
 
 def has_ids(plan: WrittenPlan) -> bool:
@@ -162,11 +167,11 @@ def has_ids(plan: WrittenPlan) -> bool:
 
 def pair_names_with_ids(plan: WrittenPlan) -> WrittenPlan:
     """Return a copy of the plan in which each class and its id are joined to one object."""
-    steps = [WrittenStep(step.action, _pair_words(step.objects)) for step in plan.steps]
+    steps = [WrittenStep(step.action, _pair_classes_with_ids(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))
 
 
-def _pair_words(words: tuple[object, ...]) -> tuple[ObjectWithId, ...]:
+def _pair_classes_with_ids(words: tuple[object, ...]) -> tuple[ObjectWithId, ...]:
     return tuple(starmap(ObjectWithId, zip_longest(words[::2], words[1::2])))
 
 

@@ -39,7 +39,11 @@ def get_object_id(state: State, index: int) -> int:
 
 
 def find_rooms(state: State, arguments: tuple[int, ...]) -> ObjectMask:
-    """Return a bit mask of the rooms that contain an object or its only container; 0 for no rooms."""
+    """Return, as a bit mask, the rooms that contain an object; a room contains itself.
+
+    An object in exactly one container, which is no room, is in the rooms of this container. The mask is 0 for
+    no rooms.
+    """
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     visited = 0
@@ -231,8 +235,8 @@ def _make_former_place_predicate(relation_index: int, name: str) -> LookupPredic
     )
 
 
-def _require_at_least_on(support: f.Variable, min_count: int) -> f.Formula:
-    """Return the formula that holds if at least `count` different objects are on the object `place`."""
+def _require_objects_on(support: f.Variable, min_count: int) -> f.Formula:
+    """Return the formula that holds if at least `min_count` different objects are on the object `support`."""
     things = [f.Variable(f"y{i}") for i in range(min_count)]
     formula: f.Formula = f.And(())
     for i, obj in reversed(list(enumerate(things))):
@@ -253,7 +257,7 @@ def _make_full_seat_predicate(name: str, capacities: Mapping[str, int]) -> Compu
         return state.relation("ONTOP").column(seat).bit_count() >= capacity
 
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
-    sized = tuple(is_a(X, *categories) & _require_at_least_on(X, n) for n, categories in by_size.items())
+    sized = tuple(is_a(X, *categories) & _require_objects_on(X, n) for n, categories in by_size.items())
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
     return ComputedPredicate(
         name, 1, is_seat_full, ("ONTOP",), DefinedPredicate(name, (X,), f.Or((*sized, others)))

@@ -25,10 +25,10 @@ _ROOMS = "Rooms"
 """Category of nodes that are rooms."""
 
 PACK = "virtualhome"
-"""Name of the pack with the records of VirtualHome."""
+"""Name of the pack (file of the data store) with the records of VirtualHome."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Name of the pack's file of tasks.
+"""Name of the file of tasks in the pack `PACK`.
 
 The first line of the file has shared tables and the base scene. Each other line is a task.
 """
@@ -59,8 +59,9 @@ class ObjectRecord:
 class GraphDelta:
     """The difference of two scene graphs: first remove, then replace, then append objects and edges.
 
-    If an edge is in both `removed_edges` and `added_edges`, it moves to the end of its source's edges with
-    the relation `ON` or `INSIDE`.
+    Objects and edges are removed, replaced and appended in the order in which they are listed. If an edge is
+    in both `removed_edges` and `added_edges`, it moves to the end of its source's edges with the relation
+    `ON` or `INSIDE`.
     """
 
     removed_ids: tuple[int, ...]
@@ -178,7 +179,7 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
 
     @classmethod
     def from_pack(cls, pack: PackFile) -> VirtualHomeRecords:
-        """Return the records of a pack."""
+        """Return the records in the pack (file of the data store) of VirtualHome."""
         return cls(pack.read(TASKS_MEMBER), pack.sha256)
 
 
