@@ -6,7 +6,8 @@
 # make packages mypy, tests and example of what is published from packages/, each in an environment of its own
 # make release build the package and those of packages/, check them as an index does, write what is new and what it needs;
 #              nothing is uploaded
-# make test-adapters run the tests with Ray, TRL and the LM Evaluation Harness, in environments of their own
+# make test-adapters run the tests with Ray, TRL and the LM Evaluation Harness, in environments of their own; TRL's newest
+#              version trains tiny models
 # make test-bare install the pure wheel without any extra, then see that commands work, or say which one they need
 # make small-model run a small model in every suite, which llama.cpp serves here, in an environment of its own
 # make audit   known vulnerabilities of what is needed to run
@@ -90,9 +91,11 @@ release: $(WITH_RELEASE)
 	  --output-format JSON --output-file dist/bom.json
 	@echo "made dist/; .github/workflows/release.yml publishes it"
 
-# These libraries exclude some of `DEV`, so `make test` skips their tests. TRL's code is only read: it needs no libraries.
+# These libraries exclude some of `DEV`, so `make test` skips their tests. The tests of rewards only read TRL's code, which
+# needs no libraries.
 RAY := ray,dev
 HARNESS := run,dev
+TRAINING := run,analysis,plots,dev
 TRL := 'trl>=1.16,<2'
 
 test-adapters: $(CREATED)
@@ -101,6 +104,8 @@ test-adapters: $(CREATED)
 	build/adapters/ray/bin/pytest tests/extensions/distributed/test_ray_scoring.py tests/extensions/distributed/test_ray_data.py tests/agents/test_rewards.py
 	$(call fresh,build/adapters/harness,--editable '.[$(HARNESS)]' lm_eval)
 	build/adapters/harness/bin/pytest tests/run/test_harnesses.py
+	$(call fresh,build/adapters/training,--editable '.[$(TRAINING)]' $(TRL) transformers datasets torch)
+	build/adapters/training/bin/pytest tests/examples/test_training.py
 
 test-bare: $(WITH_DEV)
 	rm -rf build/bare

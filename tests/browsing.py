@@ -34,6 +34,18 @@ def started_browser() -> Iterator[Any]:
         started.close()
 
 
+def open_explorer(page: Any, address: str) -> None:
+    """Open an address of the explorer anew, and wait until the page shows an answer."""
+    page.goto("about:blank")
+    page.goto(address)
+    wait_for_answer(page)
+
+
+def wait_for_answer(page: Any) -> None:
+    """Wait until the explorer has read the chosen answer."""
+    page.locator('#detail[aria-busy="false"]').wait_for(state="attached")
+
+
 @contextmanager
 def quiet_page(browser: Any) -> Iterator[Any]:
     """Yield a page that must log nothing to the console, raise no error and request nothing from outside."""

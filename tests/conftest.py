@@ -22,7 +22,12 @@ from eai.benchmarks.packs import fetch_packs, find_packs
 from eai.benchmarks.registry import list_paper_benchmarks
 from eai.results.collector import reduce_garbage_collection
 from eai.tasks.source import Source
-from memory_limits import limit_writable_memory, pytest_runtest_call, pytest_runtest_setup
+from memory_limits import (
+    is_process_large,
+    limit_writable_memory,
+    pytest_runtest_call,
+    pytest_runtest_setup,
+)
 from oracle import DETAIL, Oracle, read_oracle
 from sweeps import FEW, THOROUGH
 
@@ -75,13 +80,19 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object]:
-    """Collect garbage after a test that ignores warnings.
+def pytest_runtest_teardown(
+    item: pytest.Item, nextitem: pytest.Item | None
+) -> Generator[None, object, object]:
+    """Collect garbage after each module, in a large process also garbage among the frozen objects.
 
-    Then warnings of unclosed files are not attributed to the next test.
+    Collect it also after a test that ignores warnings: then warnings of unclosed files are not attributed to
+    the next test.
     """
     outcome = yield
-    if any("ignore" in mark.args for mark in item.iter_markers("filterwarnings")):
+    is_last_of_module = nextitem is None or nextitem.path != item.path
+    if is_last_of_module and is_process_large():
+        gc.unfreeze()
+    if is_last_of_module or any("ignore" in mark.args for mark in item.iter_markers("filterwarnings")):
         gc.collect()
     return outcome
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.experiment import Experiment
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.results.older_records import NAMES, read_older_experiment
 
 
-def experiment(*attempts: Any, **options: Any) -> Experiment:
-    """Return an experiment with names such as ``scene="image"``; other options are options of attempts."""
+def experiment(*replanning: Any, **options: Any) -> Experiment:
+    """Return an experiment with names such as ``scene="image"``; other options are options of replanning."""
     names = {name: options.pop(name) for name in NAMES if name in options}
-    return read_older_experiment(names, AttemptOptions(*attempts, **options))
+    return read_older_experiment(names, ReplanningOptions(*replanning, **options))

@@ -61,6 +61,11 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     return outcome
 
 
+def is_process_large() -> bool:
+    """Whether this process used more than half of its limit of memory during the last test."""
+    return sys.platform == "linux" and _peak_bytes() > _MAX_PROCESS_BYTES // 2
+
+
 def _check(taker: str, taken: int, limit: int) -> None:
     if taken > limit:
         pytest.fail(f"{taker} takes {taken >> 20} MiB of memory, more than {limit >> 20} MiB", pytrace=False)

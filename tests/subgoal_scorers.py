@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
@@ -15,17 +15,19 @@ from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoals
 from eai.tasks.task import Task
 
 
-def virtualhome_subgoals(limits: ExplorationLimits | None = None) -> Callable[[Task], SubgoalDecomposition]:
+def virtualhome_subgoals(
+    limits: ExplorationLimits | None = None,
+) -> Callable[[Task], SubgoalDecompositionScorer]:
     """Return a function that makes the scorer of a VirtualHome task."""
     domain, notation = virtualhome.domain_with_hand_switch(), VirtualHomeSubgoals()
     refinement = SubgoalRefiner(domain)
-    return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)
+    return lambda task: SubgoalDecompositionScorer(task, domain, notation, refinement, limits=limits)
 
 
 def behavior_subgoals(
     limits: ExplorationLimits | None = None,
-) -> Callable[[BehaviorTask], SubgoalDecomposition]:
+) -> Callable[[BehaviorTask], SubgoalDecompositionScorer]:
     """Return a function that makes the scorer of a BEHAVIOR task."""
     domain, notation = behavior.domain_in_paper_order(), BehaviorSubgoalNotation()
     refinement = SubgoalRefiner(domain)
-    return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)
+    return lambda task: SubgoalDecompositionScorer(task, domain, notation, refinement, limits=limits)

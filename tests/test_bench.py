@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from bench.overnight import ChildCost, WorkLine, measure_line
 from bench.page import HEAD, PAGE, measurement_text, page_text, section_lines, table_lines
 from bench.record import measurement
 from bench.result import (
     FOLDER,
     Claim,
+    Figure,
     FigureTable,
     Measurement,
     Result,
@@ -150,6 +152,18 @@ def test_a_measurement_has_no_absolute_path(monkeypatch: pytest.MonkeyPatch, tmp
     measured = measurement()
     assert measured.command == "python -m bench report records --models 2"
     assert re.fullmatch(r"\d+ cores, \d+ GiB", measured.machine)
+
+
+@pytest.mark.parametrize(("exponent", "hours"), [(1.0, 10.01), (1.3, "not extrapolated")])
+def test_only_linear_costs_are_extrapolated(exponent: float, hours: Figure, tmp_path: Path) -> None:
+    def measure(size: int, folder: Path) -> ChildCost:
+        return ChildCost(36 + 36 * size**exponent, 100 + size)
+
+    line = WorkLine("1,000 tasks", "eai generate", 1_000, measure)
+    *_, growth, at_goal, on_cores = measure_line(line, 0.1, tmp_path)
+    assert growth == pytest.approx(exponent, abs=0.05)
+    assert at_goal == hours
+    assert on_cores == (1.25 if exponent == 1 else hours)
 
 
 def test_an_unknown_program_is_refused() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from by_path import module_at
 
-MAX_PUBLIC_CLASSES = 449
+MAX_PUBLIC_CLASSES = 450
 """Maximum number of public classes. Lower it when classes go."""
 
 

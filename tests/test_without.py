@@ -16,6 +16,13 @@ from sweeps import swept
 TOOL = module_at("tools/without.py")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "names"), [([], [*TOOL.NAMES, TOOL.ALL]), ([TOOL.ALL], [TOOL.ALL]), (["board"], ["board"])]
+)
+def test_all_extensions_are_removed_in_turn_if_none_is_named(arguments: list[str], names: list[str]) -> None:
+    assert TOOL.parse_arguments([*arguments, "--", "-n", "2"]) == (names, ["-n", "2"])
+
+
 @pytest.fixture(
     scope="module",
     params=[TOOL.ALL, "reference", *swept(*(name for name in TOOL.NAMES if name != "reference"))],

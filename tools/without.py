@@ -5,7 +5,7 @@
     python tools/without.py all                         all of them
 
 The program copies the repository without the folders of the extension: code, tests and page. It imports all
-modules of the copy and runs its tests, except tests of pages that list all extensions.
+modules of the copy and runs its tests, except tests of pages and tools that list files of all extensions.
 """
 
 from __future__ import annotations
@@ -29,12 +29,14 @@ TESTS_OF_ALL = (
     "tests/test_commands_page.py",
     "tests/test_gallery.py",
     "tests/test_glossary.py",
+    "tests/test_mutants.py",
+    "tests/test_plain_english.py",
     "tests/test_readme.py",
     "tests/test_study.py",
     "tests/test_tutorials.py",
     "tests/test_without.py",
 )
-"""Tests of this program, and tests of pages that list all extensions."""
+"""Tests of this program, and tests of pages and tools that list files of all extensions."""
 
 IMPORT_ALL = """
 import importlib, pathlib, sys
@@ -105,8 +107,14 @@ def main(names: Sequence[str], options: Sequence[str]) -> int:
     return bool(failed)
 
 
-if __name__ == "__main__":
+def parse_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the names of extensions, all if none is given, and the options of pytest after ``--``."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("names", nargs="*", default=(*NAMES, ALL), choices=(*NAMES, ALL), metavar="NAME")
-    separator = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
-    sys.exit(main(parser.parse_args(sys.argv[1:separator]).names, sys.argv[separator + 1 :]))
+    parser.add_argument("names", nargs="*", choices=(*NAMES, ALL), metavar="NAME")
+    separator = arguments.index("--") if "--" in arguments else len(arguments)
+    names = arguments[:separator] or [*NAMES, ALL]  # argparse would look for a default list among the choices
+    return parser.parse_args(names).names, [*arguments[separator + 1 :]]
+
+
+if __name__ == "__main__":
+    sys.exit(main(*parse_arguments(sys.argv[1:])))

@@ -114,7 +114,7 @@ def test_links_to_folders_are_followed_once(tmp_path: Path) -> None:
 def test_a_named_pipe_and_a_device_are_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path, kind in ((tmp_path / "pipe", "a named pipe"), (Path("/dev/zero"), "a device")):
-        with pytest.raises(InputError, match=f"{path}: is {kind}; give a file, or pipe it into /dev/stdin"):
+        with pytest.raises(InputError, match=f"{path}: is {kind}; give a file, or give /dev/stdin"):
             read_content(path)
     with socket.socket(socket.AF_UNIX) as opened:
         opened.bind(str(tmp_path / "s"))

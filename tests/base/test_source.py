@@ -102,7 +102,7 @@ def test_uv_stands_in_for_a_missing_pip(monkeypatch: pytest.MonkeyPatch) -> None
 def test_the_error_without_pip_and_uv_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    with pytest.raises(DataError, match=r"no pip and no uv.*--from FILE"):
+    with pytest.raises(DataError, match=r"neither pip nor uv.*--from FILE"):
         find_pip_command(EAI_EVAL)
 
 

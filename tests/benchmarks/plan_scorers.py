@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.notation.plans import JsonPlans
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask
@@ -11,11 +11,11 @@ from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.tasks.task import Task
 
 
-def virtualhome_scorer(task: Task) -> ActionSequencing:
+def virtualhome_scorer(task: Task) -> ActionSequencingScorer:
     """Return the scorer of a task in VirtualHome."""
-    return ActionSequencing(task, virtualhome.domain_in_paper_order(), VirtualHomePlans())
+    return ActionSequencingScorer(task, virtualhome.domain_in_paper_order(), VirtualHomePlans())
 
 
-def behavior_scorer(task: BehaviorTask) -> ActionSequencing:
+def behavior_scorer(task: BehaviorTask) -> ActionSequencingScorer:
     """Return the scorer of a task in BEHAVIOR."""
-    return ActionSequencing(task, behavior.domain_in_paper_order(), JsonPlans())
+    return ActionSequencingScorer(task, behavior.domain_in_paper_order(), JsonPlans())

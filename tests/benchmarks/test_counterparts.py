@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.base.store import Store
 from eai.benchmarks.behavior import counterparts as behavior
 from eai.benchmarks.registry import find_benchmark
@@ -31,7 +31,7 @@ def open_operator_suite(name: str, store: Store, errata: ErrataChoice = ErrataCh
 def translate_steps(name: str, task_id: str, steps: Sequence[str], store: Store) -> list[tuple[str, ...]]:
     """Return the actions of steps, each with the names of its objects."""
     scorer = open_operator_suite(name, store).scorer(task_id)
-    assert isinstance(scorer, TransitionModeling)
+    assert isinstance(scorer, TransitionModelingScorer)
     task = find_benchmark(name).tasks(Source(store))[task_id]
     split = [step.split() for step in steps]
     made = scorer.task.actions_of(task, [PlanStep(word, tuple(words)) for word, *words in split])
@@ -49,7 +49,7 @@ def test_each_published_operator_has_an_action_with_the_same_number_of_objects(
 ) -> None:
     suite = open_operator_suite(name, data_store, errata)
     scorer = suite.scorer(suite.task_ids[0])
-    assert isinstance(scorer, TransitionModeling)
+    assert isinstance(scorer, TransitionModelingScorer)
     arities = suite.benchmark.domain.operator_arities
     for operator, text in scorer.task.domain.operators.items():
         action, positions = TABLES[name][operator]

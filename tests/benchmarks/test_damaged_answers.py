@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from by_path import TESTS
-from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
+from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.transition_modeling.extraction import ResultCache, read_operators
 from eai.abilities.verdict import Unreadable
 from eai.base.store import Store
@@ -116,13 +116,13 @@ DAMAGES: tuple[Damage, ...] = (
 def count_parts(scorer: Scorer, text: str) -> int | None:
     """Return the number of parts that are read from an answer, or None if it cannot be read."""
     match scorer:
-        case ActionSequencing():
+        case ActionSequencingScorer():
             plan = scorer.read(text)
             return None if isinstance(plan, Unreadable) else len(plan.steps)
-        case GoalInterpretation():
+        case GoalInterpretationScorer():
             goals = scorer.notation.read(text)
             return None if isinstance(goals, Unreadable) else len(goals.goals) + len(goals.ill_formed)
-        case SubgoalDecomposition():
+        case SubgoalDecompositionScorer():
             subgoals = scorer.notation.read(text)
             return None if isinstance(subgoals, Unreadable) else len(subgoals.subgoals)
         case _:

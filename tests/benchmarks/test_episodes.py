@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import pytest
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.base.store import Store
@@ -52,7 +52,7 @@ class ExecutablePlan(NamedTuple):
     actions: tuple[Action, ...]
 
 
-def read_plan(scorer: ActionSequencing, text: str) -> ExecutablePlan | None:
+def read_plan(scorer: ActionSequencingScorer, text: str) -> ExecutablePlan | None:
     """Return the plan of an answer, or None if it cannot be executed."""
     written = scorer.notation.read(text)
     actions = None if isinstance(written, Unreadable) else scorer.resolve_names(written)
@@ -70,7 +70,7 @@ def compare_with_execution(
     equal = {}
     for task_id, text in answers:
         scorer = suite.scorer(task_id)
-        assert isinstance(scorer, ActionSequencing)
+        assert isinstance(scorer, ActionSequencingScorer)
         plan = read_plan(scorer, text)
         if plan is not None:
             episode = Episode(plan.domain, plan.initial)
@@ -116,7 +116,7 @@ def find_gold_plans(name: str, store: Store) -> list[ExecutablePlan]:
     for task_id in suite.task_ids:
         text = book[task_id].text
         scorer = suite.scorer(task_id)
-        assert isinstance(scorer, ActionSequencing)
+        assert isinstance(scorer, ActionSequencingScorer)
         plan = read_plan(scorer, text)
         if plan is not None and getattr(scorer.score(text), "success", False):
             executed = execute_plan(plan.domain, plan.initial, plan.actions).executed_actions

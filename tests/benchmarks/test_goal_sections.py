@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.tasks.prompts.prompt import BelievedTask
+from eai.tasks.prompts.prompt import BelievedTask, GoalSection
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from oracle import PIPELINE_MODELS, Oracle
@@ -33,6 +33,12 @@ JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 def make_belief(answer: str, task: Task, benchmark: Benchmark) -> BelievedTask:
     read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
     return BelievedTask(replace(task, goals=read.goals), answer)
+
+
+def find_section(section: GoalSection, question: str) -> str:
+    """Return the text of a question that a goal section replaces."""
+    start = question.rindex(section.before) + len(section.before)
+    return question[start : question.index(section.after, start)]
 
 
 def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
@@ -60,7 +66,7 @@ def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
     reordered = 0
     for task_id, prompt in prompts.items():
         published, ours = (
-            section.find_section(prompt.user),
+            find_section(section, prompt.user),
             section.write(BelievedTask(virtualhome_tasks[task_id], "")),
         )
         reordered += published != ours
@@ -91,7 +97,7 @@ def test_models_goals_reproduce_the_published_goal_sections(
             question = section.rewrite_section(
                 prompts[task_id].user, BelievedTask(behavior_tasks[task_id], answer)
             )
-            assert section.find_section(question) == row["goal_section"]
+            assert find_section(section, question) == row["goal_section"]
 
 
 @pytest.mark.parametrize(
@@ -153,12 +159,12 @@ def test_replacing_goals_leaves_the_rest_of_a_prompt_unchanged(
     beliefs = {task_id: make_belief("no idea", tasks[task_id], benchmark) for task_id in true}
     opened = PromptLibrary("official", None, Source(data_store)).open(benchmark, ability, beliefs)
     for task_id, prompt in true.items():
-        before, after = prompt.user.rsplit(section.find_section(prompt.user), 1)
+        before, after = prompt.user.rsplit(find_section(section, prompt.user), 1)
         question = opened[task_id]
         assert (question.system, question.stop) == (prompt.system, prompt.stop)
         assert question.user.startswith(before)
         assert question.user.endswith(after)
-        assert section.find_section(question.user) == section.write(beliefs[task_id])
+        assert find_section(section, question.user) == section.write(beliefs[task_id])
 
 
 def test_our_prompts_state_the_believed_goals(behavior_tasks: BehaviorTasks, data_store: Store) -> None:
@@ -195,7 +201,7 @@ def test_a_users_prompts_need_a_section_for_goals(
         PromptLibrary("eai", tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
     rows[0]["llm_prompt"] = "Mine."
     file.write_text(json.dumps(rows), encoding="utf-8")
-    with pytest.raises(InputError, match="a prompt is not as expected: its goals do not stand between"):
+    with pytest.raises(InputError, match="expected a prompt with goals between"):
         official.open(benchmark, ability, beliefs)
 
 

@@ -133,13 +133,13 @@ def test_the_lookup_table_solves_most_public_tasks(data_store: Store) -> None:
 def test_the_lookup_table_solves_no_generated_task(like: str) -> None:
     benchmark = find_benchmark(like)
     table = SimilarTaskTable(benchmark.tasks(Source()).values(), benchmark.domain)
-    from eai.abilities.action_sequencing.scorer import ActionSequencing
+    from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 
     for made in tasks(like):
         text = benchmark.notation.plans.join(
             benchmark.notation.plans.write(table.adapt_plan(made.task), made.task.scene)
         )
-        verdict = ActionSequencing(
+        verdict = ActionSequencingScorer(
             made.task, domain=benchmark.domain, notation=benchmark.notation.plans
         ).score(text)
         assert not verdict.success, made.task.id

@@ -9,7 +9,7 @@ from typing import get_args
 import pytest
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.base.store import Store
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -79,7 +79,7 @@ def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], 
     assert all(p.stop == (("}",) if suite in WITH_SYSTEM_MESSAGE else ()) for p in prompts.values())
 
 
-@pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION})
+@pytest.mark.parametrize("suite", sorted(COUNTS.keys() - {GOAL_INTERPRETATION}))
 def test_published_prompts_are_unchanged_except_for_errata(
     data_store: Store, suite: tuple[str, Ability]
 ) -> None:
@@ -115,7 +115,7 @@ def test_questions_request_the_scored_operators(data_store: Store, name: str, pr
     assert len(questions) == COUNTS[name, ability]
     for task_id, question in questions.items():
         scorer = suite.scorer(task_id)
-        assert isinstance(scorer, TransitionModeling)
+        assert isinstance(scorer, TransitionModelingScorer)
         library = scorer.task.domain.operators
         expected = {
             operator: " ".join(library[operator].parameters.split()) for operator in scorer.task.operators

@@ -88,9 +88,9 @@ def test_a_random_plan_continues_after_executed_actions(data_store: Store) -> No
     for task_id, task in list(benchmark.tasks(source).items())[:5]:
         done = task.script[:3]
         plan = benchmark.notation.plans.read(answer(task_id, "0", done).text)
-        from eai.abilities.action_sequencing.scorer import ActionSequencing
+        from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 
-        actions = ActionSequencing(task, benchmark.domain, benchmark.notation.plans).resolve_names(plan)  # type: ignore[arg-type]
+        actions = ActionSequencingScorer(task, benchmark.domain, benchmark.notation.plans).resolve_names(plan)  # type: ignore[arg-type]
         now = execute_plan(benchmark.domain, task.initial, done).final_state
         assert execute_plan(benchmark.domain, now, actions).failure is None  # type: ignore[arg-type]
 

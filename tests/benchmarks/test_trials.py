@@ -10,12 +10,12 @@ from typing import get_args
 
 import pytest
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions, AttemptStart
 from eai.abilities.feedback import QuestionWriter
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.replanning_options import AttemptStart, ReplanningOptions
 from eai.abilities.trial import Trial
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import (
@@ -37,7 +37,7 @@ from sweeps import sweep
 
 ACTIONS = Ability.ACTION_SEQUENCING
 ATTEMPTS = 4
-EXPLAINED = AttemptOptions(ATTEMPTS - 1, feedback="explained")
+EXPLAINED = ReplanningOptions(ATTEMPTS - 1, feedback="explained")
 ANSWER_FIELDS = {
     "virtualhome": ("tasks", "id", "llm_output"),
     "behavior": ("records", "identifier", "response"),
@@ -49,7 +49,7 @@ def open_plan_suite(name: str, store: Store, protocol: Protocol = Protocol.STRIC
     return open_suite(name, ACTIONS, protocol, source=Source(store))
 
 
-def open_published_trials(name: str, store: Store, experiment: AttemptOptions) -> TrialSet:
+def open_published_trials(name: str, store: Store, experiment: ReplanningOptions) -> TrialSet:
     """Return the trials of all tasks with the published prompts."""
     suite, library = open_plan_suite(name, store), PromptLibrary("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
@@ -63,8 +63,8 @@ def find_differing_verdicts(suite: Suite, answers: Iterable[tuple[str, str]]) ->
     differing = []
     for task_id, text in answers:
         scorer = suite.scorer(task_id)
-        assert isinstance(scorer, ActionSequencing)
-        if Trial(scorer, AttemptOptions()).try_answer(text).verdict != scorer.score(text):
+        assert isinstance(scorer, ActionSequencingScorer)
+        if Trial(scorer, ReplanningOptions()).try_answer(text).verdict != scorer.score(text):
             differing.append(task_id)
     return differing
 
@@ -126,7 +126,7 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
     )
     gold = answer_book("virtualhome", ACTIONS, data_store)["27_2"].text
     scorer = trials.suite.scorer("27_2")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     plan = scorer.notation.read(gold)
     assert isinstance(plan, WrittenPlan)
     assert any(isinstance(word, ObjectWithId) for word in plan.steps[0].objects) is with_ids[prompts]
@@ -151,7 +151,12 @@ def test_a_model_that_follows_feedback_improves_only_with_feedback(
     """It repairs one corrupted part an attempt. Without feedback, its answer stays unchanged."""
     book, rate, seed = answer_book(name, ACTIONS, data_store), 0.1, "0 1"
     trials = open_published_trials(name, data_store, EXPLAINED)
-    first_again = replace(trials, asker=RepeatingQuestionWriter(trials.asker.prompt_of, trials.asker.wording))
+    first_again = replace(
+        trials,
+        question_writer=RepeatingQuestionWriter(
+            trials.question_writer.prompt_of, trials.question_writer.wording
+        ),
+    )
     repaired, gained = [], 0
     for task_id in trials.suite.task_ids[::step]:
         if trials.suite.scorer(task_id).score_missing_answer().excluded is not None:
@@ -248,9 +253,12 @@ def test_questions_about_other_goals_do_not_change_verdicts(world: AttemptStart,
     trials = open_published_trials("behavior", data_store, replace(EXPLAINED, world=world))
     task_ids = trials.suite.task_ids[:6]
     book = answer_book("behavior", ACTIONS, data_store)
-    prompt_of = trials.asker.prompt_of
+    prompt_of = trials.question_writer.prompt_of
     wrong = replace(
-        trials, asker=replace(trials.asker, prompt_of=lambda i: prompt_of(task_ids[task_ids.index(i) - 1]))
+        trials,
+        question_writer=replace(
+            trials.question_writer, prompt_of=lambda i: prompt_of(task_ids[task_ids.index(i) - 1])
+        ),
     )
     for task_id in task_ids:
         answers = [make_noisy_answer(book, task_id, 0.3, str(k)).text for k in range(ATTEMPTS)]

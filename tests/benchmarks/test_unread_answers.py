@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -65,7 +65,7 @@ def test_a_readable_answer_with_an_error_has_no_cause(data_store: Store) -> None
 
 def test_each_attempt_at_a_task_has_its_cause(data_store: Store) -> None:
     suite = suite_of(data_store, "behavior", "action_sequencing")
-    options, task_id = AttemptOptions(replans=1), suite.task_ids[0]
+    options, task_id = ReplanningOptions(replans=1), suite.task_ids[0]
     texts = ["I'm sorry, but I can't help with that.", "The robot opens the fridge."]
     record = make_trial_record(
         suite, options, "my-model", task_id, replay_answers(suite, options, task_id, texts)

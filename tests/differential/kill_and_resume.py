@@ -33,8 +33,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.record import add_write_option, write_rows
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.agents.setting import ACTING
 from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_gold_answers
@@ -48,7 +48,7 @@ from eai.run.tasks import request_missing_answers
 from eai.studies.pipeline.stage_one import make_goal_beliefs
 from eai.studies.variation import Endpoint
 
-EXPERIMENT = AttemptOptions(3, feedback="explained", slip=0.05, slip_seed=0)
+EXPERIMENT = ReplanningOptions(3, feedback="explained", slip=0.05, slip_seed=0)
 MODEL = "eai/noisy"
 JOURNAL = "answers.jsonl"
 COMPARED = ("records.jsonl", "summary.json")

@@ -9,7 +9,7 @@ from itertools import count
 import pytest
 
 from abilities.action_sequencing.test_scorer import TASK
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.notation.plans import JsonPlans
 from eai.world.action import Action, Fault
 from eai.world.conformance import check_domain
@@ -86,12 +86,12 @@ def test_episodes_stop_sharing_outcomes_if_the_simulator_departs_from_the_declar
 
 def test_plans_for_a_simulator_are_scored_but_not_repaired() -> None:
     answer = '[{"action": "LIFT", "object": "red"}]'
-    scorer = ActionSequencing(TASK, DARK, JsonPlans())
+    scorer = ActionSequencingScorer(TASK, DARK, JsonPlans())
     assessment = scorer.assess(answer)
     assert getattr(assessment.verdict, "error", None) is not None
     assert [step.reason for step in assessment.explain().steps] == ["it is too dark for red"]
     assert assessment.analyze_failure is None
-    assert ActionSequencing(TASK, toy.DOMAIN, JsonPlans()).assess(answer).analyze_failure is not None
+    assert ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlans()).assess(answer).analyze_failure is not None
 
 
 NUMBERS = count()

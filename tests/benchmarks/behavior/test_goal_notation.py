@@ -9,19 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmarks.behavior import domain
-from eai.benchmarks.behavior.notation import BehaviorGoals
+from eai.benchmarks.behavior.notation import BehaviorGoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from sweeps import examples
 
 TASK = make_task()
 DOMAIN = domain.domain_in_paper_order()
-STRICT = GoalInterpretation(TASK, DOMAIN, BehaviorGoals())
+STRICT = GoalInterpretationScorer(TASK, DOMAIN, BehaviorGoalNotation())
 
 ALL = [
     ["inside", "peach.n.01_1", "sink.n.01_1"],
@@ -111,7 +111,9 @@ def test_the_goals_of_the_data_set_score_in_full(behavior_tasks: BehaviorTasks) 
     for task in behavior_tasks.values():
         for option in (0, -1):
             conditions = [condition for goal in task.record.goal_options for condition in goal[option]]
-            verdict = GoalInterpretation(task, DOMAIN, BehaviorGoals()).score(answer(*conditions))
+            verdict = GoalInterpretationScorer(task, DOMAIN, BehaviorGoalNotation()).score(
+                answer(*conditions)
+            )
             assert verdict.counts is not None
             total = verdict.counts["all"]
             assert isinstance(total, Confusion)
@@ -133,13 +135,13 @@ def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
 @pytest.fixture
 def scorer_of() -> Callable[[BehaviorTask], Scorer]:
     """Return the maker of scorers under `strict`. Tests of other protocols override this fixture."""
-    return lambda task: GoalInterpretation(task, DOMAIN, BehaviorGoals())
+    return lambda task: GoalInterpretationScorer(task, DOMAIN, BehaviorGoalNotation())
 
 
 def test_written_goals_score_in_full(
     behavior_tasks: BehaviorTasks, scorer_of: Callable[[BehaviorTask], Scorer]
 ) -> None:
-    notation = BehaviorGoals()
+    notation = BehaviorGoalNotation()
     for task in behavior_tasks.values():
         text = notation.join(write_goals(task, DOMAIN, notation))
         verdict = scorer_of(task).score(text)
@@ -150,7 +152,7 @@ def test_written_goals_score_in_full(
 
 def test_states_and_relations_are_written_in_separate_sections() -> None:
     written = ['["inside", "a.n.01_1", "b.n.01_1"]', '["not", ["open", "b.n.01_1"]]']
-    assert json.loads(BehaviorGoals().join(written)) == {
+    assert json.loads(BehaviorGoalNotation().join(written)) == {
         "node goals": [["not", ["open", "b.n.01_1"]]],
         "edge goals": [["inside", "a.n.01_1", "b.n.01_1"]],
     }

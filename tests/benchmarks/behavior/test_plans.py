@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
 from benchmarks.plan_scorers import behavior_scorer
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.verdict import Verdict
 from eai.results.codec import verdict_to_record_fields
 from sweeps import examples
@@ -26,7 +26,7 @@ GOAL_REACHED = (
 
 
 @pytest.fixture
-def scorer() -> ActionSequencing:
+def scorer() -> ActionSequencingScorer:
     """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
@@ -95,7 +95,7 @@ def test_additional_steps_are_skipped_and_counted() -> None:
     assert (describe_outcome(verdict), verdict.additional_steps) == ("success", 2)
 
 
-def test_an_explanation_shows_every_step_and_goal(scorer: ActionSequencing) -> None:
+def test_an_explanation_shows_every_step_and_goal(scorer: ActionSequencingScorer) -> None:
     explanation = scorer.explain(
         answer("OPEN fridge_1", "RIGHT_GRASP peach_1", "CLOSE fridge_1", "SLICE plate_1")
     )

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import Verdict
 from eai.logic.formula import Atom, Constant
@@ -31,7 +31,7 @@ EITHER = "holds_rh(plate.1) or holds_rh(rag.1)"
 
 
 @pytest.fixture
-def scorer() -> SubgoalDecomposition:
+def scorer() -> SubgoalDecompositionScorer:
     """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
@@ -94,7 +94,7 @@ def test_an_answer_has_its_category_and_error(subgoals: list[object], outcome: s
     assert describe_verdict(STRICT.score(answer(*subgoals))) == outcome
 
 
-def get_actions(scorer: SubgoalDecomposition, *subgoals: str) -> list[str]:
+def get_actions(scorer: SubgoalDecompositionScorer, *subgoals: str) -> list[str]:
     """Return the actions into which subgoals are translated."""
     return [f"{step.action}" for step in scorer.explain(answer(*subgoals)).steps]
 
@@ -244,7 +244,7 @@ def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
     STRICT.explain(text)
 
 
-def test_many_threads_may_use_one_scorer(scorer: SubgoalDecomposition) -> None:
+def test_many_threads_may_use_one_scorer(scorer: SubgoalDecompositionScorer) -> None:
     answers = [answer(*subgoals) for subgoals in (REACHED, REACHED[:2], [EITHER], ["stained(fridge.1)"])]
     expected = [scorer.score(text) for text in answers]
     assert asked_by_threads(lambda i: scorer.score(answers[i % 4]) == expected[i % 4], 1_500)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from eai.abilities.explanation import EXECUTED, Explanation, GoalPartReport
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
 from eai.logic.traversal import walk_subformulas
@@ -40,7 +40,7 @@ def test_each_part_of_a_temporal_goal_is_met_at_its_reported_step(
     assert reported >= 60
 
 
-def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> dict[int, State]:
+def states_by_step(scorer: SubgoalDecompositionScorer, explanation: Explanation) -> dict[int, State]:
     """Return the states after the executed steps by step number; 0 is the initial state."""
     state = scorer.task.initial
     states = {0: state}

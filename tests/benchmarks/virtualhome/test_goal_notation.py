@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.scorer import Scorer
@@ -29,7 +29,7 @@ TASK = make_task(
     more_objects=("cup.40",),
 )
 DOMAIN = domain.domain_in_paper_order()
-STRICT = GoalInterpretation(TASK, DOMAIN, VirtualHomeGoals())
+STRICT = GoalInterpretationScorer(TASK, DOMAIN, VirtualHomeGoals())
 
 OPEN = {"name": "fridge", "state": "OPEN"}
 ON_BED = {"from_name": "cup", "relation": "ON", "to_name": "bed"}
@@ -214,7 +214,7 @@ def test_the_goals_of_the_data_set_score_in_full(virtualhome_tasks: VirtualHomeT
     notation = VirtualHomeGoals()
     for task in virtualhome_tasks.values():
         text = notation.join(write_goals(task, DOMAIN, notation))
-        verdict = GoalInterpretation(task, DOMAIN, notation).score(text)
+        verdict = GoalInterpretationScorer(task, DOMAIN, notation).score(text)
         total = sum(count[0] for count in counts(verdict) if isinstance(count, tuple))
         if any(count[1:] != (0, 0) for count in counts(verdict) if isinstance(count, tuple)):
             wrong.append(task.id)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
@@ -66,11 +66,11 @@ PLANS = st.lists(STEPS, max_size=12).map(
 )
 
 
-def write_verdict(scorer: ActionSequencing, text: str) -> str:
+def write_verdict(scorer: ActionSequencingScorer, text: str) -> str:
     return json.dumps(verdict_to_record_fields(scorer.score(text)))
 
 
-def assert_has_a_verdict(scorer: ActionSequencing, text: str) -> None:
+def assert_has_a_verdict(scorer: ActionSequencingScorer, text: str) -> None:
     """Fail unless a text has a complete verdict, equal when scored twice, and an explanation."""
     verdict = scorer.score(text)
     assert (verdict.excluded is None) == (verdict.executable is not None)
@@ -88,7 +88,7 @@ def test_any_text_has_a_verdict(text: str) -> None:
 
 
 @pytest.fixture
-def scorer() -> ActionSequencing:
+def scorer() -> ActionSequencingScorer:
     """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
@@ -109,12 +109,12 @@ def scorer() -> ActionSequencing:
     ],
     ids=lambda value: value[:12] if isinstance(value, str) else None,
 )
-def test_extreme_texts_have_a_verdict(scorer: ActionSequencing, text: str) -> None:
+def test_extreme_texts_have_a_verdict(scorer: ActionSequencingScorer, text: str) -> None:
     assert_has_a_verdict(scorer, text)
     assert scorer.score(text).executable is False
 
 
-def test_a_plan_of_ten_thousand_steps_is_executed(scorer: ActionSequencing) -> None:
+def test_a_plan_of_ten_thousand_steps_is_executed(scorer: ActionSequencingScorer) -> None:
     steps = ['"WALK": ["cup"], "GRAB": ["cup"], "WALK": ["bed"], "PUTBACK": ["cup", "bed"]'] * 2_500
     done = "{" + ", ".join(steps) + "}"
     assert scorer.score(done).executable is True
@@ -150,5 +150,5 @@ def test_a_damaged_answer_has_a_verdict(
     damaged = text[:start] + data.draw(SOUP) + text[end:]
     for suite in suites:
         scorer = suite.scorer(task_id)
-        assert isinstance(scorer, ActionSequencing)
+        assert isinstance(scorer, ActionSequencingScorer)
         assert_has_a_verdict(scorer, damaged)

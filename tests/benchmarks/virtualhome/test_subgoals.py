@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.verdict import Verdict
@@ -29,7 +29,7 @@ REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", CUP_HELD, "ONTOP(cup.13, bed.20
 
 
 @pytest.fixture
-def scorer() -> SubgoalDecomposition:
+def scorer() -> SubgoalDecompositionScorer:
     """Return the scorer under `strict`. Tests of other protocols override this fixture."""
     return STRICT
 
@@ -275,7 +275,7 @@ ANY_TEXT = st.text() | st.lists(st.lists(PIECES, max_size=6).map("".join), max_s
 )
 
 
-def assert_has_a_verdict(scorer: SubgoalDecomposition, text: str) -> None:
+def assert_has_a_verdict(scorer: SubgoalDecompositionScorer, text: str) -> None:
     """Fail unless a text has an explanation, and equal verdicts when scored twice."""
     verdict = scorer.score(text)
     assert verdict.category is not None
@@ -311,7 +311,7 @@ def test_any_text_has_a_verdict(text: str) -> None:
     ],
     ids=lambda text: text[:24].strip(),
 )
-def test_extreme_subgoals_have_a_verdict(scorer: SubgoalDecomposition, subgoal: str) -> None:
+def test_extreme_subgoals_have_a_verdict(scorer: SubgoalDecompositionScorer, subgoal: str) -> None:
     assert scorer.score(answer(subgoal)).category is not None
 
 
@@ -322,7 +322,7 @@ def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
     assert verdict.tried_actions < 2_000
 
 
-def test_many_threads_may_use_one_scorer(scorer: SubgoalDecomposition) -> None:
+def test_many_threads_may_use_one_scorer(scorer: SubgoalDecompositionScorer) -> None:
     answers = [
         answer(*subgoals)
         for subgoals in (
