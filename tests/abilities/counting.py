@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
-    BenchmarkParts,
+    DomainAndNotation,
     MetricColumn,
     ModelInteraction,
     QuestionAndAnswer,
@@ -15,7 +15,7 @@ from eai.abilities.declaration import (
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import RewardBasis, Verdict, make_share_of_one
+from eai.abilities.verdict import RewardBasis, Verdict, make_rate_contribution_of_answer
 from eai.tasks.task import Task
 
 
@@ -39,7 +39,7 @@ class CountScorer(Scorer):
         return Assessment(CountVerdict(right=off_by == 0, off_by=off_by), Explanation)
 
 
-def pose(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+def pose(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
     return f"How many objects does this task name: {task.title}?", str(len(task.relevant))
 
 
@@ -49,7 +49,7 @@ COUNTING = AbilityDeclaration(
     title="Counting",
     short_title="count",
     verdict=CountVerdict,
-    contributions=lambda verdict: {"right": make_share_of_one(verdict.right)},
+    contributions=lambda verdict: {"right": make_rate_contribution_of_answer(verdict.right)},
     outcome=lambda verdict: AnswerOutcome.SUCCESS if verdict.right else AnswerOutcome.GOAL_MISSED,
     columns=(MetricColumn("right", "Success", "Right"),),
     terminal_metrics=("right",),

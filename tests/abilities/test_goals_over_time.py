@@ -46,7 +46,7 @@ def task(lamps: Benchmark, *goals: str) -> Task:
     line = _TaskLine(
         id="t",
         base="lamps:lamps",
-        instruction="Pack the ball and light the lamp.",
+        instruction="DataPack the ball and light the lamp.",
         objects={"robot": "robot", "lamp_1": "lamp", "lamp_2": "lamp", "ball": "ball", "box": "box"},
         agent="robot",
         facts={},

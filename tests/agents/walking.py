@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Share, make_share_of_one
+from eai.abilities.verdict import Share, make_rate_contribution_of_answer
 from eai.agents.declaration import ACTING
 from eai.agents.verdict import ActingVerdict
 
@@ -14,7 +14,7 @@ from eai.agents.verdict import ActingVerdict
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     possible = sum(turn.fault is None for turn in verdict.action_turns)
     return {
-        "won": make_share_of_one(bool(verdict.success)),
+        "won": make_rate_contribution_of_answer(bool(verdict.success)),
         "possible": Share(possible, len(verdict.action_turns)),
     }
 

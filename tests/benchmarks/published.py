@@ -11,7 +11,7 @@ import pytest
 from benchmarks.synthetic import build_wheel, packs_from
 from eai.base.source import PackageArchive
 from eai.base.store import Store
-from eai.benchmarks.packs import Pack
+from eai.benchmarks.packs import DataPack
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def wheel(index: Path) -> PackageArchive:
 
 
 @pytest.fixture
-def packs(wheel: PackageArchive) -> Sequence[Pack]:
+def packs(wheel: PackageArchive) -> Sequence[DataPack]:
     return packs_from(wheel)
 
 

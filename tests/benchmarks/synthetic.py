@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.base.source import ArchiveFiles, PackageArchive
-from eai.benchmarks.packs import Pack, find_packs
+from eai.benchmarks.packs import DataPack, find_packs
 from eai.benchmarks.reference_wheel import (
     BEHAVIOR_PDDL,
     EAI_EVAL,
@@ -182,6 +182,6 @@ def pin(name: str, path: Path, record_sha256: str | None = None) -> PackageArchi
     )
 
 
-def packs_from(wheel: PackageArchive) -> tuple[Pack, ...]:
+def packs_from(wheel: PackageArchive) -> tuple[DataPack, ...]:
     """Return the packs that need only the published wheel, made from another wheel."""
     return tuple(replace(pack, archives=(wheel,)) for pack in find_packs() if pack.archives == (EAI_EVAL,))

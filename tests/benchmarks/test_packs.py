@@ -22,7 +22,7 @@ from eai.base.store import ReportProgress, Store
 from eai.benchmarks.behavior.records import PACK as BEHAVIOR
 from eai.benchmarks.behavior_1k.kinds import PACK as BEHAVIOR_1K
 from eai.benchmarks.packs import (
-    Pack,
+    DataPack,
     fetch_packs,
     find_packs,
     get_pack_statuses,
@@ -59,19 +59,19 @@ print("made", len(made), flush=True)
 HANG = """
 import sys, time
 from pathlib import Path
-from eai.benchmarks.packs import Pack, fetch_packs
+from eai.benchmarks.packs import DataPack, fetch_packs
 from eai.base.store import Store
 
 def convert(report):
     print("converting", flush=True)
     time.sleep(600)
 
-packs = [Pack("virtualhome", (), convert)]
+packs = [DataPack("virtualhome", (), convert)]
 fetch_packs(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
 """
 
 
-def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[Pack]) -> None:
+def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[DataPack]) -> None:
     stages: set[str] = set()
     assert fetch_packs(store, packs=packs, report=lambda stage, *rest: stages.add(stage)) == NAMES
     assert stages == {"fetching", "converting"}
@@ -84,14 +84,14 @@ def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[Pack])
     assert store.open(PROMPTS).read("behavior/action_sequencing.json") == b"[]"
 
 
-def test_opening_an_absent_pack_fetches_it(store: Store, packs: Sequence[Pack]) -> None:
+def test_opening_an_absent_pack_fetches_it(store: Store, packs: Sequence[DataPack]) -> None:
     assert len(VirtualHomeRecords.from_pack(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
     assert all(store.has(name) for name in NAMES)
 
 
-def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Sequence[Pack]) -> None:
+def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Sequence[DataPack]) -> None:
     unobtainable = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
-    other = Pack("other", (unobtainable,), lambda files, report: {})
+    other = DataPack("other", (unobtainable,), lambda files, report: {})
     assert open_pack(VIRTUALHOME, Source(store), packs=[*packs, other]).members
     with pytest.raises(DataError, match="no-such-archive"):
         open_pack("other", Source(store), packs=[*packs, other])
@@ -100,7 +100,7 @@ def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Se
 
 def test_an_archive_on_disk_replaces_the_package_index(
     store: Store,
-    packs: Sequence[Pack],
+    packs: Sequence[DataPack],
     index: Path,
     wheel: PackageArchive,
     monkeypatch: pytest.MonkeyPatch,
@@ -118,17 +118,17 @@ def test_an_archive_on_disk_replaces_the_package_index(
 
 
 def test_a_folder_with_some_archives_makes_only_their_packs(
-    store: Store, packs: Sequence[Pack], index: Path, tmp_path: Path
+    store: Store, packs: Sequence[DataPack], index: Path, tmp_path: Path
 ) -> None:
     absent = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
-    other = Pack("other", (absent,), lambda files, report: {})
+    other = DataPack("other", (absent,), lambda files, report: {})
     assert fetch_packs(store, packs=[*packs, other], place=index) == NAMES
     with pytest.raises(DataError, match=r"contains none of .*none\.tar\.gz"):
         fetch_packs(store, packs=[other], place=index)
 
 
 def test_damaged_packs_and_packs_from_other_archives_are_made_again(
-    store: Store, packs: Sequence[Pack]
+    store: Store, packs: Sequence[DataPack]
 ) -> None:
     fetch_packs(store, packs=packs)
     store.write(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
@@ -136,7 +136,7 @@ def test_damaged_packs_and_packs_from_other_archives_are_made_again(
     assert fetch_packs(store, packs=packs) == (RESOURCES, PROMPTS)
 
 
-def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequence[Pack]) -> None:
+def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     store.path(PROMPTS).unlink()
     store.path(RESOURCES).write_bytes(b"damaged")
@@ -170,7 +170,7 @@ def test_two_processes_may_fetch_at_once(
     assert sorted(outputs) == ["made 0", f"made {len(NAMES)}"]
 
 
-def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[Pack]) -> None:
+def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     before = store.path(VIRTUALHOME).read_bytes()
     process = subprocess.Popen(
@@ -189,7 +189,7 @@ def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Seq
 
 
 def test_an_interrupted_download_leaves_nothing(
-    store: Store, packs: Sequence[Pack], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    store: Store, packs: Sequence[DataPack], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     temporary = tmp_path / "tmp"
     temporary.mkdir()
@@ -205,7 +205,7 @@ def test_an_interrupted_download_leaves_nothing(
     assert fetch_packs(store, packs=packs) == NAMES
 
 
-def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Pack]) -> None:
+def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[DataPack]) -> None:
     store.folder.mkdir()
     leftover = store.folder / ".virtualhome.1.zip.77.partial"
     leftover.write_bytes(b"half")
@@ -213,7 +213,7 @@ def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Pa
     assert not leftover.exists()
 
 
-def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[Pack]) -> None:
+def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     before = store.path(VIRTUALHOME).read_bytes()
 
@@ -221,11 +221,11 @@ def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequen
         raise DataError("not as expected")
 
     with pytest.raises(DataError, match="not as expected"):
-        fetch_packs(store, packs=[Pack(VIRTUALHOME, packs[0].archives, fail)], force=True)
+        fetch_packs(store, packs=[DataPack(VIRTUALHOME, packs[0].archives, fail)], force=True)
     assert store.path(VIRTUALHOME).read_bytes() == before
 
 
-def test_a_folder_that_cannot_be_created_is_an_error(tmp_path: Path, packs: Sequence[Pack]) -> None:
+def test_a_folder_that_cannot_be_created_is_an_error(tmp_path: Path, packs: Sequence[DataPack]) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
         fetch_packs(Store(tmp_path / "file" / "store"), packs=packs)
@@ -248,7 +248,7 @@ def make_read_only(folder: Path) -> Iterator[None]:
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="needs POSIX permissions")
-def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[Pack]) -> None:
+def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[DataPack]) -> None:
     with TemporaryDirectory() as name:
         folder = Path(name)
         store = Store(folder)
@@ -261,26 +261,26 @@ def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[Pack]) -
             assert "\n" not in str(caught.value)
 
 
-def find_problems(store: Store, packs: Sequence[Pack]) -> list[str]:
+def find_problems(store: Store, packs: Sequence[DataPack]) -> list[str]:
     return [f"{finding.place}: {finding.problem}" for finding in validate_packs(store, packs)]
 
 
-def check_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
+def check_counts(packs: Sequence[DataPack], **counts: int) -> list[DataPack]:
     """Return the packs with other expected counts for VirtualHome."""
     return [replace(packs[0], check=partial(list_unexpected_figures, expected_figures=counts)), *packs[1:]]
 
 
-def test_a_fetched_store_is_valid(store: Store, packs: Sequence[Pack]) -> None:
+def test_a_fetched_store_is_valid(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     assert find_problems(store, check_counts(packs, tasks=3, goals=5)) == []
 
 
-def test_a_wrong_count_is_a_finding(store: Store, packs: Sequence[Pack]) -> None:
+def test_a_wrong_count_is_a_finding(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     assert find_problems(store, check_counts(packs, tasks=342)) == ["virtualhome: tasks: 3, expected 342"]
 
 
-def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequence[Pack]) -> None:
+def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     store.path(VIRTUALHOME).unlink()
     content = bytearray(store.path(RESOURCES).read_bytes())

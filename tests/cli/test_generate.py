@@ -13,7 +13,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.prior import UsualGoals
-from eai.benchmarks.generator.seeds import JudgedSeed
+from eai.benchmarks.generator.seeds import TaskSeedOutcome
 from eai.benchmarks.generator.spec import SeedRejectionReason
 from eai.pddl.val import NOT_VALID, VALID
 from eai.tasks.task import Task
@@ -149,7 +149,7 @@ def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
     whole = TaskGenerator.judge_seed
     calls = [0]
 
-    def judge(generator: TaskGenerator, seed: str, known: Collection[tuple[str, str]]) -> JudgedSeed:
+    def judge(generator: TaskGenerator, seed: str, known: Collection[tuple[str, str]]) -> TaskSeedOutcome:
         calls[0] += 1
         if calls[0] > 6:
             raise KeyboardInterrupt

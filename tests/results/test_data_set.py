@@ -9,9 +9,9 @@ import pytest
 
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.packs import Pack, fetch_packs
+from eai.benchmarks.packs import DataPack, fetch_packs
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.virtualhome.benchmark import count_records_with_notes
+from eai.benchmarks.virtualhome.benchmark import count_tasks_and_goals_of_records
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords, open_records
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
@@ -105,9 +105,11 @@ def rows_of(domain: str, store: Store) -> dict[str, _DataSetStatistic]:
     return {row.label: row for row in compute_data_set_statistics(find_benchmark(domain), Source(store))}
 
 
-def test_annotated_records_are_counted(store: Store, packs: Sequence[Pack]) -> None:
+def test_annotated_records_are_counted(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
-    figures = count_records_with_notes(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)), ["1_1"], 5)
+    figures = count_tasks_and_goals_of_records(
+        VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)), ["1_1"], 5
+    )
     assert {label: value for label, (value, _) in figures.items()} == {
         "task names": 2,
         "tasks": 3,

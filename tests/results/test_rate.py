@@ -4,7 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.verdict import Confusion, add_confusions, make_confusion_shares, make_share_of_one
+from eai.abilities.verdict import (
+    Confusion,
+    add_confusions,
+    make_confusion_shares,
+    make_rate_contribution_of_answer,
+)
 from eai.results.rate import NOTHING, Rate, compute_rates
 from eai.tasks.share import Share
 
@@ -18,7 +23,9 @@ def test_a_rate_without_cases_is_none_and_not_zero() -> None:
 
 
 def test_total_sums_numerators_and_denominators() -> None:
-    assert compute_rates([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": make_share_of_one(True)}]) == {
+    assert compute_rates(
+        [{"a": Share(1, 1)}, {"a": Share(0, 3), "b": make_rate_contribution_of_answer(True)}]
+    ) == {
         "a": Rate(1, 4),
         "b": Rate(1, 1),
     }

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.conventions import SceneReader
+from eai.benchmarks.behavior_1k.conventions import SceneFactReader
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
@@ -34,7 +34,7 @@ class NoWayError(Exception):
     """A method failed."""
 
 
-class Ways(SceneReader):
+class Ways(SceneFactReader):
     """A plan under construction, the state after it, and methods to achieve single conditions there.
 
     Args:

@@ -25,7 +25,7 @@ from eai.abilities.verdict import (
     PlanVerdict,
     ShareByMetric,
     Verdict,
-    make_share_of_one,
+    make_rate_contribution_of_answer,
 )
 from eai.base.errors import InputError
 from eai.tasks.share import Share
@@ -92,7 +92,7 @@ class MetricColumn:
 
 
 @dataclass(frozen=True, slots=True)
-class BenchmarkParts:
+class DomainAndNotation:
     """The parts of a benchmark that abilities need: its declared domain, its notation of answers, and more.
 
     Attributes:
@@ -121,7 +121,7 @@ The question is a text, or a mapping from the placeholders of the ability's temp
 """
 
 
-QuestionMaker: TypeAlias = Callable[[BenchmarkParts, Any], QuestionAndAnswer]
+QuestionMaker: TypeAlias = Callable[[DomainAndNotation, Any], QuestionAndAnswer]
 """Function that takes the parts of a benchmark and a task, and makes the question and a right answer."""
 
 SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
@@ -159,10 +159,10 @@ class ModelInteraction:
             be JSON.
     """
 
-    scorers: Callable[[BenchmarkParts], Callable[[Any], Scorer]]
+    scorers: Callable[[DomainAndNotation], Callable[[Any], Scorer]]
     make_question: QuestionMaker | None = None
-    pictures: Callable[[BenchmarkParts, Any], Sequence[tuple[str, bytes]]] | None = None
-    answer_form: Callable[[BenchmarkParts, Task | None], tuple[Sequence[str], SchemaMaker]] | None = None
+    pictures: Callable[[DomainAndNotation, Any], Sequence[tuple[str, bytes]]] | None = None
+    answer_form: Callable[[DomainAndNotation, Task | None], tuple[Sequence[str], SchemaMaker]] | None = None
     open_file: Callable[[Path], tuple[str, TaskSet[Any]] | None] | None = None
     features: Callable[[Any], TaskFeatures] | None = None
     task_command: str = ""
@@ -423,7 +423,11 @@ def compute_reached_goal_shares(verdict: PlanVerdict) -> ShareByMetric:
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))
     partial = verdict.partial
-    met = EMPTY_SHARE if partial is None else make_share_of_one(partial.numerator / partial.denominator)
+    met = (
+        EMPTY_SHARE
+        if partial is None
+        else make_rate_contribution_of_answer(partial.numerator / partial.denominator)
+    )
     return {**dict(zip(GOAL_METRICS, (*shares, whole), strict=True)), PARTIAL: met}
 
 

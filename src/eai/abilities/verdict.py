@@ -412,7 +412,7 @@ ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
 """Contributions to a rate of success: 0 of 1 for a failure, and 1 of 1 for a full success."""
 
 
-def make_share_of_one(has_property: bool | float | None) -> Share:
+def make_rate_contribution_of_answer(has_property: bool | float | None) -> Share:
     """Return the contribution of one answer to a rate over all answers.
 
     Args:

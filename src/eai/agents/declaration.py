@@ -17,7 +17,7 @@ from eai.abilities.declaration import (
     PARTIAL,
     SUCCESS,
     AbilityDeclaration,
-    BenchmarkParts,
+    DomainAndNotation,
     MetricColumn,
     MultiTurnInteraction,
     QuestionAndAnswer,
@@ -27,7 +27,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import EMPTY_SHARE, UNREPLAYABLE, make_share_of_one
+from eai.abilities.verdict import EMPTY_SHARE, UNREPLAYABLE, make_rate_contribution_of_answer
 from eai.agents.verdict import ActingVerdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -65,27 +65,31 @@ def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
         any(turn.fault is None for turn in actions[i + 1 : i + 1 + _MAX_RECOVERY_TURNS]) for i in faulty
     )
     return {
-        "success": make_share_of_one(won),
+        "success": make_rate_contribution_of_answer(won),
         **{
             name: EMPTY_SHARE
             if shortest is None
-            else make_share_of_one(won and tried <= max(1, floor(most * shortest)))
+            else make_rate_contribution_of_answer(won and tried <= max(1, floor(most * shortest)))
             for name, most in WITHIN.items()
         },
         "spl": EMPTY_SHARE
         if shortest is None
-        else make_share_of_one(_weight_success_by_path_length(won, tried, shortest)),
+        else make_rate_contribution_of_answer(_weight_success_by_path_length(won, tried, shortest)),
         "impossible": Share(len(faulty), tried),
         **{kind: Share(kinds.count(kind), tried) for kind in KINDS},
         "additional_step": Share(kinds.count(FaultKind.ADDITIONAL_STEP.value), tried),
-        "won_after_fault": make_share_of_one(won) if faulty else EMPTY_SHARE,
+        "won_after_fault": make_rate_contribution_of_answer(won) if faulty else EMPTY_SHARE,
         "recovered": Share(recovered, len(faulty)),
         "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
-        "undeclared": make_share_of_one(verdict.reached and not won),
-        "declared_early": make_share_of_one(verdict.declared and not verdict.reached),
-        UNREPLAYABLE: make_share_of_one(verdict.is_unreplayable),
-        "lost_for_good": make_share_of_one(verdict.outlook == "lost") if is_known else EMPTY_SHARE,
-        "outlook_unknown": EMPTY_SHARE if verdict.outlook is None else make_share_of_one(not is_known),
+        "undeclared": make_rate_contribution_of_answer(verdict.reached and not won),
+        "declared_early": make_rate_contribution_of_answer(verdict.declared and not verdict.reached),
+        UNREPLAYABLE: make_rate_contribution_of_answer(verdict.is_unreplayable),
+        "lost_for_good": make_rate_contribution_of_answer(verdict.outlook == "lost")
+        if is_known
+        else EMPTY_SHARE,
+        "outlook_unknown": EMPTY_SHARE
+        if verdict.outlook is None
+        else make_rate_contribution_of_answer(not is_known),
         **compute_reached_goal_shares(verdict),
     }
 
@@ -107,7 +111,7 @@ def _weight_success_by_path_length(won: bool, tried_actions: int, shortest_lengt
     return float(won) if tried_actions <= shortest_length else won * shortest_length / tried_actions
 
 
-def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports do not load the engine.
@@ -117,7 +121,7 @@ def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
     return make_scorer_factory(parts)
 
 
-def _make_question_and_answer(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+def _make_question_and_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
     from eai.agents.scorer import make_question_and_answer
 
     return make_question_and_answer(parts, task)

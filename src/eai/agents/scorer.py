@@ -13,7 +13,7 @@ from functools import cached_property, partial
 from textwrap import shorten
 from typing import Any, TypeAlias
 
-from eai.abilities.declaration import BenchmarkParts, QuestionAndAnswer
+from eai.abilities.declaration import DomainAndNotation, QuestionAndAnswer
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
 from eai.abilities.reports import report_goals, to_statement
 from eai.abilities.scorer import Assessment, Scorer
@@ -43,18 +43,18 @@ _TOO_LATE = "too_late"
 """Outcome of an action that exceeds the maximum number of actions."""
 
 
-def _get_benchmark(parts: BenchmarkParts) -> Benchmark:
+def _get_benchmark(parts: DomainAndNotation) -> Benchmark:
     if not isinstance(parts.benchmark, Benchmark):
         raise TypeError("acting needs a benchmark: open the tasks with `eai.open`")
     return parts.benchmark
 
 
-def make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
+def make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return the function that makes the scorer of a task of a benchmark."""
     return partial(_ActingScorer, benchmark=_get_benchmark(parts))
 
 
-def make_question_and_answer(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+def make_question_and_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
     """Return the question of a task in the standard setting, and commands that win there."""
     factory = EpisodeFactory(_get_benchmark(parts))
     commands = factory.make_setup(task).reference.commands if task.unplannable_reason is None else None

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.abilities.declaration import BenchmarkParts, get_declaration
+from eai.abilities.declaration import DomainAndNotation, get_declaration
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability, find_abilities
 from eai.abilities.scorer import Scorer
@@ -225,7 +225,7 @@ class Benchmark:
         declared = make_transition_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
-    def collect_parts(self, source: Source) -> BenchmarkParts:
+    def collect_domain_and_notation(self, source: Source) -> DomainAndNotation:
         """Return the parts of the benchmark that abilities use, such as the domain and the notation.
 
         `source` chooses the planner.
@@ -237,7 +237,7 @@ class Benchmark:
             return make_planner(source.planner, self.data.planner_seconds, source.terms)
 
         words, seen = self.wording, self.observation_wording
-        return BenchmarkParts(self.domain, self.notation, self.subgoals, planner, words, seen, self)
+        return DomainAndNotation(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
         """Return a mapping from task id to corrected official prompt, or None if the ability has no prompts.

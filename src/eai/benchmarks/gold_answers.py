@@ -194,7 +194,10 @@ def open_gold_answers(benchmark: Benchmark, ability: Ability, source: Source = U
             return make_answers_by_task(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
             return _open_plan_book(benchmark, ability, source, scripts=True)
-    pose, world = get_declaration(ability).interaction.make_question, benchmark.collect_parts(source)
+    pose, world = (
+        get_declaration(ability).interaction.make_question,
+        benchmark.collect_domain_and_notation(source),
+    )
     if pose is None:
         raise InputError(
             f"{benchmark.name} {ability.value}: gold answers are unknown; choose another ability"

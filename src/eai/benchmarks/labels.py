@@ -31,14 +31,14 @@ def derive_labels(task: Task, goal_labels: Mapping[str, str]) -> tuple[str, ...]
     if any(isinstance(part, (Then, Until)) for part in parts):
         labels.add("ordered")
     if task.goals:
-        labels.add(_name_horizon(len(task.goals)))
+        labels.add(_make_task_horizon_label(len(task.goals)))
     return tuple(sorted(labels))
 
 
-def _name_horizon(goals: int) -> str:
-    if goals < _MIN_COMPOSITE_GOALS:
+def _make_task_horizon_label(goal_count: int) -> str:
+    if goal_count < _MIN_COMPOSITE_GOALS:
         return "horizon-atomic"
-    return "horizon-composite" if goals < _MIN_ACTIVITY_GOALS else "horizon-activity"
+    return "horizon-composite" if goal_count < _MIN_ACTIVITY_GOALS else "horizon-activity"
 
 
 def _list_goal_keys(task: Task) -> Iterator[tuple[str, str]]:

@@ -1,8 +1,8 @@
 """Fetch, convert, check and open packs. A pack is a file of the data store, made from published archives.
 
 Opening an absent pack fetches it first. A distribution registers the packs of a benchmark by an entry point
-of the group ``eai.packs``: a sequence of `Pack`, under the benchmark's name. Several benchmarks may register
-one pack.
+of the group ``eai.packs``: a sequence of `DataPack`, under the benchmark's name. Several benchmarks may
+register one pack.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def _skip_check(store: Store) -> Iterable[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Pack:
+class DataPack:
     """A file of the data store, made from published archives. It contains member files.
 
     Attributes:
@@ -57,7 +57,7 @@ class Pack:
 
 
 @dataclass(frozen=True, slots=True)
-class _PackStatus:
+class _DataPackStatus:
     """The status of one pack, which `eai data info` prints.
 
     Attributes:
@@ -75,7 +75,7 @@ class _PackStatus:
     problem: str | None
 
 
-def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
+def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[DataPack, ...]:
     """Return the registered packs (data files) of some benchmarks, or of all benchmarks for None.
 
     A pack that several benchmarks share is listed once.
@@ -89,7 +89,9 @@ def _get_entry_points() -> Mapping[str, EntryPoint]:
     return get_entry_points(GROUP, PAPER_BENCHMARKS)
 
 
-def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] | None = None) -> PackFile:
+def open_pack(
+    name: str, source: Source | None = None, *, packs: Sequence[DataPack] | None = None
+) -> PackFile:
     """Open a pack by name. An absent pack is fetched, together with other packs that need only its archives.
 
     Args:
@@ -113,7 +115,7 @@ def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] 
 def fetch_packs(
     store: Store | None = None,
     *,
-    packs: Sequence[Pack],
+    packs: Sequence[DataPack],
     place: Path | None = None,
     force: bool = False,
     report: ReportProgress = ignore_progress,
@@ -158,7 +160,7 @@ def fetch_packs(
     return tuple(pack.name for pack in wanted)
 
 
-def get_pack_statuses(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
+def get_pack_statuses(store: Store, *, packs: Sequence[DataPack]) -> tuple[_DataPackStatus, ...]:
     """Return the status of each pack. Absent or damaged packs raise no error."""
     return tuple(_get_status(store, pack) for pack in packs)
 
@@ -174,7 +176,7 @@ def is_stored(store: Store, benchmark: str) -> bool:
     return not any(status.problem for status in get_pack_statuses(store, packs=packs))
 
 
-def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[DataMistake, ...]:
+def validate_packs(store: Store, packs: Sequence[DataPack] | None = None) -> tuple[DataMistake, ...]:
     """Return the problems of the packs in a store. No archive is downloaded.
 
     Args:
@@ -191,7 +193,7 @@ def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[D
     return broken or tuple(DataMistake(pack.name, problem) for pack in packs for problem in pack.check(store))
 
 
-def _check_pack_files(store: Store, pack: Pack) -> Iterator[DataMistake]:
+def _check_pack_files(store: Store, pack: DataPack) -> Iterator[DataMistake]:
     try:
         opened = store.open(pack.name)
     except DataError as error:
@@ -208,17 +210,17 @@ def _check_pack_files(store: Store, pack: Pack) -> Iterator[DataMistake]:
             yield DataMistake(pack.name, str(error))
 
 
-def _get_status(store: Store, pack: Pack) -> _PackStatus:
+def _get_status(store: Store, pack: DataPack) -> _DataPackStatus:
     path = store.path(pack.name)
     size = path.stat().st_size if path.is_file() else 0
     try:
         opened = store.open(pack.name)
     except DataError as error:
-        return _PackStatus(pack.name, size, None, pack.archive_digests, str(error))
-    return _PackStatus(pack.name, size, opened.sha256, opened.archives, None)
+        return _DataPackStatus(pack.name, size, None, pack.archive_digests, str(error))
+    return _DataPackStatus(pack.name, size, opened.sha256, opened.archives, None)
 
 
-def _find_missing_packs(store: Store, packs: Sequence[Pack]) -> list[Pack]:
+def _find_missing_packs(store: Store, packs: Sequence[DataPack]) -> list[DataPack]:
     """Return the packs that are absent, unreadable or made from archives other than the expected ones."""
     statuses = [(pack, _get_status(store, pack)) for pack in packs]
     return [
@@ -250,7 +252,7 @@ def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
 
 
 def _open_archives(
-    packs: Sequence[Pack], place: Path | None, report: ReportProgress, stack: ExitStack
+    packs: Sequence[DataPack], place: Path | None, report: ReportProgress, stack: ExitStack
 ) -> dict[PackageArchive, Path]:
     """Return the paths of the verified archives. They are in `place`, or in a temporary folder."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)

@@ -62,7 +62,7 @@ def make_answer_schema(
     declared = get_declaration(ability).interaction.answer_form
     if declared is None:
         return None
-    words, form = declared(benchmark.collect_parts(Source()), task)
+    words, form = declared(benchmark.collect_domain_and_notation(Source()), task)
     schema = form(words) if words and _contains_all(f"{prompt.system or ''}\n{prompt.user}", words) else None
     return schema if schema is not None and is_schema_accepted_by_providers(schema) else form(None)
 
@@ -188,7 +188,10 @@ class PromptLibrary:
 
         Each question is made on first use, because it may need pictures.
         """
-        world, tasks = benchmark.collect_parts(self.source), benchmark.tasks_for(ability, self.source)
+        world, tasks = (
+            benchmark.collect_domain_and_notation(self.source),
+            benchmark.tasks_for(ability, self.source),
+        )
         templates, pictures = self.templates, get_declaration(ability).interaction.pictures
 
         def pose_question(task_id: str) -> Prompt:

@@ -17,7 +17,7 @@ from eai.base.errors import DataError
 from eai.base.files import parse_toml
 from eai.base.source import ArchiveFiles, PackageArchive
 from eai.base.store import ReportProgress
-from eai.benchmarks.packs import Pack
+from eai.benchmarks.packs import DataPack
 
 SCENE_PREFIX = "scene_1_"
 
@@ -44,13 +44,13 @@ def find_task_id(published_id: str) -> str | None:
 
 
 @cache
-def _load_id_tables() -> Mapping[str, Mapping[str, str]]:
+def _load_wheel_path_by_pack_and_file() -> Mapping[str, Mapping[str, str]]:
     return parse_toml((files("eai.benchmarks") / "packs.toml").read_text(encoding="utf-8"))
 
 
 def get_pack_files(pack: str) -> Mapping[str, str]:
     """Return a mapping from the member files of a pack to their paths in the wheel."""
-    return _load_id_tables()[pack]
+    return _load_wheel_path_by_pack_and_file()[pack]
 
 
 PROBLEMS_MEMBER = "problems.json"
@@ -119,9 +119,11 @@ TEMPLATES = "prompt_templates"
 """Name of the pack with the official template, from which goal interpretation prompts are rendered."""
 
 PUBLISHED = (
-    Pack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, RESOURCES, "virtualhome")),
-    Pack(PROMPTS, (EAI_EVAL,), partial(_copy_pack_files, PROMPTS)),
-    Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, BEHAVIOR_PDDL, "behavior")),
-    Pack(TEMPLATES, (EAI_EVAL,), _extract_prompt_template),
+    DataPack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, RESOURCES, "virtualhome")),
+    DataPack(PROMPTS, (EAI_EVAL,), partial(_copy_pack_files, PROMPTS)),
+    DataPack(
+        BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, BEHAVIOR_PDDL, "behavior")
+    ),
+    DataPack(TEMPLATES, (EAI_EVAL,), _extract_prompt_template),
 )
 """The packs of VirtualHome and BEHAVIOR for which the wheel of the paper's package suffices."""

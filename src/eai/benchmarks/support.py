@@ -20,7 +20,7 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _map_supports_to_containment(
+def _map_each_support_to_is_container(
     state: State, relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
     """Return a mapping from each direct or indirect support of an object to whether it is a container.
@@ -56,11 +56,11 @@ def make_carries_carried_by_and_within(
 
     def find_all_supports(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return all direct and indirect supports of an object, as a bit mask."""
-        return reduce(or_, _map_supports_to_containment(state, names, arguments[0]), 0)
+        return reduce(or_, _map_each_support_to_is_container(state, names, arguments[0]), 0)
 
     def find_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _map_supports_to_containment(state, names, arguments[0])
+        chain = _map_each_support_to_is_container(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
     carries = DefinedPredicate("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
@@ -101,7 +101,7 @@ def make_floor_lookup(
     def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_map_supports_to_containment(state, supports, root)):
+        for support in (1 << root, *_map_each_support_to_is_container(state, supports, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1
@@ -117,7 +117,7 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
     """
     cached: tuple[State | None, Mapping[int, ObjectMask]] = None, {}
 
-    def find_objects_mapped_to(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def apply_inverse_of_lookup(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         nonlocal cached
         cached_state, by_value = cached
         if cached_state is not state:
@@ -125,7 +125,7 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
             cached = state, by_value
         return by_value.get(arguments[0], 0)
 
-    return find_objects_mapped_to
+    return apply_inverse_of_lookup
 
 
 def _map_values_to_objects(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:

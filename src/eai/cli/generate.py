@@ -121,7 +121,7 @@ def generate_tasks(
         compress: Write FILE.jsonl.gz.
     """
     validator = find_val_program() if val else None
-    if kind.is_over_time and val:
+    if kind.has_temporal_goal and val:
         raise InputError(f"--val: VAL cannot check goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)
     with open_data_source(data) as source:

@@ -17,7 +17,13 @@ from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.verdict import EMPTY_SHARE as NO_SHARE
-from eai.abilities.verdict import ZERO_SHARE, PlanVerdict, ShareByMetric, Verdict, make_share_of_one
+from eai.abilities.verdict import (
+    ZERO_SHARE,
+    PlanVerdict,
+    ShareByMetric,
+    Verdict,
+    make_rate_contribution_of_answer,
+)
 from eai.base.grouping import group_pairs
 from eai.results.certainty import RateCase
 from eai.results.rate import NOTHING, Rate, compute_rate, compute_rates
@@ -97,7 +103,7 @@ def estimate_share(records: Sequence[Record], counted: Sequence[bool]) -> Estima
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
         [
-            RateCase(record.task_id, find_task_name(record), make_share_of_one(is_counted))
+            RateCase(record.task_id, find_task_name(record), make_rate_contribution_of_answer(is_counted))
             for record, is_counted in cases
         ]
     )
@@ -265,9 +271,11 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
             )
         for report, reached in list_judged_goals(record):
             for name in report.predicates:
-                by_predicate.setdefault(name, []).append(make_share_of_one(reached))
+                by_predicate.setdefault(name, []).append(make_rate_contribution_of_answer(reached))
         for _, step in list_reported_steps(record) if declared.answers_are_plans else ():
-            by_action.setdefault(step.call.name, []).append(make_share_of_one(step.outcome == EXECUTED))
+            by_action.setdefault(step.call.name, []).append(
+                make_rate_contribution_of_answer(step.outcome == EXECUTED)
+            )
     return AnswerBreakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
         _count_answers_reaching_each_stage(outcomes) if declared.answers_are_plans else None,

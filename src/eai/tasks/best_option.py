@@ -96,9 +96,9 @@ class _BestGoalOptionFinder:
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
         compiler = _GoalPartCompiler(choices, self._fixed, self._positive)
-        self._find_best_sets: _BestSetsFinder = _return_no_sets
+        self._find_best_sets: _BestConditionSetsFinder = _return_no_sets
         if not _is_contradictory(self._fixed, self._positive):
-            self._find_best_sets = compiler.compile_part(AllOf(choices))
+            self._find_best_sets = compiler.make_finder_for_goal_part(AllOf(choices))
 
     def __call__(self, true_atoms: int, further_met: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of met conditions in any option; 0 of 1 if the goal has no option.
@@ -188,7 +188,7 @@ class _GoalOptionSearch:
         return sum([self.values[number] for number in iterate_positions(conditions)])
 
 
-_BestSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
+_BestConditionSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
 """Function that returns the sets of common conditions that satisfy one part of a goal, with their values."""
 
 
@@ -285,51 +285,60 @@ class _GoalPartCompiler:
             total.update(inner)
         return total
 
-    def compile_part(self, part: _NumberedChoice) -> _BestSetsFinder:
+    def make_finder_for_goal_part(self, goal_part: _NumberedChoice) -> _BestConditionSetsFinder:
         """Return a function that finds the sets of common conditions that satisfy a part of a goal."""
-        match part:
+        match goal_part:
             case int():
-                return self._compile_condition(part)
+                return self._make_finder_for_condition(goal_part)
             case AllOf(parts):
-                return self._compile_all_of(parts)
+                return self._make_finder_for_conjunction(parts)
             case AnyOf(parts):
-                return self._forget_conditions_of_part(
-                    _compile_any_of([self.compile_part(member) for member in parts]), part
+                return self._drop_conditions_only_in_goal_part(
+                    _make_finder_for_disjunction(
+                        [self.make_finder_for_goal_part(member) for member in parts]
+                    ),
+                    goal_part,
                 )
             case ExactlyOf(count, parts):
-                return self._forget_conditions_of_part(
-                    self._compile_exactly_of(count, [self.compile_part(member) for member in parts]), part
+                return self._drop_conditions_only_in_goal_part(
+                    self._make_finder_choosing_exactly(
+                        count, [self.make_finder_for_goal_part(member) for member in parts]
+                    ),
+                    goal_part,
                 )
             case AndOrTreePairing(count, cells):
                 tables = [
-                    [None if cell is None else self.compile_part(cell) for cell in row] for row in cells
+                    [None if cell is None else self.make_finder_for_goal_part(cell) for cell in row]
+                    for row in cells
                 ]
-                return self._forget_conditions_of_part(self._compile_pairing_choice(count, tables), part)
+                return self._drop_conditions_only_in_goal_part(
+                    self._make_finder_matching_rows_to_columns(count, tables), goal_part
+                )
             case _:
-                assert_never(part)
+                assert_never(goal_part)
 
-    def _compile_condition(self, number: int) -> _BestSetsFinder:
-        if self._fixed >> number & 1:
+    def _make_finder_for_condition(self, condition: int) -> _BestConditionSetsFinder:
+        if self._fixed >> condition & 1:
             return lambda search: {0: 0}
-        if self._barred >> number & 1:
+        if self._barred >> condition & 1:
             return lambda search: {}
-        if number >> 1 in self._common:
-            return lambda search: {1 << number: 0}
-        return lambda search: {0: search.values[number]}
+        if condition >> 1 in self._common:
+            return lambda search: {1 << condition: 0}
+        return lambda search: {0: search.values[condition]}
 
-    def _compile_all_of(self, parts: Sequence[_NumberedChoice]) -> _BestSetsFinder:
+    def _make_finder_for_conjunction(self, parts: Sequence[_NumberedChoice]) -> _BestConditionSetsFinder:
         plain = [part for part in parts if isinstance(part, int) and part >> 1 not in self._common]
         plain = [number for number in plain if not (self._fixed | self._barred) >> number & 1]
         barred = any(isinstance(part, int) and self._barred >> part & 1 for part in parts)
         others = [part for part in parts if not isinstance(part, int) or part >> 1 in self._common]
         counts = [self._count_atom_mentions(part) for part in others]
-        alone: list[tuple[_BestSetsFinder, Counter[int]]] = []
-        joined: list[tuple[_BestSetsFinder, Counter[int]]] = []
+        alone: list[tuple[_BestConditionSetsFinder, Counter[int]]] = []
+        joined: list[tuple[_BestConditionSetsFinder, Counter[int]]] = []
         for part, count in zip(others, counts, strict=True):
             (joined if self._find_atoms_also_in_other_parts(count) else alone).append(
-                (self.compile_part(part), count)
+                (self.make_finder_for_goal_part(part), count)
             )
-        steps = self._order_members_to_forget_early(joined)
+        steps = self._order_conjuncts_to_drop_conditions_early(joined)
 
         def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             if barred:
@@ -343,16 +352,18 @@ class _GoalPartCompiler:
             best: _ValueByConditionSet = {0: value}
             for member, closed in steps:
                 best = self._keep_best_condition_sets(
-                    _forget_conditions(self._join_condition_sets(best, member(search)), closed, search),
+                    _drop_conditions_adding_their_values(
+                        self._join_condition_sets(best, member(search)), closed, search
+                    ),
                     search,
                 )
             return best
 
         return find_best_sets
 
-    def _order_members_to_forget_early(
-        self, members: list[tuple[_BestSetsFinder, Counter[int]]]
-    ) -> list[tuple[_BestSetsFinder, _ConditionMask]]:
+    def _order_conjuncts_to_drop_conditions_early(
+        self, conjuncts: list[tuple[_BestConditionSetsFinder, Counter[int]]]
+    ) -> list[tuple[_BestConditionSetsFinder, _ConditionMask]]:
         """Order the members of a conjunction so that a search can soon forget common conditions.
 
         Return pairs: a member's function, and the bit mask of the common conditions that no later part of the
@@ -360,7 +371,7 @@ class _GoalPartCompiler:
         """
         steps = []
         seen: Counter[int] = Counter()
-        left = list(members)
+        left = list(conjuncts)
         while left:
             member = min(
                 left, key=lambda candidate: len(self._find_atoms_also_in_other_parts(seen + candidate[1]))
@@ -381,7 +392,9 @@ class _GoalPartCompiler:
         ]
         return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
-    def _compile_exactly_of(self, count: int, members: Sequence[_BestSetsFinder]) -> _BestSetsFinder:
+    def _make_finder_choosing_exactly(
+        self, count: int, members: Sequence[_BestConditionSetsFinder]
+    ) -> _BestConditionSetsFinder:
         def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             tables = [sets for member in members if (sets := member(search))]
             if all(sets.keys() == {0} for sets in tables):
@@ -396,20 +409,20 @@ class _GoalPartCompiler:
 
         return find_best_sets
 
-    def _compile_pairing_choice(
-        self, count: int, cells: Sequence[Sequence[_BestSetsFinder | None]]
-    ) -> _BestSetsFinder:
+    def _make_finder_matching_rows_to_columns(
+        self, count: int, cells: Sequence[Sequence[_BestConditionSetsFinder | None]]
+    ) -> _BestConditionSetsFinder:
         def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             rows = [[{} if cell is None else cell(search) for cell in row] for row in cells]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
                 pairs = find_heaviest_matching(weights, count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._find_best_sets_of_pairing(count, rows, search)
+            return self._find_best_sets_matching_rows_to_columns(count, rows, search)
 
         return find_best_sets
 
-    def _find_best_sets_of_pairing(
+    def _find_best_sets_matching_rows_to_columns(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
         """Return the sets of common conditions, with their values, that satisfy ``count`` cells of a table.
@@ -454,13 +467,13 @@ class _GoalPartCompiler:
                     joined[both] = total
         return joined
 
-    def _forget_conditions_of_part(
-        self, find_best_sets: _BestSetsFinder, part: _NumberedChoice
-    ) -> _BestSetsFinder:
-        closed = self._find_conditions_only_in_these_parts(self._count_atom_mentions(part))
+    def _drop_conditions_only_in_goal_part(
+        self, find_best_sets: _BestConditionSetsFinder, goal_part: _NumberedChoice
+    ) -> _BestConditionSetsFinder:
+        closed = self._find_conditions_only_in_these_parts(self._count_atom_mentions(goal_part))
         if not closed:
             return find_best_sets
-        return lambda search: _forget_conditions(find_best_sets(search), closed, search)
+        return lambda search: _drop_conditions_adding_their_values(find_best_sets(search), closed, search)
 
     def _keep_best_condition_sets(
         self, sets: _ValueByConditionSet, search: _GoalOptionSearch
@@ -503,7 +516,7 @@ def _return_no_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
     return {}
 
 
-def _compile_any_of(members: Sequence[_BestSetsFinder]) -> _BestSetsFinder:
+def _make_finder_for_disjunction(members: Sequence[_BestConditionSetsFinder]) -> _BestConditionSetsFinder:
     def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
         best: _ValueByConditionSet = {}
         for member in members:
@@ -523,7 +536,7 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
             best[conditions] = value
 
 
-def _forget_conditions(
+def _drop_conditions_adding_their_values(
     sets: _ValueByConditionSet, forgotten: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
     """Remove the conditions ``forgotten`` from all sets, and add their values to the values of these sets.

@@ -149,18 +149,18 @@ class GoalTest:
             actions: the names of the executed actions, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
-        return self._goal_option_conditions.find_largest_met_share(
+        return self._partial_success_finder.find_largest_met_share(
             final, reached, _are_met_in_turn(self._actions, actions)
         )
 
     @cached_property
     def partial_success_if_never_run(self) -> Share:
         """The partial success of an answer that never ran: 0 of the conditions of the shortest option."""
-        return self._goal_option_conditions.share_if_none_met
+        return self._partial_success_finder.share_if_none_met
 
     @cached_property
-    def _goal_option_conditions(self) -> _GoalOptionConditions:
-        return _GoalOptionConditions(self._task)
+    def _partial_success_finder(self) -> _PartialSuccessFinder:
+        return _PartialSuccessFinder(self._task)
 
     def tally_by_kind(self, reached: tuple[bool, ...]) -> TalliesByGoalKind:
         """Return the numbers of reached goals and of all goals, for each kind of goal.
@@ -183,7 +183,7 @@ class GoalTest:
         return find_indices_of_longest_met_series(goals, actions)
 
 
-class _GoalOptionConditions:
+class _PartialSuccessFinder:
     """The conditions in the options of a task's goals; an option is a list of conditions that satisfies them.
 
     Attributes:

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.program import (
-    ForkInstruction,
+    ExecuteSubgoalPlansInstruction,
     Instruction,
-    PerformInstruction,
-    RequireInstruction,
+    RequireSubgoalInstruction,
+    SubgoalForkInstruction,
     SubgoalPlans,
 )
 from eai.abilities.subgoal_decomposition.search import (
@@ -54,13 +54,13 @@ def actions(plan: Plan) -> tuple[Action, ...]:
     return tuple(flat.parse_action(step, SCENE) for step in plan)
 
 
-def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> PerformInstruction:
+def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> ExecuteSubgoalPlansInstruction:
     found = SubgoalPlans([actions(plan) for plan in plans], effort)
-    return PerformInstruction(lambda state: found, subgoal, then)
+    return ExecuteSubgoalPlansInstruction(lambda state: found, subgoal, then)
 
 
 def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruction]:
-    """Return one `PerformInstruction` for each subgoal, with several plans that cost some effort."""
+    """Return one instruction for each subgoal, with several plans that cost some effort."""
     made: list[Instruction] = [None]
     for number in reversed(range(len(subgoals))):
         made.append(do(*subgoals[number], subgoal=number, then=len(made) - 1, effort=effort))
@@ -132,7 +132,7 @@ def test_a_required_subgoal_must_hold() -> None:
     def is_open(state: State) -> bool:
         return state.has(fact.predicate, *fact.arguments)
 
-    require = RequireInstruction(is_open, CHECK, 2, 0)
+    require = RequireSubgoalInstruction(is_open, CHECK, 2, 0)
     assert run([None, require, do((*GO, *OPEN), subgoal=0, then=1)]).success
     failed = run([None, require, do(GO, subgoal=0, then=1)])
     assert failed.reported.failure is not None
@@ -160,7 +160,7 @@ def test_all_alternatives_are_explored() -> None:
         None,
         do(OPEN, subgoal=1, then=0),
         do(GO, subgoal=0, then=1),
-        ForkInstruction(lambda state: (1, 2), 0),
+        SubgoalForkInstruction(lambda state: (1, 2), 0),
     ]
     outcome = run(made)
     assert outcome.success

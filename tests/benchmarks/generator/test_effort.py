@@ -14,7 +14,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.goals import GoalProposals
-from eai.benchmarks.generator.seeds import JudgedSeed, select_tasks
+from eai.benchmarks.generator.seeds import TaskSeedOutcome, select_tasks
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import (
     GeneratedTask,
@@ -96,7 +96,9 @@ def test_proposals_stop_after_several_failures_in_a_row(
 def test_titles_with_many_usual_goals_come_early_after_the_first(lamps: Benchmark) -> None:
     generator = made(lamps, PlanLengthTier.DATA)
     generator._title_weights = {"light": 1, "pack": 1, "many": 9}
-    orders = [tuple(generator._order_titles("light", random.Random(seed))) for seed in range(200)]
+    orders = [
+        tuple(generator._draw_order_of_task_titles("light", random.Random(seed))) for seed in range(200)
+    ]
     counts = Counter(orders)
     assert counts.keys() == {("light", "many", "pack"), ("light", "pack", "many")}
     assert 160 < counts["light", "many", "pack"] < 200  # 180 are expected
@@ -112,7 +114,7 @@ def test_generation_fails_after_many_rejected_seeds(
     monkeypatch.setattr(
         TaskGenerator,
         "judge_seed",
-        lambda self, seed, known: tried.append(seed) or JudgedSeed(SeedRejectionReason.COPY),
+        lambda self, seed, known: tried.append(seed) or TaskSeedOutcome(SeedRejectionReason.COPY),
     )
     monkeypatch.setattr(sets, "select_base_tasks", lambda tasks, split, held_out: tasks)
     generator = made(lamps, PlanLengthTier.DATA, split=split)
@@ -132,7 +134,7 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     monkeypatch.setattr(
         TaskGenerator,
         "judge_seed",
-        lambda self, seed, known: JudgedSeed(next(outcomes, SeedRejectionReason.COPY)),
+        lambda self, seed, known: TaskSeedOutcome(next(outcomes, SeedRejectionReason.COPY)),
     )
     tried = generate_from_seeds(generator, make_seeds("train", 0), 2, set())
     assert [next(tried), next(tried)] == [SeedRejectionReason.COPY, task]
@@ -148,7 +150,7 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
 def test_a_world_with_few_goals_says_so_early(goals: int | None, held_out: HeldOut, limit: int) -> None:
     spec = TaskSpecification("lamps:lamps", "", split=TaskSplit.TEST, held_out=held_out)
     fingerprints = (None if goals is None else (str(n % goals), str(n)) for n in count())
-    judged = (JudgedSeed(SeedRejectionReason.OTHER_SPLIT, each) for each in fingerprints)
+    judged = (TaskSeedOutcome(SeedRejectionReason.OTHER_SPLIT, each) for each in fingerprints)
     with pytest.raises(InputError, match=f"the last {limit} seeds gave no task: ") as raised:
         list(select_tasks(judged, spec, 1, {("0", "0")}))
     advice = "all seeds have only 10 different lists of goals: try --held-out starts"
@@ -162,10 +164,10 @@ def test_tasks_and_copies_are_captured_in_order(lamps: Benchmark) -> None:
     fingerprint = fingerprint_task(task.task)
     known, captures = ("known", "known"), list[tuple[str, str]]()
     judged = [
-        JudgedSeed(SeedRejectionReason.TOO_LONG, known),
-        JudgedSeed(task, known),
-        JudgedSeed(SeedRejectionReason.TOO_LONG, ("other", "other")),
-        JudgedSeed(task, fingerprint),
+        TaskSeedOutcome(SeedRejectionReason.TOO_LONG, known),
+        TaskSeedOutcome(task, known),
+        TaskSeedOutcome(SeedRejectionReason.TOO_LONG, ("other", "other")),
+        TaskSeedOutcome(task, fingerprint),
     ]
     spec = TaskSpecification("lamps:lamps", "")
     outcomes = list(select_tasks(judged, spec, 1, {known}, captures))

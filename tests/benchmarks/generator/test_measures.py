@@ -22,7 +22,7 @@ from eai.benchmarks.generator.measures import (
     _VisibilityPredicate,
     find_visibility_predicates,
     get_difficulty_model,
-    make_existence_condition,
+    make_condition_that_object_exists,
     measure_task,
 )
 from eai.benchmarks.generator.spec import TaskSpecification
@@ -36,14 +36,14 @@ _MEASURED = (TaskMeasure.CONTAINERS, TaskMeasure.HIDDEN, TaskMeasure.TOOL_STEPS,
 
 
 def test_absent_objects_are_distinguished_from_hidden_ones() -> None:
-    household = {like: make_existence_condition(find_benchmark(like).domain) for like in HOUSEHOLDS}
+    household = {like: make_condition_that_object_exists(find_benchmark(like).domain) for like in HOUSEHOLDS}
     part, sliced = f.Atom("part", (f.Variable("x"),)), f.Atom("is_sliced", (f.Variable("x"),))
     assert household == {"behavior": f.And((~part | sliced,)), "virtualhome": f.TRUE}
     near = replace(SWITCHES.domain, visible=f.Atom("beside", (f.Variable("x"),)))
     assert (
-        make_existence_condition(near)
-        == make_existence_condition(SWITCHES.domain)
-        == make_existence_condition(replace(near, visible=None))
+        make_condition_that_object_exists(near)
+        == make_condition_that_object_exists(SWITCHES.domain)
+        == make_condition_that_object_exists(replace(near, visible=None))
         == f.TRUE
     )
 

@@ -18,7 +18,7 @@ from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
     add_similar_objects,
     compose_scene,
-    list_donors,
+    list_mentioned_objects_by_category,
     make_reduced_scene,
     restrict_state,
 )
@@ -113,7 +113,7 @@ def compose(
     here: Task, others: Sequence[Task], prior: UsualGoals, seed: int = 0, most: int = 9
 ) -> tuple[list[str], set[str]]:
     """Return the names and the facts of a scene after objects of other tasks were added."""
-    donors = list_donors(others)
+    donors = list_mentioned_objects_by_category(others)
     state = compose_scene(here.initial, others, donors, prior, random.Random(seed), most)
     return [thing.name for thing in state.scene.objects], told(state.facts(), state.scene)
 

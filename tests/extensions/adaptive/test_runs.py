@@ -98,7 +98,10 @@ def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_pat
     assert [*known] == [task_id for task_id in suite.task_ids if task_id != "none"]
     assert easy == known["greet"] < hard
     rmtree(runs / "fair")
-    with pytest.raises(InputError, match="of at least 3 models with all answers to switches acting under strict; found 2 models"):
+    with pytest.raises(
+        InputError,
+        match="of at least 3 models with all answers to switches acting under strict; found 2 models",
+    ):
         open_runs([suite], [ACTING], runs)
     with pytest.raises(InputError, match="acting have no known difficulties; --with tasks"):
         open_runs([suite], [ACTING], None)

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from eai.abilities.verdict import make_share_of_one
+from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.extensions.contamination.study import StratifiedCase, match_tasks_in_strata
 from eai.results.certainty import RateCase, compute_difference_intervals
 from eai.results.table import Estimate
@@ -15,7 +15,12 @@ from eai.results.table import Estimate
 def placed(which: str, *strata: tuple[str, int, int]) -> list[StratifiedCase]:
     """Tasks of strata: the name of each, how many succeed and how many do not, all of unlike names."""
     return [
-        (RateCase(f"{which}{stratum}{i}", f"{which}{stratum}{i}", make_share_of_one(i < right)), stratum)
+        (
+            RateCase(
+                f"{which}{stratum}{i}", f"{which}{stratum}{i}", make_rate_contribution_of_answer(i < right)
+            ),
+            stratum,
+        )
         for stratum, right, wrong in strata
         for i in range(right + wrong)
     ]
@@ -54,7 +59,12 @@ def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
         chances = {"a": 0.8, "b": 0.3}
         sets = [
             [
-                (RateCase(f"{w}{i}", f"{w}{i}", make_share_of_one(rng.random() < chances[s])), s)
+                (
+                    RateCase(
+                        f"{w}{i}", f"{w}{i}", make_rate_contribution_of_answer(rng.random() < chances[s])
+                    ),
+                    s,
+                )
                 for i in range(80)
                 for s in ["a" if rng.random() < share else "b"]
             ]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     ENDING_FAULTS,
-    BenchmarkParts,
+    DomainAndNotation,
     ModelInteraction,
     SchemaMaker,
     compute_reached_goal_shares,
@@ -17,7 +17,7 @@ from eai.abilities.declaration import (
     declare_plan_ability,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import PlanVerdict, make_share_of_one
+from eai.abilities.verdict import PlanVerdict, make_rate_contribution_of_answer
 from eai.tasks.share import Share
 
 if TYPE_CHECKING:
@@ -33,15 +33,20 @@ def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
     """
     counted = verdict.counted
     return {
-        "task_success": make_share_of_one(verdict.success if counted is None else counted.success),
-        "execution_success": make_share_of_one(verdict.executable),
-        **{name: make_share_of_one(count_faults(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
-        "additional_step": make_share_of_one(count_additional_steps(verdict)),
+        "task_success": make_rate_contribution_of_answer(
+            verdict.success if counted is None else counted.success
+        ),
+        "execution_success": make_rate_contribution_of_answer(verdict.executable),
+        **{
+            name: make_rate_contribution_of_answer(count_faults(verdict, kind))
+            for name, kind in ENDING_FAULTS.items()
+        },
+        "additional_step": make_rate_contribution_of_answer(count_additional_steps(verdict)),
         **compute_reached_goal_shares(verdict),
     }
 
 
-def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
@@ -53,7 +58,7 @@ def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
 
 
 def _get_object_words_and_schema_maker(
-    parts: BenchmarkParts, task: Task | None
+    parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     """Return the words for objects in answers, and a function that makes an answer's JSON schema from them.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
-    BenchmarkParts,
+    DomainAndNotation,
     MetricColumn,
     ModelInteraction,
     SchemaMaker,
@@ -19,7 +19,13 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import ALL, NO_COUNTS, add_confusions, make_confusion_shares, make_share_of_one
+from eai.abilities.verdict import (
+    ALL,
+    NO_COUNTS,
+    add_confusions,
+    make_confusion_shares,
+    make_rate_contribution_of_answer,
+)
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
 from eai.world.fault import FaultKind
@@ -53,7 +59,7 @@ def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
     unreadable = verdict.error is not None and verdict.error.kind is FaultKind.PARSING
     return {
         **shares,
-        "parsing": make_share_of_one(unreadable),
+        "parsing": make_rate_contribution_of_answer(unreadable),
         "ill_formed": Share(verdict.ill_formed, verdict.predicted),
         "hallucination": Share(len(verdict.hallucinated), verdict.predicted),
     }
@@ -67,7 +73,7 @@ def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
     )
 
 
-def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
@@ -79,7 +85,7 @@ def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
 
 
 def _get_object_words_and_schema_maker(
-    parts: BenchmarkParts, task: Task | None
+    parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     names = () if task is None else parts.notation.goals.list_object_names(task)
     relevant = () if task is None else task.relevant

@@ -76,7 +76,8 @@ class _GoldGoals:
         self.mask_of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = alternatives
         self.option_finders = [
-            make_closest_dnf_term_finder(goal.options, self._get_condition_number) for goal in alternatives
+            make_closest_dnf_term_finder(goal.options, self._get_or_add_condition_index)
+            for goal in alternatives
         ]
 
     def choose_best_met_alternatives(self, stated: _ConditionMask) -> list[_ConditionMask]:
@@ -96,7 +97,7 @@ class _GoldGoals:
         """Return the text of each condition of a set."""
         return tuple([self._texts[number] for number in iterate_bits(conditions)])
 
-    def _get_condition_number(self, literal: Literal) -> int:
+    def _get_or_add_condition_index(self, literal: Literal) -> int:
         ground = self._lexicon.canonicalize(self._lexicon.to_goal_with_scene_names(literal))
         number = self._numbers.get(ground)
         if number is None:

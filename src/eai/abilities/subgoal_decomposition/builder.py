@@ -24,13 +24,13 @@ from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
     CompiledAnswer,
-    ForkInstruction,
+    ExecuteSubgoalPlansInstruction,
     Instruction,
     MisusedName,
-    PerformInstruction,
     Program,
     RejectedAnswer,
-    RequireInstruction,
+    RequireSubgoalInstruction,
+    SubgoalForkInstruction,
     SubgoalPlanner,
     SubgoalPlans,
     reject_misused_names,
@@ -265,7 +265,7 @@ class ProgramCompiler:
             InputError: a subgoal has too many literals, or does not combine states and actions in a way that
                 can be executed.
         """
-        builder = _ProgramBuilder(self)
+        builder = _SubgoalProgramBuilder(self)
         start = 0
         for number in reversed(range(len(subgoals))):
             start = builder.add_instructions(
@@ -289,19 +289,26 @@ class ProgramCompiler:
             raise _make_not_executable_error(formula)
         meaning = self.lexicon.to_domain_names(formula)
 
-        def make_check(why_not: _FailureReason) -> Check:
-            reason = f"{print_ltl(formula)} does not hold, and {why_not.words}"
-            return Check(meaning, FaultKind.MISSING_STEP, reason, id=why_not.id)
+        def make_failed_subgoal_check(reason: _FailureReason) -> Check:
+            words = f"{print_ltl(formula)} does not hold, and {reason.words}"
+            return Check(meaning, FaultKind.MISSING_STEP, words, id=reason.id)
 
-        def find_contradiction() -> Check | None:
+        def make_failed_check_if_contradictory() -> Check | None:
             sizes = [*map(len, disjuncts)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
-            return make_check(_EXCLUDED) if all(map(self._exclusion().are_exclusive, disjuncts)) else None
+            return (
+                make_failed_subgoal_check(_EXCLUDED)
+                if all(map(self._exclusion().are_exclusive, disjuncts))
+                else None
+            )
 
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
         return _StateRequirement(
-            StateTest(meaning, self.task.scene), make_check(failure_reason), effort, cache(find_contradiction)
+            StateTest(meaning, self.task.scene),
+            make_failed_subgoal_check(failure_reason),
+            effort,
+            cache(make_failed_check_if_contradictory),
         )
 
     def _make_planner_for_reached_subgoal(
@@ -349,7 +356,7 @@ class ProgramCompiler:
         return lru_cache(_MAX_CACHED_STATES)(find_plans)
 
 
-class _ProgramBuilder:
+class _SubgoalProgramBuilder:
     """Builds the instructions of a program from its end to its beginning."""
 
     def __init__(self, programs: ProgramCompiler) -> None:
@@ -390,7 +397,7 @@ class _ProgramBuilder:
             case f.Occurs():
                 action = self._lexicon.to_action(formula)
                 return self._add_instruction(
-                    PerformInstruction(
+                    ExecuteSubgoalPlansInstruction(
                         self._programs.make_action_planner(action), subgoal, next_instruction, MAX_ACTIONS
                     )
                 )
@@ -421,7 +428,9 @@ class _ProgramBuilder:
             return self.add_instructions(actions, subgoal, next_instruction)
         held = f.And(tuple(states))
         tested = self._add_instruction(
-            _make_require_instruction(self._programs.required(held, _NOT_DONE), subgoal, next_instruction)
+            _make_instruction_requiring_condition(
+                self._programs.required(held, _NOT_DONE), subgoal, next_instruction
+            )
         )
         before = self._add_condition(
             held, subgoal, self.add_instructions(actions, subgoal, tested), is_whole_subgoal=False
@@ -451,10 +460,12 @@ class _ProgramBuilder:
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         required = self._programs.required(observed, why, alternatives)
-        tested = self._add_instruction(_make_require_instruction(required, subgoal, next_instruction))
+        tested = self._add_instruction(
+            _make_instruction_requiring_condition(required, subgoal, next_instruction)
+        )
         entries = [
             self._add_instruction(
-                PerformInstruction(
+                ExecuteSubgoalPlansInstruction(
                     self._programs.plans(literals_of_one, required), subgoal, tested, MAX_ACTIONS
                 )
             )
@@ -467,13 +478,13 @@ class _ProgramBuilder:
             return tested
         needless = self._programs.needless(alternatives)
         held = (
-            self._add_instruction(PerformInstruction(needless, subgoal, next_instruction))
+            self._add_instruction(ExecuteSubgoalPlansInstruction(needless, subgoal, next_instruction))
             if is_whole_subgoal
             else next_instruction
         )
         targets = (to_do,), (held,)
         return self._add_instruction(
-            ForkInstruction(lambda state: targets[required.holds(state)], subgoal, 1 + required.effort)
+            SubgoalForkInstruction(lambda state: targets[required.holds(state)], subgoal, 1 + required.effort)
         )
 
     def _list_disjuncts(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
@@ -524,7 +535,7 @@ class _ProgramBuilder:
         return (
             first_instructions[0]
             if len(first_instructions) == 1
-            else self._add_instruction(ForkInstruction(lambda state: first_instructions, subgoal))
+            else self._add_instruction(SubgoalForkInstruction(lambda state: first_instructions, subgoal))
         )
 
     def _add_instruction(self, instruction: Instruction) -> int:
@@ -534,10 +545,12 @@ class _ProgramBuilder:
         return len(self.program) - 1
 
 
-def _make_require_instruction(
+def _make_instruction_requiring_condition(
     required: _StateRequirement, subgoal: int, next_instruction: int
-) -> RequireInstruction:
-    return RequireInstruction(required.holds, required.check, subgoal, next_instruction, 1 + required.effort)
+) -> RequireSubgoalInstruction:
+    return RequireSubgoalInstruction(
+        required.holds, required.check, subgoal, next_instruction, 1 + required.effort
+    )
 
 
 def _is_about_single_state(formula: f.Formula) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     COLUMNS,
     RUNTIME_FAULTS,
-    BenchmarkParts,
+    DomainAndNotation,
     MetricColumn,
     ModelInteraction,
     SchemaMaker,
@@ -21,7 +21,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.verdict import make_share_of_one
+from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -46,24 +46,24 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
     unknown = category is SubgoalCategory.HALLUCINATION and not wrong_arity
     return {
-        "task_success": make_share_of_one(category is SubgoalCategory.CORRECT),
-        "execution_success": make_share_of_one(category in _EXECUTED),
-        "parsing": make_share_of_one(category is SubgoalCategory.NOT_PARSEABLE),
-        "hallucination": make_share_of_one(unknown),
-        "argument_number": make_share_of_one(wrong_arity),
+        "task_success": make_rate_contribution_of_answer(category is SubgoalCategory.CORRECT),
+        "execution_success": make_rate_contribution_of_answer(category in _EXECUTED),
+        "parsing": make_rate_contribution_of_answer(category is SubgoalCategory.NOT_PARSEABLE),
+        "hallucination": make_rate_contribution_of_answer(unknown),
+        "argument_number": make_rate_contribution_of_answer(wrong_arity),
         **{
-            name: make_share_of_one(count_faults(verdict, kind))
+            name: make_rate_contribution_of_answer(count_faults(verdict, kind))
             for name, kind in RUNTIME_FAULTS.items()
             if kind is not FaultKind.UNCATEGORISED
         },
-        "additional_step": make_share_of_one(count_additional_steps(verdict)),
-        "goal_unreachable": make_share_of_one(category is SubgoalCategory.GOAL_UNREACHABLE),
+        "additional_step": make_rate_contribution_of_answer(count_additional_steps(verdict)),
+        "goal_unreachable": make_rate_contribution_of_answer(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
         **compute_reached_goal_shares(verdict),
     }
 
 
-def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
@@ -80,7 +80,7 @@ def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
 
 
 def _get_object_words_and_schema_maker(
-    parts: BenchmarkParts, task: Task | None
+    parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = parts.subgoals()
     return (), lambda words: subgoals.make_schema()

@@ -51,7 +51,7 @@ SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
 """Function that finds the plans which reach a subgoal from a state."""
 
 
-class PerformInstruction(NamedTuple):
+class ExecuteSubgoalPlansInstruction(NamedTuple):
     """An instruction: execute each plan for a subgoal, from the present state. Without a plan, do nothing.
 
     Attributes:
@@ -67,7 +67,7 @@ class PerformInstruction(NamedTuple):
     max_actions: int | None = None
 
 
-class RequireInstruction(NamedTuple):
+class RequireSubgoalInstruction(NamedTuple):
     """An instruction: test whether a subgoal holds, and continue only then.
 
     Attributes:
@@ -85,7 +85,7 @@ class RequireInstruction(NamedTuple):
     effort: int = 1
 
 
-class ForkInstruction(NamedTuple):
+class SubgoalForkInstruction(NamedTuple):
     """An instruction: continue a subgoal in several branches.
 
     The branch with the greatest instruction number is explored first.
@@ -101,7 +101,9 @@ class ForkInstruction(NamedTuple):
     effort: int = 0
 
 
-Instruction: TypeAlias = PerformInstruction | RequireInstruction | ForkInstruction | None
+Instruction: TypeAlias = (
+    ExecuteSubgoalPlansInstruction | RequireSubgoalInstruction | SubgoalForkInstruction | None
+)
 """An instruction of a program. None stands for the end of the program, after all subgoals."""
 
 Program: TypeAlias = Sequence[Instruction]

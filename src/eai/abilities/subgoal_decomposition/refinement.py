@@ -193,7 +193,7 @@ class SubgoalRefiner:
         return find_action_plans
 
     def _search_plans(self, goal: SearchGoal, search_input: _SubgoalSearchInput) -> SubgoalPlans:
-        budget = min(self._budget * goal.part_count, _MAX_TESTED_LITERALS // goal.part_count)
+        budget = min(self._budget * goal.goal_part_count, _MAX_TESTED_LITERALS // goal.goal_part_count)
         return find_plans(goal, self._list_growing_action_sets(search_input), search_input.state, budget)
 
     def _list_growing_action_sets(self, search_input: _SubgoalSearchInput) -> Iterator[PermittedActions]:

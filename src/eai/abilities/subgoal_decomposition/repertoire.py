@@ -82,7 +82,7 @@ class _OperatorInfo(NamedTuple):
             of the operator's alternatives (`OperatorAlternative`).
         fixable: for each check whether movement can make the check true and so the action possible. False for
             checks that fail because the action is not needed, and for the alternatives.
-        fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
+        unchangeable_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
         rest_checks_hold: tests in a state whether all `REST` checks hold.
         unmovable_checks_hold: tests in a state whether those `REST` checks hold that movement cannot make
@@ -93,7 +93,7 @@ class _OperatorInfo(NamedTuple):
     role: OperatorRole
     movable: tuple[bool, ...]
     fixable: tuple[bool, ...]
-    fixed_checks_hold: ConditionTest
+    unchangeable_checks_hold: ConditionTest
     common_checks_hold: ConditionTest
     rest_checks_hold: ConditionTest
     unmovable_checks_hold: ConditionTest
@@ -424,7 +424,7 @@ class CandidateAction(NamedTuple):
         action: the action.
         info: the action's operator.
         binding: the values of the operator's variables in this search.
-        possible: results of `is_possible_if_fixed_checks_hold`, cached by state.
+        possible: results of `is_possible_if_unchangeable_checks_hold`, cached by state.
         results: results of `compute_result`, cached by state.
         parts: the subgoal's literals that the action may make true, as a bit mask; 0 for an action that only
             prepares another action.
@@ -467,14 +467,14 @@ class CandidateAction(NamedTuple):
         """Whether all checks of the action hold in a state."""
         return self.info.operator.is_possible(state, self.binding)
 
-    def fixed_checks_hold(self, state: State) -> bool:
+    def unchangeable_checks_hold(self, state: State) -> bool:
         """Whether the fixed checks of the action hold.
 
         If they hold, they hold in all states of the episode.
         """
-        return self.info.fixed_checks_hold(state, self.binding)
+        return self.info.unchangeable_checks_hold(state, self.binding)
 
-    def is_possible_if_fixed_checks_hold(self, state: State) -> bool:
+    def is_possible_if_unchangeable_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state.
 
         Callers must have tested that the `FIXED` and `COMMON` checks (`_CheckChangeability`) hold.

@@ -26,11 +26,11 @@ import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     ActionSequence,
-    ForkInstruction,
+    ExecuteSubgoalPlansInstruction,
     Instruction,
-    PerformInstruction,
     Program,
-    RequireInstruction,
+    RequireSubgoalInstruction,
+    SubgoalForkInstruction,
 )
 from eai.base.errors import InputError
 from eai.logic.ltl_printer import print_ltl
@@ -383,7 +383,7 @@ class _Exploration:
         branches = _drop_needless_branches(
             waiting, subgoal, same_actions_only=self._goal.trajectory_test is not None
         )
-        if not isinstance(instruction, PerformInstruction | ForkInstruction):
+        if not isinstance(instruction, ExecuteSubgoalPlansInstruction | SubgoalForkInstruction):
             return branches
         self._is_cut |= len(branches) > self._limits.branches
         return branches[: self._limits.branches]
@@ -406,11 +406,11 @@ class _Exploration:
 
     def _execute_instruction(self, branch: ExecutionBranch, instruction: Instruction) -> None:
         match instruction:
-            case PerformInstruction():
+            case ExecuteSubgoalPlansInstruction():
                 self._perform_plans(branch, instruction)
-            case RequireInstruction():
+            case RequireSubgoalInstruction():
                 self._check_requirement(branch, instruction)
-            case ForkInstruction(targets):
+            case SubgoalForkInstruction(targets):
                 self._effort.used += instruction.effort
                 for target in targets(branch.state):
                     self._waiting[target].append(branch)
@@ -425,7 +425,7 @@ class _Exploration:
             case _:
                 assert_never(instruction)
 
-    def _perform_plans(self, branch: ExecutionBranch, instruction: PerformInstruction) -> None:
+    def _perform_plans(self, branch: ExecutionBranch, instruction: ExecuteSubgoalPlansInstruction) -> None:
         if self._has_reached_limit():
             return
         result = instruction.plans(branch.state)
@@ -446,7 +446,7 @@ class _Exploration:
                 self._add_ended_branch(after, self._failed)
 
     def _follow_plan(
-        self, branch: ExecutionBranch, plan: ActionSequence, instruction: PerformInstruction
+        self, branch: ExecutionBranch, plan: ActionSequence, instruction: ExecuteSubgoalPlansInstruction
     ) -> ExecutionBranch:
         """Return a branch after the steps of a plan, up to the first step that fails.
 
@@ -473,7 +473,7 @@ class _Exploration:
                 return ExecutionBranch(past, tried, errors, met, subgoal, outcome, executed, refined)
         return ExecutionBranch(past, tried, errors, met, subgoal, None, executed, refined)
 
-    def _check_requirement(self, branch: ExecutionBranch, instruction: RequireInstruction) -> None:
+    def _check_requirement(self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction) -> None:
         if self._has_reached_limit():
             return
         self._effort.used += instruction.effort
@@ -485,17 +485,19 @@ class _Exploration:
             failed = _fail_branch(branch, instruction.subgoal, instruction.check, earlier)
             self._add_ended_branch(failed, self._failed)
 
-    def _find_earlier_state(self, branch: ExecutionBranch, instruction: RequireInstruction) -> int | None:
+    def _find_earlier_state(
+        self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction
+    ) -> int | None:
         """Return the number of the latest state in which a required subgoal held, or None.
 
         If a limit of the search is reached during the tests, callers must ignore the number.
         """
 
-        def has_held(state: State) -> bool:
+        def is_subgoal_met_or_limit_reached(state: State) -> bool:
             self._effort.used += instruction.effort
             return self._has_reached_limit() or instruction.holds(state)
 
-        return branch.past.find_last_state_index(instruction.holds, has_held)
+        return branch.past.find_last_state_index(instruction.holds, is_subgoal_met_or_limit_reached)
 
     def _add_ended_branch(
         self, branch: ExecutionBranch, branches_with_this_end: list[ExecutionBranch]

@@ -76,14 +76,14 @@ class SearchGoal(NamedTuple):
     effort: int = 0
 
     @property
-    def part_count(self) -> int:
+    def goal_part_count(self) -> int:
         """Number of parts of the goal."""
         return self.everything.bit_count()
 
     @property
     def effort_per_step(self) -> int:
         """Cost of one applied action and a test of all parts, counted in applied actions."""
-        return 1 + self.part_count // _PARTS_PER_ACTION
+        return 1 + self.goal_part_count // _PARTS_PER_ACTION
 
 
 def find_plans(
@@ -135,7 +135,7 @@ class _MovementFinder:
         return copy(self._paths[state])  # each copy starts at the shortest path; all copies share paths
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
-        moves = [candidate for candidate in self._moves if candidate.fixed_checks_hold(start)]
+        moves = [candidate for candidate in self._moves if candidate.unchangeable_checks_hold(start)]
         seen = {start}
         paths: list[MovementPath] = [SearchNode(start)]
         for _ in range(_MAX_MOVEMENTS):
@@ -147,7 +147,7 @@ class _MovementFinder:
                         continue
                     if candidate.info.common_checks_hold(
                         path.state, candidate.binding
-                    ) and candidate.is_possible_if_fixed_checks_hold(path.state):
+                    ) and candidate.is_possible_if_unchangeable_checks_hold(path.state):
                         self._effort.used += 1
                         after = candidate.compute_result(path.state)
                         if after not in seen:
@@ -199,7 +199,7 @@ class _UniformCostSearch:
         If plans have the same end state and the same actions that matter to the goal, only one is returned.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
-        self._candidates = [candidate for candidate in actions if candidate.fixed_checks_hold(start)]
+        self._candidates = [candidate for candidate in actions if candidate.unchangeable_checks_hold(start)]
         self._push_node(SearchNode(start, self.goal.at_start))
         run_best_first_search(self._open.pop, self._expand_and_find_stop)
         return [node.list_actions() for node in self._found.values()]
@@ -275,14 +275,14 @@ class _UniformCostSearch:
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
-        if candidate.is_possible_if_fixed_checks_hold(state):
+        if candidate.is_possible_if_unchangeable_checks_hold(state):
             return SearchNode(state)
         if not self.movement or not candidate.can_agent_movement_enable(state):
             return None
         for path in self.movement.list_paths(state):
             if before + path.depth > self._best:
                 return None
-            if candidate.is_possible_if_fixed_checks_hold(path.state):
+            if candidate.is_possible_if_unchangeable_checks_hold(path.state):
                 return path
         self.out_of_reach.add((state, candidate.action))
         return None
@@ -298,11 +298,11 @@ If a goal has very many parts, fewer states are tested.
 """
 
 
-_AttemptRank: TypeAlias = tuple[int, int, int]
-"""Rank of a failed attempt to reach a subgoal. The attempt with the smallest rank is nearest to the subgoal.
+_DistanceToSubgoal: TypeAlias = tuple[int, int, int]
+"""Distance of a plan from reaching a subgoal, as three numbers that are compared in order.
 
-A rank consists of three numbers: the negated number of goal parts that would be met, the number of failing
-checks, and the number of actions.
+The first number is minus the number of literals of the subgoal that the plan would make true. The other
+numbers are the number of failing checks and the number of actions.
 """
 
 
@@ -316,8 +316,11 @@ class _TriedAction(NamedTuple):
     failing: list[int]
 
 
-_NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
-"""A pair: the rank of an attempt, and the attempt to report, or None if its plan is too long."""
+_NearestAttempt: TypeAlias = tuple[_DistanceToSubgoal, _TriedAction | None]
+"""A pair: how far the best failed plan stays from the subgoal, and the failing action to report.
+
+The action is None if the plan fails only because it is too long.
+"""
 
 
 def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
@@ -370,7 +373,7 @@ class _FailedSearch:
         start, *others = search.nodes
         self.most_met = max([node.met.bit_count() for node in search.nodes])
         others.sort(key=lambda node: -node.met.bit_count())
-        tests = self._goal.part_count * (len(self._permitted.achievers) + len(self._permitted.moving))
+        tests = self._goal.goal_part_count * (len(self._permitted.achievers) + len(self._permitted.moving))
         self._nodes = [start, *others][
             : max(1, min(_MAX_FAILURE_STATES, _MAX_FAILURE_TESTS // max(1, tests)))
         ]
@@ -382,21 +385,23 @@ class _FailedSearch:
         explain the failure and is left out.
         """
         best: _TriedAction | None = None
-        rank: _AttemptRank = (0, 0, 0)
+        distance: _DistanceToSubgoal = (0, 0, 0)
         for node in self._nodes:
             for candidate in (*self._permitted.achievers, *self._permitted.moving):
-                met = -self._count_goal_parts_met_if_possible(node, candidate)
-                if not met or (best is not None and self._bound_attempt_rank(node, candidate, met) >= rank):
+                met = self._count_goal_parts_met_if_possible(node, candidate)
+                if not met or (
+                    best is not None and self._bound_distance_to_subgoal(node, candidate, met) >= distance
+                ):
                     continue
                 attempt = self._try_action(node, candidate)
-                if attempt.failing and -met <= self.most_met:
+                if attempt.failing and met <= self.most_met:
                     continue
-                attempt_rank = (met, len(attempt.failing), len(attempt.plan))
+                attempt_distance = (-met, len(attempt.failing), len(attempt.plan))
                 made = not attempt.failing and len(attempt.plan) <= MAX_ACTIONS
-                if not made and (best is None or attempt_rank < rank):
-                    best, rank = attempt, attempt_rank
+                if not made and (best is None or attempt_distance < distance):
+                    best, distance = attempt, attempt_distance
         if best is not None:
-            return rank, self._choose_attempt_to_report(best)
+            return distance, self._choose_attempt_to_report(best)
         first = self._nodes[0]
         # report an action that another action must precede, or whose checks hold but all alternatives fail
         for candidate in self._permitted.achievers:
@@ -418,11 +423,11 @@ class _FailedSearch:
         met = self._goal.met(after, candidate.touched, node.met).bit_count()
         return met if met > node.met.bit_count() else 0
 
-    def _bound_attempt_rank(
-        self, node: PlanNode, candidate: CandidateAction, negated_parts_met: int
-    ) -> _AttemptRank:
+    def _bound_distance_to_subgoal(
+        self, node: PlanNode, candidate: CandidateAction, goal_parts_met: int
+    ) -> _DistanceToSubgoal:
         lacking = candidate.count_failures_movement_cannot_fix(node.state, len(candidate.info.movable))
-        return negated_parts_met, self._bound_failing_check_count(node, candidate, lacking), node.depth + 1
+        return -goal_parts_met, self._bound_failing_check_count(node, candidate, lacking), node.depth + 1
 
     def _bound_failing_check_count(
         self, node: PlanNode, candidate: CandidateAction, failures_movement_cannot_fix: int

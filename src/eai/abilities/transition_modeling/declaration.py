@@ -11,7 +11,7 @@ from eai.abilities.declaration import (
     PLANNER,
     AbilityDeclaration,
     AnswerOutcome,
-    BenchmarkParts,
+    DomainAndNotation,
     MetricColumn,
     ModelInteraction,
     SchemaMaker,
@@ -27,7 +27,7 @@ from eai.abilities.verdict import (
     NO_COUNTS,
     add_confusions,
     make_confusion_shares,
-    make_share_of_one,
+    make_rate_contribution_of_answer,
 )
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.share import Share
@@ -60,7 +60,7 @@ def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
     """
     counts = get_counts_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
-    solved = make_share_of_one(verdict.planner is PlannerOutcome.SOLVED)
+    solved = make_rate_contribution_of_answer(verdict.planner is PlannerOutcome.SOLVED)
     shares: dict[str, Share] = {}
     for name in CATEGORIES:
         shares |= make_confusion_shares(name, counts.get(name, NO_COUNTS))
@@ -69,7 +69,9 @@ def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
     shares |= make_confusion_shares(OVERALL, sum_counts(counts))
     shares |= make_confusion_shares(LITERALS, add_confusions((verdict.literals or {}).values()))
     shares[_PLANNER_SUCCESS] = solved if planned else EMPTY_SHARE
-    shares[_PLAN_WORKS] = EMPTY_SHARE if verdict.plan_works is None else make_share_of_one(verdict.plan_works)
+    shares[_PLAN_WORKS] = (
+        EMPTY_SHARE if verdict.plan_works is None else make_rate_contribution_of_answer(verdict.plan_works)
+    )
     return shares
 
 
@@ -98,7 +100,7 @@ def list_unmeasured_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
 
-def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[TransitionTask], Scorer]:
+def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[TransitionTask], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that scoring of plans does not load the planner of
@@ -112,7 +114,7 @@ def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[TransitionTask], Sc
 
 
 def _get_object_words_and_schema_maker(
-    parts: BenchmarkParts, task: Task | None
+    parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     return (), lambda words: make_object_schema({"output": make_text_schema()})
 

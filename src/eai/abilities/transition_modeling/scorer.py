@@ -10,10 +10,10 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.rules import OperatorJudgement, OperatorScoringRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
     OTHER,
-    ClausePredicates,
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
+    PredicatesInClause,
     classify_clause,
 )
 from eai.abilities.verdict import ALL, Confusion
@@ -28,7 +28,7 @@ _MAX_CACHED_CLAUSES = 1000
 
 def count_matches_by_category(
     side_matches: Iterable[ClauseComparison],
-    predicates_of_clauses: Mapping[str, ClausePredicates],
+    predicates_of_clauses: Mapping[str, PredicatesInClause],
     *,
     count_clauses: bool,
 ) -> dict[str, Confusion]:
@@ -116,7 +116,7 @@ class TransitionModelingScorer(Scorer):
             clauses=predicates_of_clauses,
         )
 
-    def _classify_clauses(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClausePredicates]:
+    def _classify_clauses(self, reports: tuple[OperatorReport, ...]) -> dict[str, PredicatesInClause]:
         sides = [side for report in reports for side in (report.precondition, report.effect)]
         clauses = [
             clause_text for side in sides for clause_text in (*side.matched, *side.additional, *side.missing)
@@ -124,7 +124,7 @@ class TransitionModelingScorer(Scorer):
         return {clause: self._cached_content(clause) for clause in clauses}
 
     def _count_clauses_by_category(
-        self, reports: tuple[OperatorReport, ...], predicates_of_clauses: Mapping[str, ClausePredicates]
+        self, reports: tuple[OperatorReport, ...], predicates_of_clauses: Mapping[str, PredicatesInClause]
     ) -> Mapping[str, Mapping[str, Confusion]]:
         clauses = self._rules.counts_clauses
         return {

@@ -61,7 +61,7 @@ OTHER = "other"
 """Category of predicates that do not exist in the domain."""
 
 
-class ClausePredicates(NamedTuple):
+class PredicatesInClause(NamedTuple):
     """The predicates of a clause.
 
     Attributes:
@@ -73,11 +73,11 @@ class ClausePredicates(NamedTuple):
     categories: tuple[str, ...]
 
 
-def classify_clause(clause: str, categories: Mapping[str, Category]) -> ClausePredicates:
+def classify_clause(clause: str, categories: Mapping[str, Category]) -> PredicatesInClause:
     """Return the predicates of a clause. The clause is PDDL or the name of a predicate."""
     names = sorted(find_predicates_in_text(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]
-    return ClausePredicates(tuple(names), tuple(dict.fromkeys(kinds)))
+    return PredicatesInClause(tuple(names), tuple(dict.fromkeys(kinds)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class OperatorVerdict(Verdict):
     plan: tuple[str, ...] = ()
     planner_detail: str = ""
     planner_name: str | None = None
-    clauses: Mapping[str, ClausePredicates] = field(default_factory=dict, compare=False)
+    clauses: Mapping[str, PredicatesInClause] = field(default_factory=dict, compare=False)
 
     @property
     def columns(self) -> Mapping[str, Json]:

@@ -40,7 +40,7 @@ class _Hand(NamedTuple):
     other: Predicate
 
     @property
-    def is_empty(self) -> Formula:
+    def empty_hand_condition(self) -> Formula:
         """Condition that this hand holds no object."""
         return ~Exists(H, self.holds(H))
 
@@ -133,7 +133,7 @@ def make_grasp_action(hand: _Hand) -> Operator:
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
         additional_step(~hand.holds(X), "{x} is in that hand already"),
         require_not_in_other_hand(hand),
-        missing_step(hand.is_empty, "that hand is full"),
+        missing_step(hand.empty_hand_condition, "that hand is full"),
         *require_interactable(X),
     )
     effects = (
@@ -151,8 +151,8 @@ def make_grasp_action(hand: _Hand) -> Operator:
 def make_release_action(hand: _Hand) -> Operator:
     """Return the action RELEASE of a hand: the held object then stands on the floor on which the robot is."""
     checks = (
-        missing_step(~(hand.is_empty & p.labelled(X)), "that hand holds nothing"),
-        additional_step(~hand.is_empty, "that hand holds nothing"),
+        missing_step(~(hand.empty_hand_condition & p.labelled(X)), "that hand holds nothing"),
+        additional_step(~hand.empty_hand_condition, "that hand holds nothing"),
         missing_step(hand.holds(X), "that hand holds something other than {x}"),
         *require_interactable(X),
     )
@@ -164,7 +164,7 @@ def make_release_action(hand: _Hand) -> Operator:
 def require_target_for_placing(hand: _Hand, target: Variable) -> tuple[Check, ...]:
     """Return the checks of placing actions: the hand holds an object, and it does not carry the target."""
     return (
-        missing_step(~hand.is_empty, "that hand holds nothing"),
+        missing_step(~hand.empty_hand_condition, "that hand holds nothing"),
         missing_step(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
         missing_step(
             ~Exists(H, hand.holds(H) & p.carried_by(target, H)),
@@ -197,7 +197,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
 
 
 def _require_object_fits_inside(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
-    return NO_INSIDE, fits_inside, missing_step(hand.is_empty | ~p.closed(X), "{x} is closed")
+    return NO_INSIDE, fits_inside, missing_step(hand.empty_hand_condition | ~p.closed(X), "{x} is closed")
 
 
 def _make_placing_action(

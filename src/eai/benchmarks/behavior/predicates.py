@@ -32,7 +32,7 @@ def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
     A sliced object is related to the objects to which both of its halves are related.
     """
 
-    def find_objects_common_to_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_objects_related_to_both_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         halves = state.relation("part_of").column(x) if state.mask("is_sliced") >> x & 1 else 0
         if not halves:
@@ -42,7 +42,7 @@ def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
             common &= lookup(state, (half,))
         return common
 
-    return find_objects_common_to_halves
+    return find_objects_related_to_both_halves
 
 
 def _find_floor_under(state: State, unsupported_object: int) -> ObjectMask:

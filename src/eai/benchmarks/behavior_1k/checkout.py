@@ -50,7 +50,7 @@ def _read_definition(name: str, path: Path) -> str:
     try:
         if not is_corrected:
             parse_problem(original)  # unlike `text`, it has lines, which an error names
-        problems = list(_find_damage(text))
+        problems = list(_find_errors_in_activity_definition(text))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     if problems:
@@ -58,7 +58,7 @@ def _read_definition(name: str, path: Path) -> str:
     return text
 
 
-def _find_damage(text: str) -> Iterator[str]:
+def _find_errors_in_activity_definition(text: str) -> Iterator[str]:
     """Yield a description of each name in a definition that is unknown or used in a wrong way."""
     synsets, problem = map_categories_to_synsets(text), parse_problem(text)
     declared = {item.name for item in problem.objects}
@@ -69,12 +69,12 @@ def _find_damage(text: str) -> Iterator[str]:
             yield f"expected one synset of each noun as category, such as mug.n.04, found {category}"
     goals = [part for part in parts if isinstance(part, f.Atom)]
     for atom in (*problem.initial, *problem.denied):
-        yield from _find_damage_of_atom(":init", atom, _INITIAL_ARITIES, declared)
+        yield from _find_errors_in_activity_atom(":init", atom, _INITIAL_ARITIES, declared)
     for atom in goals:
-        yield from _find_damage_of_atom(":goal", atom, _GOAL_ARITIES, declared)
+        yield from _find_errors_in_activity_atom(":goal", atom, _GOAL_ARITIES, declared)
 
 
-def _find_damage_of_atom(
+def _find_errors_in_activity_atom(
     section: str, atom: f.Atom, arities: Mapping[str, int], declared: Collection[str]
 ) -> Iterator[str]:
     name, expected = atom.predicate, arities.get(atom.predicate)

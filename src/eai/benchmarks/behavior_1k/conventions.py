@@ -44,7 +44,7 @@ _MADE_SENTENCES: Mapping[Predicate, str] = {
 _RESULT_WORDS: Mapping[str, Predicate] = {"cooked": p.makes_cooked, "hot": p.makes_hot}
 
 
-class SceneReader:
+class SceneFactReader:
     """Reads the facts of a state. Objects are given and returned by name.
 
     Args:
@@ -84,7 +84,9 @@ def describe_conventions(task: Task) -> str:
             None,
             (
                 describe_sources_and_floors(task),
-                _list_below_heading(HEADING, _ConventionWriter(task.initial).write_lines()),
+                _list_below_heading(
+                    HEADING, _ConventionWriter(task.initial).write_household_convention_lines()
+                ),
             ),
         )
     )
@@ -95,7 +97,7 @@ def describe_sources_and_floors(task: Task) -> str:
 
     Each source or floor has a line under a heading.
     """
-    return _list_below_heading(SITUATION, _SituationWriter(task.initial).write_lines())
+    return _list_below_heading(SITUATION, _SituationWriter(task.initial).write_source_and_floor_lines())
 
 
 def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
@@ -103,10 +105,10 @@ def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
     return "\n".join((heading, *texts)) if texts else ""
 
 
-class _SituationWriter(SceneReader):
+class _SituationWriter(SceneFactReader):
     """Describes which substances sources give, and on which floor objects without support stand."""
 
-    def write_lines(self) -> Iterator[str]:
+    def write_source_and_floor_lines(self) -> Iterator[str]:
         """Yield a line for each object that gives substances, and for each floor on which objects stand."""
         for source in self._names:
             given = self._find_targets_of(p.gives, source)
@@ -130,10 +132,10 @@ class _SituationWriter(SceneReader):
         return f"gives {given_substances}{running}"
 
 
-class _ConventionWriter(SceneReader):
+class _ConventionWriter(SceneFactReader):
     """Describes the conventions of a scene: facts that never change."""
 
-    def write_lines(self) -> Iterator[str]:
+    def write_household_convention_lines(self) -> Iterator[str]:
         """Yield a line of text for each rule of the world, such as the tool that removes a stain."""
         yield from map(
             self._describe_ways_to_remove,

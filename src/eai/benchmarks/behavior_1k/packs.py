@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.base.source import PackageArchive
 from eai.benchmarks.behavior_1k.convert import convert_tasks
 from eai.benchmarks.behavior_1k.kinds import PACK
-from eai.benchmarks.packs import Pack
+from eai.benchmarks.packs import DataPack
 
 BDDL = PackageArchive(
     name="bddl",
@@ -16,5 +16,5 @@ BDDL = PackageArchive(
 )
 """Archive with definitions, annotations and rules of BEHAVIOR-1K (license: MIT)."""
 
-PACKS = (Pack(PACK, (BDDL,), convert_tasks),)
+PACKS = (DataPack(PACK, (BDDL,), convert_tasks),)
 """The pack of BEHAVIOR-1K, which `eai.benchmarks.packs.find_packs` finds by an entry point."""

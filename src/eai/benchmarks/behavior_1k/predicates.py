@@ -27,7 +27,7 @@ def _make_ability_predicate(name: str) -> Predicate:
     return Predicate(name, 1, static=True)
 
 
-def _make_unprompted_predicate(name: str, arity: int = 1) -> Predicate:
+def _make_predicate_hidden_in_prompts(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
@@ -45,30 +45,32 @@ substance, liquid = map(_make_ability_predicate, ("substance", "liquid"))
 
 # Facts of a scene that state rules of the annotations. Each recipe is represented by an invisible object.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
-    _make_unprompted_predicate, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
+    _make_predicate_hidden_in_prompts, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
 works_on, works_closed, works_inside = map(
-    _make_unprompted_predicate, ("works_on", "works_closed", "works_inside")
+    _make_predicate_hidden_in_prompts, ("works_on", "works_closed", "works_inside")
 )
 by_stirring, by_heat, product, makes_hot, makes_cooked = map(
-    _make_unprompted_predicate, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
+    _make_predicate_hidden_in_prompts, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
 )
 by_floor, gives, fits, part_of = (
-    _make_unprompted_predicate(n, 2) for n in ("by_floor", "gives", "fits", "part_of")
+    _make_predicate_hidden_in_prompts(n, 2) for n in ("by_floor", "gives", "fits", "part_of")
 )
 diced_as, diced_cooked_as, melts_to, cooks_to, boils_to = (
-    _make_unprompted_predicate(n, 2)
+    _make_predicate_hidden_in_prompts(n, 2)
     for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
 )
-cooks, melts, chills = (_make_unprompted_predicate(n, 2) for n in ("cooks", "melts", "chills"))
+cooks, melts, chills = (_make_predicate_hidden_in_prompts(n, 2) for n in ("cooks", "melts", "chills"))
 removes_dry, removes_soaked, removes_running, dissolved_by, washes_off = (
-    _make_unprompted_predicate(n, 2)
+    _make_predicate_hidden_in_prompts(n, 2)
     for n in ("removes_dry", "removes_soaked", "removes_running", "dissolved_by", "washes_off")
 )
 ingredient, topping, base, raw, cooked_first = (
-    _make_unprompted_predicate(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
+    _make_predicate_hidden_in_prompts(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
 )
-made_in, heated_by, makes = (_make_unprompted_predicate(n, 2) for n in ("made_in", "heated_by", "makes"))
+made_in, heated_by, makes = (
+    _make_predicate_hidden_in_prompts(n, 2) for n in ("made_in", "heated_by", "makes")
+)
 RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
 """Relations of two objects that state the rules of the annotations, such as recipes."""
 

@@ -270,7 +270,7 @@ class _SceneMaker:
                 self._add_objects_of_kind(kind, makings_of_kind)
         for kind in dict.fromkeys(self._declared_kinds.values()):
             if kind in self._kinds.rules.slice and self._has_equipment("slicer", present_kinds):
-                self._add_future_halves(kind)
+                self._add_halves_made_by_slicing(kind)
 
     def _add_objects_of_kind(self, kind: str, methods: Sequence[k.ProductionMethod]) -> None:
         """Add objects of a kind until the scene has as many of them as can exist at one time."""
@@ -285,7 +285,7 @@ class _SceneMaker:
             while len(self._find_objects_of_kind(kind)) < number:
                 self._future.add(self._add_object(kind))
 
-    def _add_future_halves(self, kind: str) -> None:
+    def _add_halves_made_by_slicing(self, kind: str) -> None:
         """Add two halves for each object of a kind that can be sliced.
 
         They do not exist before the slicing.
@@ -304,8 +304,8 @@ class _SceneMaker:
             yield from self._yield_ability_facts(name, kind)
             yield from self._yield_heat_and_cold_facts(name, kind)
             yield from self._yield_removal_facts(name, kind)
-            yield from self._yield_product_facts(name, kind)
-        yield from self._yield_half_facts()
+            yield from self._yield_facts_on_products_and_attachments(name, kind)
+        yield from self._yield_facts_on_sliced_halves()
         for name, substance in sorted(self._gives):
             yield p.gives, (name, substance)
         yield from self._yield_initial_state()
@@ -388,7 +388,7 @@ class _SceneMaker:
                 (p.dissolved_by, (substance, solvent)) for solvent in self._find_objects_of_kind(kind)
             )
 
-    def _yield_product_facts(self, name: str, kind: str) -> _SceneFacts:
+    def _yield_facts_on_products_and_attachments(self, name: str, kind: str) -> _SceneFacts:
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
         is_substance = self._kinds.has_ability(kind, "substance")
@@ -406,7 +406,7 @@ class _SceneMaker:
             if one == kind:
                 yield from ((p.fits, (name, other)) for other in self._find_objects_of_kind(to))
 
-    def _yield_half_facts(self) -> _SceneFacts:
+    def _yield_facts_on_sliced_halves(self) -> _SceneFacts:
         for whole, (half, number) in self._kinds.rules.slice.items():
             halves = [name for name in self._find_objects_of_kind(half) if name in self._future]
             for position, name in enumerate(self._find_objects_of_kind(whole)):

@@ -23,7 +23,7 @@ from eai.benchmarks.generator.prior import (
     LiteralPattern,
     Patterns,
     UsualGoals,
-    UsualGoalsOfTitle,
+    UsualGoalsOfTaskTitle,
     filter_patterns,
     find_argument_uses,
     find_patterns,
@@ -71,9 +71,11 @@ class DomainOfUsualActions:
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
         """Return a state of the restricted domain, with the objects of a scene and these facts."""
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
-        return own.state((*self._select_declared_facts(facts), *self._make_usual_argument_facts(own)))
+        return own.state(
+            (*self._select_declared_facts(facts), *self._make_facts_on_arguments_seen_in_plans(own))
+        )
 
-    def convert_state_to_original(self, state: State) -> State:
+    def convert_state_to_unrestricted_domain(self, state: State) -> State:
         """Return the state of the original domain that equals a state of the restricted domain.
 
         The returned state begins an episode.
@@ -84,7 +86,7 @@ class DomainOfUsualActions:
     def _select_declared_facts(self, facts: Iterable[Fact]) -> Iterator[Fact]:
         return (fact for fact in facts if self._original.find_stored(fact.predicate) is not None)
 
-    def _make_usual_argument_facts(self, scene: Scene) -> Iterator[Fact]:
+    def _make_facts_on_arguments_seen_in_plans(self, scene: Scene) -> Iterator[Fact]:
         for predicate, kinds in self._kinds.items():
             for kind in kinds:
                 yield from (Fact(predicate.name, (i,)) for i in iterate_bits(scene.get_category_mask(kind)))
@@ -177,7 +179,7 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
         place_relations=places,
         part_relations=parts,
         countable_categories=frozenset(several if is_plain else ()),
-        part_categories=frozenset(_find_part_categories(states, parts)),
+        part_categories=frozenset(_find_categories_of_object_parts(states, parts)),
         holding_predicates=frozenset(_find_holding_predicates(domain)),
     )
 
@@ -256,7 +258,9 @@ def _count_categories(task: Task) -> Counter[str]:
     return Counter([task.scene.objects[i].category for i in _find_mentioned_or_used_objects(task)])
 
 
-def _make_themes_by_title(tasks: Iterable[Task], usual_patterns: Patterns) -> dict[str, UsualGoalsOfTitle]:
+def _make_themes_by_title(
+    tasks: Iterable[Task], usual_patterns: Patterns
+) -> dict[str, UsualGoalsOfTaskTitle]:
     themes = {}
     for title, alike in group_pairs((task.title, task) for task in tasks).items():
         shown = Counter(chain.from_iterable(map(_count_categories, alike)))
@@ -264,7 +268,7 @@ def _make_themes_by_title(tasks: Iterable[Task], usual_patterns: Patterns) -> di
             task.scene.objects[i].category for task in alike for i in find_objects_of_goals_and_plan(task)
         }
         about = needed.union(kind for kind, number in shown.items() if 2 * number > len(alike))
-        themes[title] = UsualGoalsOfTitle(
+        themes[title] = UsualGoalsOfTaskTitle(
             frozenset(about),
             Counter(map(_find_agent_patterns, alike)),
             restrict_to_categories(usual_patterns, about),
@@ -380,9 +384,9 @@ def _find_location_and_part_of_relations(
     return tuple(places), tuple(parts)
 
 
-def _find_part_categories(states: Sequence[State], parts: Sequence[str]) -> Iterator[str]:
+def _find_categories_of_object_parts(states: Sequence[State], part_relations: Sequence[str]) -> Iterator[str]:
     for state in states:
-        for name in parts:
+        for name in part_relations:
             yield from (state.scene.objects[i].category for i in iterate_bits(state.relation(name).sources))
 
 

@@ -28,7 +28,7 @@ from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model,
 from eai.benchmarks.generator.prior import (
     LiteralPattern,
     UsualGoals,
-    UsualGoalsOfTitle,
+    UsualGoalsOfTaskTitle,
     do_goals_clash,
     find_goal_subjects,
     is_goal_pointless,
@@ -38,11 +38,11 @@ from eai.benchmarks.generator.scene import (
     add_similar_objects,
     compose_scene,
     hide_object,
-    list_donors,
+    list_mentioned_objects_by_category,
     make_hiding_place_finder,
     make_reduced_scene,
 )
-from eai.benchmarks.generator.seeds import JudgedSeed, select_tasks
+from eai.benchmarks.generator.seeds import TaskSeedOutcome, select_tasks
 from eai.benchmarks.generator.spec import (
     CANARY,
     LENGTHS,
@@ -58,9 +58,9 @@ from eai.benchmarks.generator.spec import (
 )
 from eai.benchmarks.generator.twins import (
     Balance,
-    PairChoice,
+    TaskPairChooser,
     make_clear_and_ambiguous_pair,
-    make_pair_choice,
+    make_task_pair_chooser,
 )
 from eai.benchmarks.generator.walk import (
     GoalByGoalPlan,
@@ -131,7 +131,7 @@ class _RejectionFinder:
 
     def __init__(self, domain: Domain, public: Sequence[Task], spec: TaskSpecification) -> None:
         self._domain, self._by_place, self._held_out = domain, spec.by_place, spec.held_out
-        self._public = set(map(self._make_public_key, public))
+        self._public = set(map(self._get_digests_revealing_public_copy, public))
         self._table = SimilarTaskTable(public, domain)
 
     def find_rejection_reason(
@@ -156,13 +156,13 @@ class _RejectionFinder:
             return SeedRejectionReason.NO_CERTIFICATE
         if (reason := self._find_instruction_problem(task, words)) is not None:
             return reason
-        if self._make_public_key(task) in self._public:
+        if self._get_digests_revealing_public_copy(task) in self._public:
             return SeedRejectionReason.PUBLIC
         if self._table.solves_by_adapted_plan(task):
             return SeedRejectionReason.PUBLIC_PLAN
         return None
 
-    def _make_public_key(self, task: Task) -> tuple[str, ...]:
+    def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
         """Return the digests that a task may not share with a public task."""
         fingerprint = sets.fingerprint_task(task, self._held_out)
         return fingerprint if self._held_out == "starts" else fingerprint[:1]
@@ -231,7 +231,7 @@ class TaskGenerator:
             )
         self._tasks_by_title = group_pairs((task.title, task) for task in self._bases)
         self._is_composed = bool(self.prior.countable_categories)
-        self._donors = list_donors(self._bases)
+        self._donors = list_mentioned_objects_by_category(self._bases)
         self._title_weights = {
             title: 1
             + sum(is_usual_goal(p, self.prior) for p in chain(*self.prior.themes[title].patterns.values()))
@@ -263,10 +263,10 @@ class TaskGenerator:
             more = _OFFER_WEIGHT * (offers + bool(self._hiding(task)))
             yield (1 + more) / numbers[task.title] if self.prior.countable_categories else 1.0
 
-    def _order_titles(self, first: str, rng: random.Random) -> list[str]:
+    def _draw_order_of_task_titles(self, first_title: str, rng: random.Random) -> list[str]:
         """Return the titles in random order after the first. Titles with many usual goals come early."""
         keys = {title: rng.random() ** (1 / weight) for title, weight in self._title_weights.items()}
-        return sorted(keys, key={**keys, first: 1.0}.__getitem__, reverse=True)
+        return sorted(keys, key={**keys, first_title: 1.0}.__getitem__, reverse=True)
 
     def generate_task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> GenerationOutcome:
         """Return the task that a seed determines, or the reason to reject the seed.
@@ -276,7 +276,7 @@ class TaskGenerator:
         """
         return self.judge_seed(seed, known).compare_with_earlier_tasks(known, Balance())
 
-    def judge_seed(self, seed: str, known: Collection[tuple[str, str]] = ()) -> JudgedSeed:
+    def judge_seed(self, seed: str, known: Collection[tuple[str, str]] = ()) -> TaskSeedOutcome:
         """Return the task of a seed, or the reason to reject it, and fingerprints for finding copies.
 
         ``known`` may be empty. If it has the fingerprints of earlier tasks, copies are rejected sooner.
@@ -288,17 +288,17 @@ class TaskGenerator:
             return fingerprint in known
 
         outcome = self._make_task(seed, is_copy)
-        return JudgedSeed(outcome, compared[0] if compared else None)
+        return TaskSeedOutcome(outcome, compared[0] if compared else None)
 
     def _make_task(
         self, seed: str, is_copy: Callable[[tuple[str, str]], bool]
-    ) -> GenerationOutcome | PairChoice:
+    ) -> GenerationOutcome | TaskPairChooser:
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
             self._renew_planners()
         rng = self.spec.make_random(seed)
         base = rng.choices(self._bases, self._weights)[0]
-        titles = self._order_titles(base.title, rng)
+        titles = self._draw_order_of_task_titles(base.title, rng)
         initial, hidden = self._make_scene(base, titles, rng)
         if self.spec.kind.is_hazardous and not may_hazard_occur(
             self.benchmark.notation.english.hazards, initial.scene
@@ -308,8 +308,8 @@ class TaskGenerator:
         walk = self._make_action_sequence(titles, initial, hidden, rng, least, most)
         if not walk.goals:
             return SeedRejectionReason.NO_GOALS
-        goals, start = list(walk.goals), self._usage.convert_state_to_original(initial)
-        held_out, is_over_time = self.spec.held_out, self.spec.kind.is_over_time
+        goals, start = list(walk.goals), self._usage.convert_state_to_unrestricted_domain(initial)
+        held_out, is_over_time = self.spec.held_out, self.spec.kind.has_temporal_goal
         split = sets.choose_split_of_goals(goals, start, held_out)
         is_known = not is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start, held_out))
         if self.spec.split not in (TaskSplit.ALL, split):
@@ -345,15 +345,16 @@ class TaskGenerator:
 
     def _make_pair_if_specified(
         self, made: GeneratedTask, rng: random.Random
-    ) -> GenerationOutcome | PairChoice:
+    ) -> GenerationOutcome | TaskPairChooser:
         """Return the task, or a pair of tasks made from it if the specification asks for pairs.
 
-        For pairs of a possible and an impossible task, return a function that makes the pair (`PairChoice`).
+        For pairs of a possible and an impossible task, return a function that makes the pair
+        (`TaskPairChooser`).
         """
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
-            return make_pair_choice(made, planner, may_lack, rng)
+            return make_task_pair_chooser(made, planner, may_lack, rng)
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return (
                 make_clear_and_ambiguous_pair(made, self.benchmark, self.prior, planner, rng)
@@ -479,7 +480,7 @@ class TaskGenerator:
                 walk.state = before
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
-            start = self._usage.convert_state_to_original(walk.state)
+            start = self._usage.convert_state_to_unrestricted_domain(walk.state)
             after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 return self._usage.make_state(after.scene, after.facts()), frozenset(
@@ -519,7 +520,7 @@ class TaskGenerator:
         least, most = _SHORTEST_RANGE
         return max(least, round(0.5 * length)), max(most, round(1.4 * length))
 
-    def _make_proposals(self, state: State, theme: UsualGoalsOfTitle | None = None) -> GoalProposals:
+    def _make_proposals(self, state: State, theme: UsualGoalsOfTaskTitle | None = None) -> GoalProposals:
         spec = self.spec
         return GoalProposals.make_for_scene(
             state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme

@@ -17,7 +17,7 @@ from eai.benchmarks.generator.prior import (
     LiteralPattern,
     Patterns,
     UsualGoals,
-    UsualGoalsOfTitle,
+    UsualGoalsOfTaskTitle,
     filter_patterns,
     restrict_to_categories,
 )
@@ -61,7 +61,7 @@ class GoalProposals:
         goal_forms: Forms,
         *,
         actions: bool,
-        theme: UsualGoalsOfTitle | None = None,
+        theme: UsualGoalsOfTaskTitle | None = None,
     ) -> GoalProposals:
         """Return an object that draws random goals for a scene.
 
@@ -95,7 +95,7 @@ class GoalProposals:
         )
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
-    def draw_agent_goals(self, theme: UsualGoalsOfTitle, rng: random.Random) -> list[f.Formula]:
+    def draw_agent_goals(self, theme: UsualGoalsOfTaskTitle, rng: random.Random) -> list[f.Formula]:
         """Return goals about the agent that a random public task of one title has. The list may be empty."""
         here = _list_categories(self.scene)
         fitting = {
@@ -128,7 +128,7 @@ class GoalProposals:
             case "Or":
                 return self._draw_disjunction(pattern, rng)
             case "ForPairs":
-                return self._make_pairing_goal(pattern)
+                return self._make_goal_pairing_two_categories(pattern)
         return self._draw_quantified_goal(shape, pattern, rng)
 
     def _draw_pattern(
@@ -236,7 +236,7 @@ class GoalProposals:
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
-    def _make_pairing_goal(self, pattern: LiteralPattern) -> f.Formula | None:
+    def _make_goal_pairing_two_categories(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
         Returns None if the pattern is no relation between two categories, or if usual goals do not pair or

@@ -191,7 +191,7 @@ def _requires_object_of_kind(formula: f.Formula, kinds: set[str]) -> bool:
     return any(_requires_object_of_kind(subformula, kinds) for subformula in get_subformulas(formula))
 
 
-def make_existence_condition(domain: Domain) -> f.Formula:
+def make_condition_that_object_exists(domain: Domain) -> f.Formula:
     """Return the formula that holds if the object ``x`` exists in the scene.
 
     The formula consists of the domain's conditions for the visibility of ``x`` that depend neither on

@@ -57,14 +57,14 @@ def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene
     return any(not any(mask & place for place in places) for mask in needy)
 
 
-class _LiteralOfObjectMasks(NamedTuple):
+class _LiteralWithPossibleObjects(NamedTuple):
     """A literal of a goal: its predicate, and a bit mask of the possible objects for each argument."""
 
     predicate: str
     terms: tuple[ObjectMask, ...]
 
 
-def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_LiteralOfObjectMasks]:
+def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_LiteralWithPossibleObjects]:
     ranges: dict[str, int] = {}
     for formula in walk_subformulas(goal):
         ranges |= {
@@ -76,11 +76,14 @@ def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_LiteralOfO
                 ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
                 for term in formula.arguments
             ]
-            yield _LiteralOfObjectMasks(formula.predicate, tuple(masks))
+            yield _LiteralWithPossibleObjects(formula.predicate, tuple(masks))
 
 
 def _is_unseen_combination(
-    literal: _LiteralOfObjectMasks, other: _LiteralOfObjectMasks, scene: Scene, usual_goals: UsualGoals
+    literal: _LiteralWithPossibleObjects,
+    other: _LiteralWithPossibleObjects,
+    scene: Scene,
+    usual_goals: UsualGoals,
 ) -> bool:
     """Whether two goals combine as in no public task. Example: food on a plate, this plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
@@ -158,7 +161,7 @@ ArgumentUse: TypeAlias = tuple[str, int, str]
 
 
 @dataclass(frozen=True)
-class UsualGoalsOfTitle:
+class UsualGoalsOfTaskTitle:
     """The usual goals of public tasks with one title, called a theme.
 
     Attributes:
@@ -209,7 +212,7 @@ class UsualGoals:
 
     patterns: Patterns
     goal_counts: Mapping[tuple[str, bool], int]
-    themes: Mapping[str, UsualGoalsOfTitle]
+    themes: Mapping[str, UsualGoalsOfTaskTitle]
     shape_counts: Mapping[str, int]
     pair_patterns: frozenset[LiteralPattern]
     nestings: frozenset[tuple[str, str, str]]

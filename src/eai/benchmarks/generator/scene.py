@@ -14,7 +14,7 @@ from typing import TypeAlias, TypeVar
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan, find_visibility_predicates
-from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals, UsualGoalsOfTitle
+from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals, UsualGoalsOfTaskTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
@@ -61,7 +61,7 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
 
 
 def _is_object_in_other_usual_goals(
-    placement: LiteralPattern, theme: UsualGoalsOfTitle, prior: UsualGoals
+    placement: LiteralPattern, theme: UsualGoalsOfTaskTitle, prior: UsualGoals
 ) -> bool:
     thing = placement.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
@@ -192,7 +192,12 @@ def add_objects_of_other_tasks(
 
 
 def compose_scene(
-    closed: State, others: Iterable[Task], donors: Donors, prior: UsualGoals, rng: random.Random, size: int
+    closed: State,
+    others: Iterable[Task],
+    donors: MentionedObjectsByCategory,
+    prior: UsualGoals,
+    rng: random.Random,
+    size: int,
 ) -> State:
     """Return the scene with places and objects of other tasks, up to `size` objects.
 
@@ -203,7 +208,7 @@ def compose_scene(
     Args:
         closed: the scene.
         others: tasks whose objects are added, in order, until the scene has `size` objects.
-        donors: objects whose places are taken over (`list_donors`).
+        donors: objects whose places are taken over (`list_mentioned_objects_by_category`).
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
         size: maximum number of objects.
@@ -322,11 +327,11 @@ class _ComposedScene:
         return Scene(closed.vocabulary, self._objects, closed.agent).state(self._facts)
 
 
-Donors: TypeAlias = Mapping[str, Sequence[tuple[State, int]]]
+MentionedObjectsByCategory: TypeAlias = Mapping[str, Sequence[tuple[State, int]]]
 """Category -> initial states of public tasks with an object of this category that the task mentions."""
 
 
-def list_donors(tasks: Iterable[Task]) -> Donors:
+def list_mentioned_objects_by_category(tasks: Iterable[Task]) -> MentionedObjectsByCategory:
     """Return the objects that tasks mention, by category."""
     return group_pairs(
         (task.scene.objects[i].category, (task.initial, i)) for task in tasks for i in task.relevant

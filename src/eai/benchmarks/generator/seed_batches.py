@@ -14,7 +14,7 @@ from eai.base.store import ignore_progress
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator
-from eai.benchmarks.generator.seeds import JudgedSeed
+from eai.benchmarks.generator.seeds import TaskSeedOutcome
 from eai.benchmarks.generator.spec import GeneratedTask, TaskSpecification
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
@@ -90,18 +90,18 @@ class _TaskUnpickler(pickle.Unpickler):
         return self._vocabulary
 
 
-def _dump_judged_seed(judged: JudgedSeed, vocabulary: Vocabulary) -> bytes:
+def _dump_judged_seed(judged: TaskSeedOutcome, vocabulary: Vocabulary) -> bytes:
     file = io.BytesIO()
     _TaskPickler(file, vocabulary).dump(judged)
     return file.getvalue()
 
 
-def load_judged_seed(content: bytes, vocabulary: Vocabulary) -> JudgedSeed:
+def load_judged_seed(content: bytes, vocabulary: Vocabulary) -> TaskSeedOutcome:
     """Return the outcome of a seed that another process pickled (`judge_seed_batch`).
 
     Args:
         content: the pickled outcome.
         vocabulary: the vocabulary of the benchmark.
     """
-    judged: JudgedSeed = _TaskUnpickler(io.BytesIO(content), vocabulary).load()
+    judged: TaskSeedOutcome = _TaskUnpickler(io.BytesIO(content), vocabulary).load()
     return judged

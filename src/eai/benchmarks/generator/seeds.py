@@ -20,7 +20,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
-from eai.benchmarks.generator.twins import Balance, PairChoice
+from eai.benchmarks.generator.twins import Balance, TaskPairChooser
 
 _MAX_FAILED_SEEDS = 300
 """Number of rejected seeds in a row after which generation fails.
@@ -39,7 +39,7 @@ _MAX_FAILED_SEEDS_WITH_FEW_GOALS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class JudgedSeed:
+class TaskSeedOutcome:
     """The outcome of a seed, before its task is compared with the tasks of earlier seeds.
 
     Attributes:
@@ -48,7 +48,7 @@ class JudgedSeed:
             were known.
     """
 
-    outcome: GenerationOutcome | PairChoice
+    outcome: GenerationOutcome | TaskPairChooser
     fingerprint: tuple[str, str] | None = None
 
     def compare_with_earlier_tasks(
@@ -68,7 +68,7 @@ class JudgedSeed:
 
 
 def select_tasks(
-    judged: Iterable[JudgedSeed],
+    judged: Iterable[TaskSeedOutcome],
     spec: TaskSpecification,
     number: int,
     known: set[tuple[str, str]],

@@ -123,7 +123,7 @@ class TaskKind(str, Enum):
     """Makes pairs of tasks. The instruction of one task fits two objects."""
 
     @property
-    def is_over_time(self) -> bool:
+    def has_temporal_goal(self) -> bool:
         """Whether tasks of this kind have a goal over time in addition to goals about the final state."""
         return self is TaskKind.ORDER or self.is_hazardous
 

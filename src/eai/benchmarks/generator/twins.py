@@ -25,7 +25,7 @@ import eai.logic.formula as f
 from eai.abilities.reports import fact_text
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.measures import make_existence_condition
+from eai.benchmarks.generator.measures import make_condition_that_object_exists
 from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.scene import (
     add_copy_of_object,
@@ -57,7 +57,7 @@ _LIMITS = Limits(300)
 Balance: TypeAlias = Counter[tuple[str, str]]
 """Property and object category of a removed fact -> number of impossible tasks minus possible tasks."""
 
-PairChoice: TypeAlias = Callable[[Balance], "GeneratedTask | None"]
+TaskPairChooser: TypeAlias = Callable[[Balance], "GeneratedTask | None"]
 """Function that returns a pair of tasks, or None if the categories in each pair reveal the impossible task.
 
 The argument has the counts of earlier pairs (`Balance`), to which the function adds the new pair.
@@ -99,9 +99,9 @@ def _choose_pair(
     return None
 
 
-def make_pair_choice(
-    made: GeneratedTask, planner: Planner, removable: Collection[str], rng: random.Random
-) -> PairChoice:
+def make_task_pair_chooser(
+    made: GeneratedTask, planner: Planner, removable_properties: Collection[str], rng: random.Random
+) -> TaskPairChooser:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
     The function takes the counts of earlier pairs (`Balance`). Candidates are facts without which the task
@@ -111,12 +111,12 @@ def make_pair_choice(
         made: a generated task with a plan.
         planner: a planner for the domain. A task counts as impossible only if the planner's heuristic finds
             the goals unreachable.
-        removable: properties that objects of the impossible task may lack; any property if empty.
+        removable_properties: properties that objects of the impossible task may lack; any property if empty.
         rng: the random generator.
     """
     task, domain = made.task, planner.domain
-    presence_condition, holds = make_existence_condition(domain), planner.heuristic.readings.holds
-    properties = _find_removable_facts(task, domain, removable)
+    presence_condition, holds = make_condition_that_object_exists(domain), planner.heuristic.readings.holds
+    properties = _find_removable_facts(task, domain, removable_properties)
     facts = [fact for fact in properties if holds(presence_condition, {"x": fact.arguments[0]}, task.initial)]
     rng.shuffle(facts)
     needed = [fact for fact in facts if not solves_task(domain, _remove_fact(task, fact), task.script)]
@@ -142,11 +142,15 @@ def _looks_solvable(task: Task, planner: Planner) -> bool:
     )
 
 
-def _find_removable_facts(task: Task, domain: Domain, removable: Collection[str]) -> Iterator[Fact]:
+def _find_removable_facts(
+    task: Task, domain: Domain, removable_properties: Collection[str]
+) -> Iterator[Fact]:
     """Yield those initial facts that state a property which prompts show, and which an object may lack."""
     predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
-        if fact.predicate in predicates and (not removable or fact.predicate in removable):
+        if fact.predicate in predicates and (
+            not removable_properties or fact.predicate in removable_properties
+        ):
             yield fact
 
 

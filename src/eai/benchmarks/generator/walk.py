@@ -256,7 +256,7 @@ class TemporalGoalFinder:
             return None
         ways = [
             self._find_goal_requiring_detour,
-            self._find_goal_requiring_tidying,
+            self._find_goal_forbidding_side_effect,
             self._find_goal_about_order,
         ]
         candidates = (way() for way in self.rng.sample(ways, len(ways)))
@@ -290,7 +290,7 @@ class TemporalGoalFinder:
         kept = _make_goal_if_only_first_fulfils(goal, self._execute_plan(walk.trail), self._solving_plan)
         return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
 
-    def _find_goal_requiring_tidying(self) -> _TemporalGoal | None:
+    def _find_goal_forbidding_side_effect(self) -> _TemporalGoal | None:
         """Return a goal over time, or None: two facts must never hold together.
 
         One of the facts is a side effect that the solving plan does not undo.

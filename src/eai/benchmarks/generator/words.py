@@ -331,33 +331,33 @@ class _InstructionReader:
         over_time = next((word for word in (e.WHILE, e.UNTIL, e.AFTER) if f" {word} " in text), None)
         if over_time is not None:
             one, other = text.split(f" {over_time} ")
-            return self._read_over_time(over_time, one, other)
+            return self._read_goal_with_time_word(over_time, one, other)
         is_choice = text.startswith("either ")
         return _require_one_meaning(
             self._read_disjunction(text.removeprefix("either ")) if is_choice else self._find_meanings(text),
             text,
         )
 
-    def _read_over_time(self, word: str, one: str, other: str) -> f.Formula:
+    def _read_goal_with_time_word(self, time_word: str, first_clause: str, second_clause: str) -> f.Formula:
         """Return the goal over time that two sentences state if a word such as "before" joins them."""
-        if word == e.WHILE:
+        if time_word == e.WHILE:
             return f.Always(
                 f.Not(
                     f.And(
                         (
-                            _require_one_meaning(self._find_meanings(one, never=True), one),
-                            self._read_statement(other),
+                            _require_one_meaning(self._find_meanings(first_clause, never=True), first_clause),
+                            self._read_statement(second_clause),
                         )
                     )
                 )
             )
-        if word == e.AFTER:
-            return f.Then((self._read_statement(other), self._read_statement(one)))
-        taken = _TAKEN.fullmatch(other)
+        if time_word == e.AFTER:
+            return f.Then((self._read_statement(second_clause), self._read_statement(first_clause)))
+        taken = _TAKEN.fullmatch(second_clause)
         if taken is None:
-            return f.Until(self._read_statement(one), self._read_statement(other))
+            return f.Until(self._read_statement(first_clause), self._read_statement(second_clause))
         names = [self._objects[name] for name in taken[2].split(" with ") if name in self._objects]
-        return f.Until(self._read_statement(one), f.Occurs(taken[1], tuple(map(f.Constant, names))))
+        return f.Until(self._read_statement(first_clause), f.Occurs(taken[1], tuple(map(f.Constant, names))))
 
     def _read_disjunction(self, text: str) -> Iterator[f.Formula]:
         for place in re.finditer(" or ", text):

@@ -305,14 +305,14 @@ def virtualhome() -> Benchmark:
             task_id_of=packs.find_task_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
-            own_figures=count_data_set_with_notes,
+            own_figures=count_tasks_and_goals_of_data_set,
             open_demonstrations=open_demonstrations,
             labels=GOAL_LABELS,
         ),
     )
 
 
-def count_data_set_with_notes(source: Source) -> dict[str, tuple[int, str]]:
+def count_tasks_and_goals_of_data_set(source: Source) -> dict[str, tuple[int, str]]:
     """Return a mapping from labels to figures of the published data set.
 
     Raises DataError if the data cannot be obtained.
@@ -320,10 +320,10 @@ def count_data_set_with_notes(source: Source) -> dict[str, tuple[int, str]]:
     resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
-    return count_records_with_notes(tasks, resources.read_json("success_task.json"), len(operators))
+    return count_tasks_and_goals_of_records(tasks, resources.read_json("success_task.json"), len(operators))
 
 
-def count_records_with_notes(
+def count_tasks_and_goals_of_records(
     tasks: VirtualHomeRecords, transition_tasks: Collection[str], operators: int
 ) -> dict[str, tuple[int, str]]:
     """Return a mapping from labels to figures of the records, each with a note on its meaning.
@@ -398,7 +398,9 @@ def list_unexpected_figures(
     expected_figures = PUBLISHED_COUNTS if expected_figures is None else expected_figures
     tasks, resources = VirtualHomeRecords.from_pack(store.open(PACK)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
-    figures = count_records_with_notes(tasks, resources.read_json("success_task.json"), len(operators))
+    figures = count_tasks_and_goals_of_records(
+        tasks, resources.read_json("success_task.json"), len(operators)
+    )
     for label, (value, _) in figures.items():
         if expected_figures.get(label, value) != value:
             yield f"{label}: {value}, expected {expected_figures[label]}"

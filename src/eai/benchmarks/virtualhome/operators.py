@@ -290,7 +290,7 @@ def make_operators() -> tuple[Operator, ...]:
         *_make_handling_actions(),
         *_make_device_actions(),
         *_make_looking_actions(),
-        *_make_using_actions(),
+        *_make_actions_using_objects(),
         *_make_cleaning_actions(),
         *_make_clothing_actions(),
     )
@@ -411,7 +411,7 @@ def _make_looking_actions() -> tuple[Operator, ...]:
     )
 
 
-def _make_using_actions() -> tuple[Operator, ...]:
+def _make_actions_using_objects() -> tuple[Operator, ...]:
     knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
     can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
     return (

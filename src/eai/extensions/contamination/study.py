@@ -12,7 +12,7 @@ from collections.abc import Hashable, Iterator, Sequence
 from typing import TypeAlias
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.verdict import PlanVerdict, make_share_of_one
+from eai.abilities.verdict import PlanVerdict, make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.results.certainty import RateCase
 from eai.results.rate import compute_rate
@@ -114,7 +114,7 @@ def _assign_strata(records: Sequence[Record]) -> Iterator[StratifiedCase]:
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
             kinds = () if verdict.goals is None else tuple([share.denominator > 0 for share in verdict.goals])
             steps = None if task.annotated_steps is None else _find_bin(task.annotated_steps, STEP_BOUNDS)
-            case = RateCase(record.task_id, task.name, make_share_of_one(verdict.success))
+            case = RateCase(record.task_id, task.name, make_rate_contribution_of_answer(verdict.success))
             yield case, (steps, _find_bin(task.goals, GOAL_BOUNDS), kinds)
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
-    BenchmarkParts,
+    DomainAndNotation,
     MetricColumn,
     ModelInteraction,
     QuestionAndAnswer,
@@ -30,7 +30,7 @@ from eai.abilities.verdict import (
     ErrorReport,
     Verdict,
     make_confusion_shares,
-    make_share_of_one,
+    make_rate_contribution_of_answer,
 )
 from eai.extensions.questions.question import (
     Question,
@@ -128,7 +128,7 @@ def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     probability that guessing or a shortcut is right. ``f1``: the F1 score of the listed items, for open form
     only. ``parsing``: whether the answer could not be read.
     """
-    right = make_share_of_one(verdict.success)
+    right = make_rate_contribution_of_answer(verdict.success)
     is_open = verdict.form is QuestionForm.OPEN
     depth = next((name for name, least in reversed(MIN_DEPTHS.items()) if least <= verdict.depth), "")
     return {
@@ -136,7 +136,7 @@ def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
         **{kind.value: right if kind is verdict.kind else EMPTY_SHARE for kind in QuestionKind},
         **{f"form.{form.value}": right if form is verdict.form else EMPTY_SHARE for form in QuestionForm},
         "f1": make_confusion_shares("", verdict.counts)[".f1"] if is_open else EMPTY_SHARE,
-        "parsing": make_share_of_one(verdict.error is not None),
+        "parsing": make_rate_contribution_of_answer(verdict.error is not None),
         **{
             f"chance.{shortcut}": Share(verdict.chances.get(shortcut, 0.0), 1)
             for shortcut in GUESS_AND_SHORTCUTS
@@ -187,7 +187,7 @@ def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None
     return f"{questions[0].domain}-{path.stem}", TaskSet(by_id, by_id.__getitem__, sha256)
 
 
-def _get_prompt_and_answer(parts: BenchmarkParts, asked: _AskedQuestion) -> QuestionAndAnswer:
+def _get_prompt_and_answer(parts: DomainAndNotation, asked: _AskedQuestion) -> QuestionAndAnswer:
     return asked.question.prompt, format_gold_answer(asked.question)
 
 

@@ -20,8 +20,8 @@ from random import Random
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
     CompiledAnswer,
+    ExecuteSubgoalPlansInstruction,
     Instruction,
-    PerformInstruction,
     Program,
     RejectedAnswer,
     SubgoalPlanner,
@@ -106,7 +106,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         """
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners_with_literal_indices(literals)):
-            program.append(PerformInstruction(plans, number, len(program) - 1))
+            program.append(ExecuteSubgoalPlansInstruction(plans, number, len(program) - 1))
         return program
 
     def halts(self, fault: Fault) -> bool:

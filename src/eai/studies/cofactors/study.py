@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from pydantic import Field
 
 from eai.abilities.explanation import EXECUTED
-from eai.abilities.verdict import make_share_of_one
+from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.grouping import group_pairs
 from eai.benchmarks.features import TaskStatistics
 from eai.results.certainty import RateCase
@@ -272,7 +272,7 @@ def _compute_success_rates(
     """Yield the share of table lines with a success, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
-            (name, make_case(line, make_share_of_one(is_success(line))))
+            (name, make_case(line, make_rate_contribution_of_answer(is_success(line))))
             for line in of_run
             for name in get_names(line)
         )

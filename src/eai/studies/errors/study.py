@@ -12,7 +12,7 @@ from urllib.parse import quote, urlencode
 from pydantic import Field
 
 from eai.abilities.declaration import RUNTIME_FAULTS, AnswerOutcome
-from eai.abilities.verdict import make_share_of_one
+from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.results.certainty import RateCase
@@ -163,7 +163,9 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
     unnecessary step does not end a plan, so the table of outcomes counts these answers at other leaves.
     """
     for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
-        cases = [make_case(line, make_share_of_one(bool(line.additional_steps))) for line in lines]
+        cases = [
+            make_case(line, make_rate_contribution_of_answer(bool(line.additional_steps))) for line in lines
+        ]
         yield (*key, Estimate.from_cases(cases), sum(a.additional_steps or 0 for a in lines))
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import get_args
 
-from eai.abilities.verdict import make_share_of_one
+from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.grouping import group_pairs
 from eai.results.certainty import RateCase
 from eai.results.lines import (
@@ -71,7 +71,7 @@ def _estimate_precision_and_recall(lines: Sequence[AtomLine]) -> tuple[Estimate,
 
 
 def _make_rate_case_of_goal(line: AtomLine) -> RateCase:
-    return make_case(line, make_share_of_one(line.verdict == MATCHED))
+    return make_case(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
 
 
 @make_table("reasons", (*SUITE, MODEL, "reason", "share"))

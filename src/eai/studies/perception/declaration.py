@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
-    BenchmarkParts,
+    DomainAndNotation,
     MetricColumn,
     ModelInteraction,
     QuestionAndAnswer,
@@ -17,7 +17,7 @@ from eai.abilities.declaration import (
     get_display_name,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import add_confusions, make_confusion_shares, make_share_of_one
+from eai.abilities.verdict import add_confusions, make_confusion_shares, make_rate_contribution_of_answer
 from eai.base.entry_points import load_from_extension
 from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
 from eai.tasks.share import Share
@@ -49,7 +49,7 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
     }
 
 
-def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The scorer's module is imported only here, because reports read this declaration and score nothing.
@@ -59,13 +59,13 @@ def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
     return make_scorer_factory(_open_scene_words(parts))
 
 
-def _open_scene_words(parts: BenchmarkParts) -> SceneGraphVocabulary:
+def _open_scene_words(parts: DomainAndNotation) -> SceneGraphVocabulary:
     from eai.studies.perception.scene_graph import SceneGraphVocabulary
 
     return SceneGraphVocabulary(parts.wording(Ability.ACTION_SEQUENCING))
 
 
-def _make_question_and_answer(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+def _make_question_and_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
     words = _open_scene_words(parts)
     values = {
         "vocabulary": words.wording.describe_vocabulary(),
@@ -74,7 +74,7 @@ def _make_question_and_answer(parts: BenchmarkParts, task: Task) -> QuestionAndA
     return values, words.make_true_graph(task).json_text
 
 
-def _draw_task_pictures(parts: BenchmarkParts, task: Task) -> Sequence[tuple[str, bytes]]:
+def _draw_task_pictures(parts: DomainAndNotation, task: Task) -> Sequence[tuple[str, bytes]]:
     from eai.studies.perception.scene_graph import SceneGraphVocabulary
 
     diagrams = load_from_extension("diagrams", "questions of scene_graph")
@@ -87,9 +87,9 @@ def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     A predicate has rates of its own only if a fact of the scene or of the scene graph has it.
     """
     shares = {
-        "right": make_share_of_one(verdict.success),
+        "right": make_rate_contribution_of_answer(verdict.success),
         **compute_perception_shares(verdict.seen),
-        "parsing": make_share_of_one(verdict.error is not None),
+        "parsing": make_rate_contribution_of_answer(verdict.error is not None),
     }
     for name, counts in verdict.seen.predicates.items():
         shares |= make_confusion_shares(name, counts)

@@ -17,7 +17,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
-from eai.abilities.verdict import make_share_of_one
+from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
@@ -133,7 +133,9 @@ class _ModularAndPipelineRuns:
         for link in (*_LINKS, "nowhere"):
             shares = [
                 RateCase(
-                    record.task_id, find_task_name(record), make_share_of_one(breaks[record.task_id] == link)
+                    record.task_id,
+                    find_task_name(record),
+                    make_rate_contribution_of_answer(breaks[record.task_id] == link),
                 )
                 for record in records
             ]
@@ -193,7 +195,9 @@ class _ModularAndPipelineRuns:
                 only = len(success.only_first), len(success.only_second)
                 one, other = self._make_main_metric_cases(modular), self._make_main_metric_cases(pipeline)
                 perfect = [
-                    case._replace(share=make_share_of_one(self.reachable.get(case.task, False)))
+                    case._replace(
+                        share=make_rate_contribution_of_answer(self.reachable.get(case.task, False))
+                    )
                     for case in other
                 ]
                 compared = *_estimate_both_rates_and_difference(one, other), success.p_value
@@ -241,7 +245,7 @@ class _ModularAndPipelineRuns:
             record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
         }
         by_condition = group_pairs(
-            (condition, RateCase(task, name, make_share_of_one(missed)))
+            (condition, RateCase(task, name, make_rate_contribution_of_answer(missed)))
             for task, name in names.items()
             for condition, missed in self.conditions.get(task, ())
         )

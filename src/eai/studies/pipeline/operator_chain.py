@@ -17,7 +17,7 @@ from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCa
 from eai.abilities.transition_modeling.rules import to_gold_steps
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import PlanVerdict, Unreadable, make_share_of_one
+from eai.abilities.verdict import PlanVerdict, Unreadable, make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.benchmarks.gold_answers import AnswersByTask, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
@@ -267,7 +267,7 @@ def _estimate_share_of_end(
 ) -> Estimate:
     """Return the percentage of tasks whose chain has a given end."""
     cases = [
-        RateCase(record.task_id, find_task_name(record), make_share_of_one(actual == end))
+        RateCase(record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == end))
         for record, actual in zip(records, ends, strict=True)
         if actual is not None
     ]

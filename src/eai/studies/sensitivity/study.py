@@ -20,7 +20,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.rules import ReplacedPart
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import make_share_of_one
+from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
@@ -146,7 +146,10 @@ def group_cases_by_operator(
     For each operator, the category `OVERALL` comes first.
     """
     return group_pairs(
-        ((trial.operator, category), make_case(trial, make_share_of_one(trial.outcome == _SOLVED)))
+        (
+            (trial.operator, category),
+            make_case(trial, make_rate_contribution_of_answer(trial.outcome == _SOLVED)),
+        )
         for trial in trials
         for category in (OVERALL, *trial.categories.split())
     )
@@ -232,7 +235,7 @@ def _make_errors_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[R
 def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Yield each error of an operator, most frequent first, with the failures with and without this error."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
-    cases = [make_case(trial, make_share_of_one(trial.outcome != _SOLVED)) for trial in trials]
+    cases = [make_case(trial, make_rate_contribution_of_answer(trial.outcome != _SOLVED)) for trial in trials]
     counts = Counter(error for of_trial in errors for error in of_trial)
     for error in sorted(counts, key=lambda error: (-counts[error], error)):
         split = list(zip(cases, errors, strict=True))

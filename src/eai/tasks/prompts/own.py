@@ -92,19 +92,21 @@ class PromptMaterial:
         return next((task for task in examples.values() if task.title != title), None)
 
 
-def describe_rules_by_placeholder(wording: SuiteWording, short_texts: Mapping[str, str]) -> Mapping[str, str]:
+def describe_domain_by_template_placeholder(
+    wording: SuiteWording, own_short_texts: Mapping[str, str]
+) -> Mapping[str, str]:
     """Return a mapping from placeholders of templates to texts on the predicates and actions of a domain.
 
     Args:
         wording: the names of predicates and actions in prompts.
-        short_texts: the benchmark's own texts for the prompt set ``short``.
+        own_short_texts: the benchmark's own texts for the prompt set ``short``.
     """
     vocabulary, operators = wording.describe_vocabulary(), wording.describe_operators()
     return {
         "vocabulary": vocabulary,
         "short_vocabulary": shorten_vocabulary(vocabulary),
         "operators": operators,
-        "short_operators": short_texts.get(RULES) or shorten_rules(operators),
+        "short_operators": own_short_texts.get(RULES) or shorten_rules(operators),
         "of_each": wording.write_operators_heading("each"),
     }
 
@@ -116,7 +118,7 @@ def render_prompts(material: PromptMaterial, templates: PromptTemplates) -> Mapp
     """
     name, wording, tasks = material.template, material.wording, material.tasks
     shared = {
-        **describe_rules_by_placeholder(wording, material.short_texts),
+        **describe_domain_by_template_placeholder(wording, material.short_texts),
         "role": material.role,
         "format": material.answer_format,
         "short_format": material.short_texts.get(name, material.answer_format),

@@ -181,7 +181,7 @@ def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
     head, conditions = _move_kinds_into_head(head, conditions)
     before = " ".join(filter(None, ("; ".join(conditions), needed)))
     start = ": ".join(filter(None, (f"{head} {description}".strip(), before)))
-    return f"{start} -> {', '.join(_shorten_changes(changes))}" if changes else start
+    return f"{start} -> {', '.join(_shorten_effects_of_action(changes))}" if changes else start
 
 
 def _move_kinds_into_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
@@ -194,19 +194,19 @@ def _move_kinds_into_head(head: str, conditions: Sequence[str]) -> tuple[str, li
     return (f"{name}({', '.join(named)})" if separator else head), others
 
 
-def _shorten_changes(lines: Sequence[tuple[int, str]]) -> Iterator[str]:
+def _shorten_effects_of_action(indented_lines: Sequence[tuple[int, str]]) -> Iterator[str]:
     """Yield texts for the changes by an action.
 
     Changes under a condition stand in braces after the condition.
     """
-    pending = list(lines)
+    pending = list(indented_lines)
     while pending:
         depth, line = pending.pop(0)
         word, _, atoms = line.partition(": ")
         if line.endswith(":"):
             inner = list(takewhile(lambda below: below[0] > depth, pending))  # noqa: B023 - used at once
             del pending[: len(inner)]
-            yield f"{line[:-1]} {{{', '.join(_shorten_changes(inner))}}}"
+            yield f"{line[:-1]} {{{', '.join(_shorten_effects_of_action(inner))}}}"
         elif word in _SIGN_OF_CHANGE:
             yield from (f"{_SIGN_OF_CHANGE[word]}{atom}" for atom in _COMMA.split(atoms))
         else:
