@@ -181,7 +181,13 @@ ANY_VALUE = AnswerFormat(
 
 @dataclass(frozen=True, slots=True)
 class ParsedAnswer(Generic[T]):
-    """The value in an answer, the names of the repairs of its text, and the treatment of each text part."""
+    """A value that was read from an answer.
+
+    Attributes:
+        value: the value.
+        repairs: names of the repairs that were needed to read the text.
+        spans: parts of the text, each with how it was treated, such as read or repaired.
+    """
 
     value: T
     repairs: tuple[str, ...] = ()

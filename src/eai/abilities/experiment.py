@@ -25,7 +25,7 @@ MAX_SEED = 2**63 - 1
 """Maximum random seed of slips, which are actions without effect."""
 
 _DEFAULT_POSITION = 50
-"""Default of `StudySettings.label_position`, the rank of a study in labels."""
+"""Default of `StudySettings.label_position`, which orders the labels of several studies in one name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,12 +35,12 @@ class StudySettings:
     All records of the run have these options.
 
     Attributes:
-        label: a short text for the name of the run's folder. All other settings of the study have other
-            labels.
+        label: a short text for the name of the run's folder. Other settings of the study must have another
+            label.
         options: the options of the study by name, as JSON.
-        summary: values that the study reports on one answer, by name; empty if the settings describe a run.
-        label_position: rank of the study in labels that name several studies; smaller numbers come first.
-            Files do not store this number, but list the studies in its order.
+        summary: values that the study reports on one answer, by name; empty in the settings of a run.
+        label_position: determines the order of the labels in a folder's name that contains labels of several
+            studies: smaller numbers come first. Files do not store it, but list the studies in this order.
 
     Raises:
         InputError: the label cannot be the name of a folder.
@@ -162,7 +162,7 @@ class Experiment:
 
     @property
     def agent_settings(self) -> dict[str, str]:
-        """Mapping from ``harness``, ``effort`` and ``rules`` to their values, as far as they are set."""
+        """The values of `harness`, `effort` and `rules` (of games), by name. None values are left out."""
         values = {setting.name: getattr(self, setting.name) for setting in fields(self)[1:]}
         return {name: value for name, value in values.items() if value is not None}
 

@@ -30,10 +30,10 @@ NOT_TRIED = "not_tried"
 """Outcome of a step that was not tried because an earlier step failed."""
 
 
-_MAX_UNKNOWN = 3
-"""Number of successive states with unknown distances after which the search skips earlier states of the plan.
+_MAX_SUCCESSIVE_UNKNOWN_DISTANCES = 3
+"""Number of successive states of a plan with unknown distances to the goals after which no more are computed.
 
-The search goes from the last state to the first, because distances near the goals are easier to prove.
+Distances are computed from the last state to the first, because distances near the goals are easier to prove.
 """
 
 
@@ -101,7 +101,7 @@ class _StepDistanceMeasurer:
             goals = find_remaining_goals(self._task, executed[:number])
             bounds[number] = self._find_bounds(state, goals, objects)
             unknown = 0 if bounds[number].exact_distance is not None else unknown + 1
-            if unknown == _MAX_UNKNOWN:
+            if unknown == _MAX_SUCCESSIVE_UNKNOWN_DISTANCES:
                 break
         distances = [distance.exact_distance for distance in _tighten_distance_bounds(bounds)]
         return distances[0], tuple(self._label_steps(actions, trajectory.steps, distances))

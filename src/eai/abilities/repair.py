@@ -122,9 +122,10 @@ def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
 
 
 def find_blame_kind_and_step(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return `Repair.blame` (a property that all edits share) and `Repair.blamed` (the step they concern).
+    """Return which step of an answer is to blame, given all single edits that repair the answer.
 
-    Each of the edits alone repairs the answer. The step is None if the edits share no property (``several``).
+    The result is a pair for `Repair.blame` and `Repair.blamed`: what the edits have in common, and the number
+    of the step. If they have nothing in common, it is ``several`` and None.
     """
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:

@@ -36,7 +36,10 @@ _FILE = "errata.toml"
 
 
 def replace_listed_by_scored_operators(task: TransitionTask, question: str) -> str:
-    """Return a copy of a question that asks for the task's operators instead of the operators in its text."""
+    """Return a question with the operators that are scored in place of the operators for which it asks.
+
+    A few official questions ask for other operators than those that are scored.
+    """
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
     return "".join(

@@ -45,8 +45,8 @@ def suite_name(domain: str, ability: Ability) -> str:
 
 
 def remove_prompt_variant(name: str) -> str:
-    """Return the name of the benchmark that owns the tasks: the name without an ending for other prompts.
+    """Return the name of a benchmark without the endings ``-obfuscated`` and ``-rules``.
 
-    A name without such an ending is returned unchanged.
+    A name with such an ending denotes the tasks of the benchmark with other prompts.
     """
     return name.removesuffix(OBFUSCATED).removesuffix(WITH_RULES)

@@ -23,7 +23,7 @@ from eai.benchmarks.registry import PAPER_BENCHMARKS, list_paper_benchmarks
 from eai.tasks.source import DataMistake, Source
 
 GROUP = "eai.packs"
-"""Group of the entry points of packs."""
+"""Group of the entry points by which benchmarks register their packs (data files in the store)."""
 
 
 def _skip_check(store: Store) -> Iterable[str]:
@@ -92,7 +92,9 @@ def _get_entry_points() -> Mapping[str, EntryPoint]:
 def open_pack(
     name: str, source: Source | None = None, *, packs: Sequence[DataPack] | None = None
 ) -> PackFile:
-    """Open a pack by name. An absent pack is fetched, together with other packs that need only its archives.
+    """Open a pack (data file) by name. If it is absent, download its archives and make it.
+
+    Other absent packs that can be made from these archives are made too.
 
     Args:
         name: name of the pack.
@@ -161,7 +163,7 @@ def fetch_packs(
 
 
 def get_pack_statuses(store: Store, *, packs: Sequence[DataPack]) -> tuple[_DataPackStatus, ...]:
-    """Return the status of each pack. Absent or damaged packs raise no error."""
+    """Return the status of each pack (data file). Absent or damaged packs raise no error."""
     return tuple(_get_status(store, pack) for pack in packs)
 
 
@@ -221,7 +223,7 @@ def _get_status(store: Store, pack: DataPack) -> _DataPackStatus:
 
 
 def _find_missing_packs(store: Store, packs: Sequence[DataPack]) -> list[DataPack]:
-    """Return the packs that are absent, unreadable or made from archives other than the expected ones."""
+    """Return the packs (data files) that are absent, unreadable or not made from the expected archives."""
     statuses = [(pack, _get_status(store, pack)) for pack in packs]
     return [
         pack

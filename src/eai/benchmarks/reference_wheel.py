@@ -1,6 +1,7 @@
-"""Make packs of VirtualHome and BEHAVIOR from the wheel of the paper's package, and read its task ids.
+"""Make data files of VirtualHome and BEHAVIOR from the wheel of the paper's package, and read its task ids.
 
-Most packs copy files of the wheel byte for byte, under our own file names (`packs.toml`).
+A data file is called a pack. Most packs copy files of the wheel byte for byte, under our own file names
+(`packs.toml`).
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ The wheel has the text of all other prompts, so that these need no rendering.
 """
 
 TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_shot.py"
-"""Path in the wheel of the Python module that contains the template."""
+"""Path of the Python module with this template in the wheel of the paper's package."""
 
 
 def _extract_prompt_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
@@ -126,4 +127,4 @@ PUBLISHED = (
     ),
     DataPack(TEMPLATES, (EAI_EVAL,), _extract_prompt_template),
 )
-"""The packs of VirtualHome and BEHAVIOR for which the wheel of the paper's package suffices."""
+"""Packs (data files) of VirtualHome and BEHAVIOR that are made from only the wheel of the paper's package."""

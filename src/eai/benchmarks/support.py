@@ -25,8 +25,8 @@ def _map_each_support_to_is_container(
 ) -> Mapping[ObjectMask, bool]:
     """Return a mapping from each direct or indirect support of an object to whether it is a container.
 
-    A support is given as a bit mask with one bit. It is a container if the first relation of `supports`,
-    containment, leads to it. The nearest support comes first.
+    A support is given as a bit mask with one bit; the nearest comes first. It is a container if the first of
+    `relations`, which states containment, relates an object to it.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[ObjectMask, bool] = {}

@@ -42,7 +42,8 @@ is only a lower bound.
 _MAX_UNPRUNED_SETS = 64
 """Maximum number of sets of common conditions that a search keeps without dropping dominated sets.
 
-A set is dominated if an option with this set never becomes worse by exchanging the set for another one.
+Common conditions are about atoms in several parts of a goal. A set of them is dominated if another set is
+never worse, whichever other conditions are chosen.
 """
 
 _MAX_RIVALS = 8
@@ -101,11 +102,13 @@ class _BestGoalOptionFinder:
             self._find_best_sets = compiler.make_finder_for_goal_part(AllOf(choices))
 
     def __call__(self, true_atoms: int, further_met: int = 0) -> _ShareOfMetConditions:
-        """Return the largest share of met conditions in any option; 0 of 1 if the goal has no option.
+        """Return the largest share of met conditions among all lists of conditions that satisfy the goal.
+
+        It is 0 of 1 if there is no such list.
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            further_met: number of met conditions among the further conditions, which every option contains.
+            further_met: number of met conditions among ``further_conditions``, which are in every list.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
@@ -189,7 +192,7 @@ class _GoalOptionSearch:
 
 
 _BestConditionSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
-"""Function that returns the sets of common conditions that satisfy one part of a goal, with their values."""
+"""Function that returns the ways to satisfy one part of a goal, as a `_ValueByConditionSet`."""
 
 
 def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
@@ -268,9 +271,10 @@ class _GoalPartCompiler:
         self._all = self._count_atom_mentions(AllOf(tuple(choices)))
 
     def _count_atom_mentions(self, part: _NumberedChoice) -> Counter[int]:
-        """Return how many conditions of a part are about each atom, without conditions that every option has.
+        """Return how many conditions in a part of the goal are about each atom.
 
-        An atom in several members that can be chosen together becomes a common atom.
+        Conditions that are always necessary, and their negations, are not counted. As a side effect, an atom
+        becomes a common atom if two operands that can be chosen together mention it.
         """
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -286,7 +290,7 @@ class _GoalPartCompiler:
         return total
 
     def make_finder_for_goal_part(self, goal_part: _NumberedChoice) -> _BestConditionSetsFinder:
-        """Return a function that finds the sets of common conditions that satisfy a part of a goal."""
+        """Return a function that finds the ways to satisfy a part of a goal (`_ValueByConditionSet`)."""
         match goal_part:
             case int():
                 return self._make_finder_for_condition(goal_part)
@@ -386,7 +390,11 @@ class _GoalPartCompiler:
         return [atom for atom, times in mentions.items() if atom in self._common and times < self._all[atom]]
 
     def _find_conditions_only_in_these_parts(self, mentions: Counter[int]) -> _ConditionMask:
-        """Return common conditions whose atoms only occur in some parts; `mentions` counts atoms there."""
+        """Return the conditions on common atoms that only some parts of the goal mention, as a bit mask.
+
+        `mentions` counts how often each atom occurs in these parts. An atom is common if several parts of the
+        goal mention it.
+        """
         atoms = [
             atom for atom, times in mentions.items() if atom in self._common and times == self._all[atom]
         ]
@@ -425,10 +433,10 @@ class _GoalPartCompiler:
     def _find_best_sets_matching_rows_to_columns(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return the sets of common conditions, with their values, that satisfy ``count`` cells of a table.
+        """Return the ways to satisfy ``count`` cells of a table, no two of them in one row or column.
 
-        A cell is a part of the goal. No two of the satisfied cells are in one row or column. The search goes
-        row by row, and keeps the best sets for every set of columns used so far.
+        A cell has the ways to satisfy one part of the goal. The search goes row by row, and keeps the best
+        ways for every set of columns used so far.
         """
         best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
         for row in rows:
@@ -537,17 +545,18 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
 
 
 def _drop_conditions_adding_their_values(
-    sets: _ValueByConditionSet, forgotten: _ConditionMask, search: _GoalOptionSearch
+    sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
-    """Remove the conditions ``forgotten`` from all sets, and add their values to the values of these sets.
+    """Remove some conditions from all sets, and add the values of these conditions to the values of the sets.
 
-    No later part of the goal can choose these conditions. Of sets that become equal, the best value counts.
+    This makes the search smaller. It is allowed if no later part of the goal mentions the conditions. If sets
+    become equal, the greatest value counts.
     """
-    if not forgotten:
+    if not removed:
         return sets
     best: _ValueByConditionSet = {}
     for conditions, value in sets.items():
         _merge_keeping_greater_values(
-            best, {conditions & ~forgotten: value + search.sum_values(conditions & forgotten)}
+            best, {conditions & ~removed: value + search.sum_values(conditions & removed)}
         )
     return best

@@ -40,7 +40,8 @@ class StateTest:
     Attributes:
         truth: evaluates the formula, given a state and a copy of `binding`. Quantifiers write their objects
             into the copy.
-        binding: the values of variables before an evaluation, without the objects of an action.
+        binding: the values of variables at the start of a test. The variables `ACTION_ARGUMENTS`, for the
+            objects of an action, have no value yet.
 
     Raises:
         DomainError: the formula is not about one state, or uses an unknown predicate or object.
@@ -155,7 +156,10 @@ class GoalTest:
 
     @cached_property
     def partial_success_if_never_run(self) -> Share:
-        """The partial success of an answer that never ran: 0 of the conditions of the shortest option."""
+        """The partial success of an answer that never ran: 0 of N met conditions.
+
+        N conditions satisfy all goals: the list of conditions that is met best if no atom is true.
+        """
         return self._partial_success_finder.share_if_none_met
 
     @cached_property
@@ -187,7 +191,9 @@ class _PartialSuccessFinder:
     """The conditions in the options of a task's goals; an option is a list of conditions that satisfies them.
 
     Attributes:
-        share_if_none_met: partial success if no condition is met: 0 of the conditions of the shortest option.
+        share_if_none_met: partial success of an answer that never ran: 0 of the conditions in the option that
+        is
+            met best if no atom is true.
     """
 
     def __init__(self, task: Task) -> None:
@@ -210,10 +216,13 @@ class _PartialSuccessFinder:
         self.share_if_none_met = Share(0, max(1, self._best(0).total))
 
     def find_largest_met_share(self, final: State, reached: Sequence[bool], action_goals_met: bool) -> Share:
-        """Return the largest share of an option's conditions that a final state meets.
+        """Return the largest share of met conditions among all lists of conditions that satisfy the goals.
 
-        `reached` says for each goal, in order, whether it is reached; it is used for goals that count as one
-        condition. `action_goals_met` says whether all action goals are met.
+        Args:
+            final: the state in which the conditions are tested.
+            reached: whether each goal, in order, is reached. It decides about goals that count as a single
+                condition.
+            action_goals_met: whether all action goals are met. Together they count as one condition.
         """
         binding = self._binding.copy()  # one copy for each thread: derived predicates write variables into it
         true = 0
@@ -278,7 +287,7 @@ def find_indices_of_longest_met_series(
     """
     if _are_met_in_turn(alternatives_of_goals, actions):
         return tuple(range(len(alternatives_of_goals)))
-    # for each length: the series of this length that is complete first, and the number of actions until then
+    # best[n]: the series of n goals that the fewest actions meet, and the number of these actions
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(alternatives_of_goals):
         for met, start in reversed(best):

@@ -137,7 +137,10 @@ class DomainRules:
         return "\n".join([*lines, *self._write_changes(operator)])
 
     def write_definitions(self) -> list[str]:
-        """Return the definitions of derived predicates that depend on no hidden predicate."""
+        """Return the definitions of derived predicates as text.
+
+        Left out are predicates that depend on facts which actions can change, but prompts never show.
+        """
         return [
             text
             for name, text in self._definition_text_by_predicate.items()

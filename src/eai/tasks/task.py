@@ -42,7 +42,7 @@ class Category(str, Enum):
     SPATIAL_RELATIONS = "spatial_relations"
     NON_SPATIAL_RELATIONS = "non_spatial_relations"
     OBJECT_TOOLS = "object_tools"
-    """Predicates that mark an object as a tool. Tables count them only in the total."""
+    """Predicates that mark an object as a tool. Tables include them in totals, but do not list them."""
 
 
 CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJECT_TOOLS])

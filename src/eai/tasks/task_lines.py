@@ -231,7 +231,11 @@ def list_plan(task: Task) -> list[list[str]]:
 
 
 def list_recorded_plans(task: Task) -> dict[str, list[list[str]]]:
-    """Return the members of a task's line with its shortest known plan and its winning actions, if known."""
+    """Return the fields ``shortest`` and ``reference`` of a task's line in a task file.
+
+    ``shortest`` is the shortest known plan. ``reference`` has actions with which an agent wins the game
+    of the task. Unknown plans are left out.
+    """
     plans = {"shortest": task.shortest_plan, "reference": task.reference_plan}
     return {member: _list_actions(plan, task.scene) for member, plan in plans.items() if plan}
 

@@ -26,7 +26,7 @@ _WORDS_BEFORE_REASONS = (
     (FaultKind.MISSING_STEP, "not yet possible while"),
     (FaultKind.ADDITIONAL_STEP, "needless where"),
 )
-"""Kinds of fault in the paper's order, each with the words before the reasons for this kind in prompts."""
+"""Pairs: a kind of fault, and the words with which prompts begin the list of reasons for such faults."""
 
 
 def get_declared_object_name(task: Task, index: int) -> str:
@@ -158,9 +158,9 @@ class SuiteWording:
         return (*self.goal_fact_listers, *self._make_fact_listers(others))
 
     def _make_fact_listers(self, names: Iterable[str]) -> tuple[FactLister, ...]:
-        """Return a `FactLister` for each predicate.
+        """Return for each predicate an object that lists its facts in a state.
 
-        If `rules` are given, facts that contain an object twice are listed too.
+        If prompts state the exact rules of actions, facts such as ``near(a, a)`` are listed too.
         """
         repeated = self.rules is not None
         return tuple(

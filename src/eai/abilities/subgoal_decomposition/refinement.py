@@ -250,10 +250,10 @@ class SubgoalRefiner:
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, int]:
-        """Return a mapping from actions to 0, the empty set of literals that they make true (`LiteralBits`).
+        """Return the actions of operators with a role, such as movement, on different objects.
 
-        These actions only prepare other actions. Their operators have the given role, such as movement.
-        Arguments of an action are different objects.
+        The actions only prepare other actions and make no literal of the subgoal true. So each is mapped to
+        0, the bit mask of no literals (`LiteralBits`).
         """
         return {
             Action(o.name, arguments): 0

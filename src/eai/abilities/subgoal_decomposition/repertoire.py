@@ -477,7 +477,8 @@ class CandidateAction(NamedTuple):
     def is_possible_if_unchangeable_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state.
 
-        Callers must have tested that the `FIXED` and `COMMON` checks (`_CheckChangeability`) hold.
+        Callers must have tested that two kinds of checks hold: the checks that no action can change, and the
+        checks that depend neither on the action's objects nor on the agent's position.
         """
         is_possible = self.possible.get(state)
         if is_possible is None:
@@ -485,9 +486,10 @@ class CandidateAction(NamedTuple):
         return is_possible
 
     def can_agent_movement_enable(self, state: State) -> bool:
-        """Whether movement can make all failing checks true.
+        """Whether movement of the agent can make all failing checks of the action true.
 
-        Callers must have tested that the `FIXED` and `COMMON` checks (`_CheckChangeability`) hold.
+        Callers must have tested that two kinds of checks hold: the checks that no action can change, and the
+        checks that depend neither on the action's objects nor on the agent's position.
         """
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False

@@ -101,7 +101,10 @@ class SubgoalDecompositionScorer(Scorer):
         self._limits = limits or ExplorationLimits()
 
     def assess(self, text: str) -> Assessment:
-        """Return the assessment of an answer. Its explanation shows the steps of the reported branch."""
+        """Return the assessment of an answer.
+
+        Its explanation shows the steps of one way to execute the answer (`ExplorationResult.reported`).
+        """
         assessment = self._assess_even_if_excluded(text)
         if self.excluded is None:
             return assessment
@@ -190,7 +193,9 @@ class SubgoalDecompositionScorer(Scorer):
         )
 
     def _find_best_branch(self, outcome: ExplorationResult) -> ExecutionBranch:
-        """Return the branch that reaches most goals. Among equal branches, the reported branch is preferred.
+        """Return the way to execute the answer (branch) that reaches most goals.
+
+        Among equal branches, the branch whose errors the verdict reports is preferred.
 
         The paper takes the maximum over all sequences of actions (section "Ability Module 2: Subgoal
         Decomposition"). Goals are tested in the state in which a sequence stops. So a failed branch counts,
@@ -214,7 +219,7 @@ class SubgoalDecompositionScorer(Scorer):
         return best
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
-        """Return the branches among which the one with most goals is chosen; the reported branch is first."""
+        """Return all ways to execute the answer. The way whose errors the verdict reports comes first."""
         return (outcome.reported, *outcome.ended)
 
     def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:

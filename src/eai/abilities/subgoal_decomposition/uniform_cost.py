@@ -82,7 +82,10 @@ class SearchGoal(NamedTuple):
 
     @property
     def effort_per_step(self) -> int:
-        """Cost of one applied action and a test of all parts, counted in applied actions."""
+        """Effort of one step of the search: one applied action, and a test of all literals of the goal.
+
+        The unit is one applied action.
+        """
         return 1 + self.goal_part_count // _PARTS_PER_ACTION
 
 
@@ -328,9 +331,9 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
 
     The plan ends with a failing action. If this action were possible, more parts of the goal would hold than
     after any other action. Among equal actions, the action with the fewest failing checks is taken, then the
-    action with the shortest plan. `_choose_attempt_to_report` can replace the action by a failing
-    helping action. If no action fails but the plan is too long, no plan is returned. If all parts can be
-    reached, but not together, the plan leads to a visited state in which most parts hold.
+    action with the shortest plan. Another failing action can replace it, which would make it possible
+    (`_choose_attempt_to_report`). If no action fails but the plan is too long, no plan is returned. If all
+    parts can be reached, but not together, the plan leads to a visited state in which most parts hold.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
@@ -458,11 +461,12 @@ class _FailedSearch:
         return best
 
     def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
-        """Return the attempt to report for a failed attempt: this attempt, another attempt, or None.
+        """Return the action to report as the reason why a plan failed, or None.
 
-        Helping actions would make failing checks of the attempt true. If all helping actions fail, the first
-        is reported instead. The result is None if a helping action is possible and undoes no met part of the
-        goal, or if no check fails and only the plan is too long.
+        Usually this is the failing action. But some actions, called helping actions, would make failing
+        checks of this action true. If all of them fail, the first is reported instead. The result is None if
+        the plan fails only because it is too long. So it is if no check fails, or if a helping action is
+        possible and keeps all met parts of the goal.
         """
         node, candidate, _, state, failing = failed_attempt
         if not failing:

@@ -49,7 +49,11 @@ class SubgoalVerdict(PlanVerdict):
     added_actions: int | None = None
 
     def faults(self) -> Mapping[FaultKind, int]:
-        """Return the number of faults by kind: errors of the reported branch, or else faults of a plan."""
+        """Return the number of faults by kind.
+
+        They are the errors in the reported way of executing the answer. If there are none, they are the error
+        that made the answer impossible to execute, and additional steps.
+        """
         return Counter(self.errors) or PlanVerdict.faults(self)
 
     def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:

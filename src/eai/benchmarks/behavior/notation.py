@@ -117,7 +117,10 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
 
 
 def map_predicates_to_categories(scene: Scene) -> dict[str, str]:
-    """Return the category that each predicate of category states: ``jar.n.01`` for ``jar_n_01``."""
+    """Return a mapping from predicates that state an object's category to this category.
+
+    For example, ``jar_n_01`` is mapped to ``jar.n.01``.
+    """
     categories = dict.fromkeys(obj.category for obj in scene.objects)
     return {category.replace(".", "_"): category for category in categories if "." in category}
 
@@ -240,7 +243,7 @@ class BehaviorGoalNotation(JsonGoals):
             return super().list_alternatives_of_goals(task)
         names = {instance: name for name, instance in _map_object_to_instance_names(task).items()}
 
-        @cache  # equal conditions in several options share a leaf
+        @cache  # equal conditions in several alternatives share one leaf of the trees
         def make_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
             return AndOrTreeLiteral(_to_literal(condition, names))
 

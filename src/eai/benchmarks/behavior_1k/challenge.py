@@ -53,7 +53,7 @@ class _Amendments(BaseModel):
 
 @cache
 def load_amendments() -> _Amendments:
-    """Return the packaged amendments."""
+    """Return the changes that make activities of the challenge of 2026 from activities of bddl 3.6.0."""
     text = (files("eai.benchmarks.behavior_1k") / AMENDMENTS).read_text(encoding="utf-8")
     return _Amendments.model_validate(parse_toml(text))
 

@@ -26,7 +26,8 @@ _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 RAG = "rag.n.01"
 """Synset of rags.
 
-Tools for which the annotations state no conditions remove substances as rags do (`convert`).
+BEHAVIOR-1K does not state which substances some abstract kinds of tools remove. They remove substances as
+rags do.
 """
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"

@@ -43,7 +43,7 @@ heat_source, cold_source, flammable = map(
 washer, dryer, sink = map(_make_ability_predicate, ("washer", "dryer", "sink"))
 substance, liquid = map(_make_ability_predicate, ("substance", "liquid"))
 
-# Facts of a scene that state rules of the annotations. Each recipe is represented by an invisible object.
+# Predicates of facts that state rules of BEHAVIOR-1K. A recipe is an object that prompts do not show.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
     _make_predicate_hidden_in_prompts, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
@@ -72,7 +72,7 @@ made_in, heated_by, makes = (
     _make_predicate_hidden_in_prompts(n, 2) for n in ("made_in", "heated_by", "makes")
 )
 RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
-"""Relations of two objects that state the rules of the annotations, such as recipes."""
+"""Relations of two objects that state rules of BEHAVIOR-1K, such as ingredients of recipes."""
 
 # States of one object.
 present, held, robot_on = Predicate("present", 1), Predicate("held", 1), Predicate("robot_on", 1, single=True)

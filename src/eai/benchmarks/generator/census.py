@@ -76,9 +76,9 @@ class DomainOfUsualActions:
         )
 
     def convert_state_to_unrestricted_domain(self, state: State) -> State:
-        """Return the state of the original domain that equals a state of the restricted domain.
+        """Return a state of the restricted domain as a state of the original domain.
 
-        The returned state begins an episode.
+        In the original domain, plans may also contain unusual actions.
         """
         scene = Scene(self._original, state.scene.objects, state.scene.agent)
         return scene.state(self._select_declared_facts(state.facts()))

@@ -163,7 +163,10 @@ class _RejectionFinder:
         return None
 
     def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
-        """Return the digests that a task may not share with a public task."""
+        """Return digests of a task's goals and, if splits may share goals, of its initial state.
+
+        A task with the digests of a public task is rejected as a copy.
+        """
         fingerprint = sets.fingerprint_task(task, self._held_out)
         return fingerprint if self._held_out == "starts" else fingerprint[:1]
 
@@ -544,7 +547,7 @@ class TaskGenerator:
         walk = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
-        # a sequence of this length gets no goals of further titles
+        # a sequence of at least this length gets no goals from tasks with other titles
         enough = wanted if is_rich else (min_steps + max_steps) // 2
         max_themes = len(titles) if is_rich else _MAX_THEMES
         ending: list[f.Formula] = []

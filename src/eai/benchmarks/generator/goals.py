@@ -292,9 +292,11 @@ def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bo
 
 
 def is_usual_goal(pattern: LiteralPattern, prior: UsualGoals) -> bool:
-    """Whether goals may state a relation, because plans take the first object in hand and use the others.
+    """Whether literals of a pattern are plausible goals of a generated task.
 
-    Literals without a relation, and all literals if the data set has no plans, are usual goals.
+    A relation is plausible if plans of the data set take objects of its first category in hand, and use
+    objects of its other categories. All other literals are plausible, and so are all if the data set has no
+    plans.
     """
     first, *others = pattern.categories or ("",)
     is_relation = bool(others and prior.uses)

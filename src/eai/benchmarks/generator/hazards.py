@@ -196,9 +196,9 @@ class _SafePlanFinder:
 
     Attributes:
         task: the task. Its goals are about states.
-        start: the task's initial state in the domain of usual actions.
+        start: the task's initial state in the domain that `usual` searches.
         planner: a planner with all actions.
-        usual: a planner with usual actions only.
+        usual: a planner with usual actions only: actions such as those in plans of public tasks.
     """
 
     task: Task

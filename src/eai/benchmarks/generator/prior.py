@@ -138,11 +138,17 @@ class LiteralPattern(NamedTuple):
 
 
 Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralPattern, float]]
-"""Mapping from predicate and truth value of a literal to the weights of its patterns."""
+"""Predicate and truth value of a literal -> pattern -> weight, which is greater for more usual patterns.
+
+A pattern is a literal with categories in place of objects.
+"""
 
 
 def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool]) -> Patterns:
-    """Return the patterns that fulfil a condition. Predicates without any such pattern are left out."""
+    """Return the patterns (literals of categories) that fulfil a condition, with their weights.
+
+    Predicates without any such pattern are left out.
+    """
     filtered = {
         key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
         for key, known in patterns.items()
@@ -239,7 +245,10 @@ def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
 def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[LiteralPattern]:
-    """Yield the patterns of the literals of a goal. Literals with a variable without category are skipped."""
+    """Yield each literal of a goal with categories in place of objects and variables.
+
+    Literals with a variable without category are skipped.
+    """
     bound = {
         **(bound or {}),
         **{variable.name: variable.category for variable in get_bound_variables(formula)},

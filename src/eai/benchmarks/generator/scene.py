@@ -253,7 +253,15 @@ class _ComposedScene:
         )
 
     def move(self, index: int, state: State, donor: int) -> None:
-        """Give an object the place of an object of another scene, if this scene has such a place."""
+        """Give an object of this scene the place that an object has in another scene.
+
+        Nothing changes if this scene has no such place.
+
+        Args:
+            index: the object of this scene.
+            state: the other scene.
+            donor: the object of the other scene.
+        """
         places = self._find_places(state, donor)
         if places:
             static = {p.name for p in self._closed.scene.vocabulary.predicates if p.static}
@@ -332,7 +340,10 @@ MentionedObjectsByCategory: TypeAlias = Mapping[str, Sequence[tuple[State, int]]
 
 
 def list_mentioned_objects_by_category(tasks: Iterable[Task]) -> MentionedObjectsByCategory:
-    """Return the objects that tasks mention, by category."""
+    """Return the objects that tasks mention, by category.
+
+    Each object is given as a pair: the initial state of its task, and its index.
+    """
     return group_pairs(
         (task.scene.objects[i].category, (task.initial, i)) for task in tasks for i in task.relevant
     )

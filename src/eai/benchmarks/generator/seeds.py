@@ -29,7 +29,10 @@ For a split, it is divided by the smallest share in `SHARES`, because many seeds
 """
 
 _PAIRS_FACTOR = 4
-"""Factor by which `_MAX_FAILED_SEEDS` is multiplied for pairs of tasks, because few seeds give a pair."""
+"""Factor by which `_MAX_FAILED_SEEDS` is multiplied if a seed must give a possible and an impossible task.
+
+More seeds fail then, because the two tasks must be alike.
+"""
 
 _MAX_FEW_GOALS = 10
 """Maximum number of different lists of goals in a world with few goals."""

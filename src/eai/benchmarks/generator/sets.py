@@ -289,7 +289,9 @@ def make_manifest_entry(
     rejected: Iterable[SeedRejectionReason],
     captures: Iterable[tuple[str, str]] = (),
 ) -> dict[str, Json]:
-    """Return the manifest's entry for a set: all values that are needed to make it again, except the secret.
+    """Return the entry of a set of tasks in the manifest: the values that are needed to make the set again.
+
+    Only `secret`, a text without which nobody can make the set, is left out; its digest is in the entry.
 
     The entry also has counts of rejected seeds, statistics of the tasks, and an estimate of the number of
     different tasks (`estimate_number_of_tasks`).

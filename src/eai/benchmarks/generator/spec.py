@@ -77,7 +77,10 @@ objects at the end.
 
 
 class PlanLengthTier(str, Enum):
-    """A range of numbers of plan steps. For `DATA`, the plan of a public task determines the range."""
+    """A range of numbers of plan steps, such as `S` for 3 to 6 steps (`LENGTHS`).
+
+    For `DATA`, a generated task has a plan about as long as the plan of the public task on which it is based.
+    """
 
     DATA = "data"
     S = "S"

@@ -58,18 +58,20 @@ Balance: TypeAlias = Counter[tuple[str, str]]
 """Property and object category of a removed fact -> number of impossible tasks minus possible tasks."""
 
 TaskPairChooser: TypeAlias = Callable[[Balance], "GeneratedTask | None"]
-"""Function that returns a pair of tasks, or None if the categories in each pair reveal the impossible task.
+"""Function that returns a pair of a possible and an impossible task, or None.
 
-The argument has the counts of earlier pairs (`Balance`), to which the function adds the new pair.
+The category of an object that lacks a property must not reveal which task is impossible. So the argument
+counts the categories in earlier pairs (`Balance`), and the function adds the new pair. It returns None if
+each pair that it can make would unbalance these counts.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class _PairCandidate:
-    """A fact without which a task has no plan, and facts of which the other task of the pair can lack one.
+    """An initial fact that a task needs, and facts that the possible task of a pair may lack in its place.
 
     Attributes:
-        fact: the fact.
+        fact: the needed fact. The impossible task lacks it.
         same: facts with the same property, about objects of the same category.
         similar: facts with the same property, about objects that goals mention in the same way; empty if
             `same` has facts.
@@ -83,7 +85,7 @@ class _PairCandidate:
 def _choose_pair(
     made: GeneratedTask, candidates: Sequence[_PairCandidate], rng: random.Random, balance: Balance
 ) -> GeneratedTask | None:
-    """Return a pair of tasks, or None if the categories in each pair reveal which task has no plan."""
+    """Return a pair of tasks, or None if every pair would unbalance the counts (`TaskPairChooser`)."""
     for candidate in candidates:
         kind = _get_property_and_category(candidate.fact, made.task)
         partners = candidate.same or [

@@ -41,7 +41,10 @@ _MIN_STEPS_TO_SHORTEN = 25
 """Minimum number of steps of a walk (growing plan) for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
-"""Maximum number of random reorderings of the solving plan that are tried as a temptation."""
+"""Maximum number of random reorderings of the solving plan that are tried to find a goal over time.
+
+Such a plan must reach the task's final goals, but fail the goal over time.
+"""
 
 _MAX_TIDY_POSITIONS = 3
 """Maximum number of positions in the solving plan at which actions that undo a fact are inserted."""
@@ -113,7 +116,10 @@ class GoalByGoalPlan:
         return True
 
     def follow_plan(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
-        """Extend the walk by a plan if the plan reaches these goals about states. Return whether it does."""
+        """Append the actions of another plan if it reaches the given goals about states.
+
+        Return whether it does. Otherwise nothing changes.
+        """
         course = execute_plan(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.goal_holds(goal, course.final_state) for goal in goals):
             return False
@@ -251,7 +257,10 @@ class TemporalGoalFinder:
     begin: Callable[[], GoalByGoalPlan]
 
     def find_temporal_goal(self) -> _TemporalGoal | None:
-        """Return a goal over time with a solving plan and a temptation, or None if no such goal is found."""
+        """Return a goal over time with two plans, or None if no such goal is found.
+
+        Both plans reach the task's final goals. Only the first plan fulfils the goal over time.
+        """
         if self.task.get_goals_of_kind(GoalKind.ACTION):
             return None
         ways = [

@@ -52,9 +52,10 @@ class InstructionWriter:
     def make_for_benchmark(
         benchmark: Benchmark, initial: State, *, by_place: bool = False
     ) -> InstructionWriter:
-        """Return the writer for a benchmark's scene.
+        """Return a writer of instructions for tasks in a benchmark's scene.
 
-        With `by_place`, it describes objects by their places.
+        If `by_place` is true, instructions distinguish objects of one category by place or state, not by
+        name.
         """
         arity, scene = benchmark.domain.vocabulary.find_arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)

@@ -152,7 +152,7 @@ def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
     }  # both spellings occur
     pairs = resources.read_json("relation_object_pairs.json")
     base = {record.id: record for record in records.base.added_objects}
-    # order of the paper's package: a placeholder inside a text that is inserted later stays unfilled
+    # the paper's package replaces placeholders in this order, which matters if an inserted text has one
     shared = (
         ("<relation_types>", str(resources.read_json("relation_types.json"))),
         ("<action_space>", str(resources.read_json("action_space.json"))),

@@ -63,7 +63,7 @@ class VirtualHomeGoals(GoalNotation):
         return WrittenGoals.from_entries(entries, reading)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Return a text for each goal: a JSON object that maps the section of the goal to the goal."""
+        """Return a JSON object for each goal, with its kind (such as ``node goals``) as key."""
         return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_get_kind_and_fields, goals))
 
     def join(self, parts: Iterable[str]) -> str:

@@ -30,7 +30,8 @@ PACK = "virtualhome"
 TASKS_MEMBER = "tasks.jsonl"
 """Name of the file of tasks in the pack `PACK`.
 
-The first line of the file has shared tables and the base scene. Each other line is a task.
+The first line has the base scene, and tables of objects and relations. Each other line is a task, which
+refers to these by number and stores only its differences from the base scene.
 """
 
 

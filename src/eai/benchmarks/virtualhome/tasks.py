@@ -176,7 +176,7 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 @cache
 def _find_changed_predicates(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
-    """Return the indices of the unary predicates for labels (properties, states) that only one set has."""
+    """Return the indices of the unary predicates (properties and states) that are in only one of two sets."""
     return [_UNARY[name] for name in before ^ after]
 
 

@@ -46,9 +46,9 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Suffixes of the names of templates that explain how to decline a question.
+"""The kinds of questions that an answer may decline, by the name of the question's template.
 
-The keys are the templates of questions that an answer may decline.
+The values are endings of the names of templates: of those that explain how to decline this kind of question.
 """
 
 _WORD = re.compile(r"[^\s()]+")
@@ -151,9 +151,9 @@ def render_prompts(material: PromptMaterial, templates: PromptTemplates) -> Mapp
 
 
 def render_task_prompt(material: PromptMaterial, belief: BelievedTask, templates: PromptTemplates) -> Prompt:
-    """Return the prompt about a task as the model believes it to be.
+    """Return the prompt about a task as a model understands it.
 
-    `belief` is what the model believes. The beliefs in the material are not used.
+    `belief` has the task with the goals or the scene that the model believes. `material.beliefs` is ignored.
     """
     task = belief.task
     other = material.find_example(task.title)
