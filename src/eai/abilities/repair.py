@@ -122,10 +122,10 @@ def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
 
 
 def find_blame_kind_and_step(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return which step of an answer is to blame, given all single edits that repair the answer.
+    """Return `Repair.blame` and `Repair.blamed`, given all single edits that repair an answer.
 
-    The result is a pair for `Repair.blame` and `Repair.blamed`: what the edits have in common, and the number
-    of the step. If they have nothing in common, it is ``several`` and None.
+    These are a name for the common property of the edits, and the number of the faulty step. Edits without a
+    common property give ``several`` and None.
     """
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:

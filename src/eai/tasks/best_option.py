@@ -547,10 +547,10 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
 def _drop_conditions_adding_their_values(
     sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
-    """Remove some conditions from all sets, and add the values of these conditions to the values of the sets.
+    """Remove some conditions from all sets, and add their values to the values of the sets.
 
-    This makes the search smaller. It is allowed if no later part of the goal mentions the conditions. If sets
-    become equal, the greatest value counts.
+    Callers must know that no later part of the goal mentions these conditions. If sets become equal, the
+    greatest value counts.
     """
     if not removed:
         return sets

@@ -287,7 +287,7 @@ def find_indices_of_longest_met_series(
     """
     if _are_met_in_turn(alternatives_of_goals, actions):
         return tuple(range(len(alternatives_of_goals)))
-    # best[n]: the series of n goals that the fewest actions meet, and the number of these actions
+    # at index n: n goals that are met in order after the fewest actions, and the number of actions
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(alternatives_of_goals):
         for met, start in reversed(best):

@@ -331,9 +331,10 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
 
     The plan ends with a failing action. If this action were possible, more parts of the goal would hold than
     after any other action. Among equal actions, the action with the fewest failing checks is taken, then the
-    action with the shortest plan. Another failing action can replace it, which would make it possible
-    (`_choose_attempt_to_report`). If no action fails but the plan is too long, no plan is returned. If all
-    parts can be reached, but not together, the plan leads to a visited state in which most parts hold.
+    action with the shortest plan. `_choose_attempt_to_report` can replace this action by a failing
+    action that the plan must contain before. If no action fails but the plan is too long, no plan is
+    returned. If all parts can be reached, but not together, the plan leads to a visited state in which most
+    parts hold.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])

@@ -51,8 +51,8 @@ class SubgoalVerdict(PlanVerdict):
     def faults(self) -> Mapping[FaultKind, int]:
         """Return the number of faults by kind.
 
-        They are the errors in the reported way of executing the answer. If there are none, they are the error
-        that made the answer impossible to execute, and additional steps.
+        Errors in the reported execution of the answer count. If this execution has no errors, the error of
+        the verdict and additional steps count.
         """
         return Counter(self.errors) or PlanVerdict.faults(self)
 

@@ -46,9 +46,9 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""The kinds of questions that an answer may decline, by the name of the question's template.
+"""Template of a question -> ending of the names of templates that explain how to decline the question.
 
-The values are endings of the names of templates: of those that explain how to decline this kind of question.
+Questions from other templates cannot be declined.
 """
 
 _WORD = re.compile(r"[^\s()]+")
