@@ -19,7 +19,7 @@ from bench.record import add_write_option, write_rows
 from eai.results.certainty import (
     ConfidenceIntervals,
     Interval,
-    RateCase,
+    TaskContribution,
     compute_difference_intervals,
     compute_rate_intervals,
     compute_rate_with_error_by_unit,
@@ -34,10 +34,10 @@ DRAWS = 200
 RATES = (0.01, 0.02, 0.05, 0.1, 0.17, 0.25, 0.5, 0.75, 0.83, 0.9, 0.95, 0.98, 0.99)
 PAIRS = ((0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.5, 0.5), (0.8, 0.95), (0.97, 0.99))
 
-Method = Callable[[Sequence[RateCase], random.Random], Interval]
+Method = Callable[[Sequence[TaskContribution], random.Random], Interval]
 
 
-def require_certainty(cases: Sequence[RateCase]) -> ConfidenceIntervals:
+def require_certainty(cases: Sequence[TaskContribution]) -> ConfidenceIntervals:
     """Return the uncertainty of a rate, or raise if the rate has no cases."""
     found = compute_rate_intervals(cases)
     if found is None:
@@ -45,17 +45,17 @@ def require_certainty(cases: Sequence[RateCase]) -> ConfidenceIntervals:
     return found
 
 
-def reported(cases: Sequence[RateCase], generator: random.Random) -> Interval:
+def reported(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return the interval that reports show."""
     return require_certainty(cases).interval
 
 
-def independent(cases: Sequence[RateCase], generator: random.Random) -> Interval:
+def independent(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return the interval for independent tasks."""
     return require_certainty(cases).by_task
 
 
-def bootstrap(cases: Sequence[RateCase], generator: random.Random) -> Interval:
+def bootstrap(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return the percentile interval of a bootstrap over names."""
     sums = list(sum_shares_by_task_name(cases).values())
     values = []
@@ -66,12 +66,12 @@ def bootstrap(cases: Sequence[RateCase], generator: random.Random) -> Interval:
     return Interval(cuts[0], cuts[-1])
 
 
-def plain(cases: Sequence[RateCase], generator: random.Random) -> Interval:
+def plain(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
     rate = compute_rate_with_error_by_unit(sum_shares_by_task_name(cases))
     if rate is None:
         raise ValueError("no cases: a rate needs at least one")
-    p, observed = rate.value, rate.observed_variance
+    p, observed = rate.value, rate.variance_without_pseudo_units
     number = p * (1 - p) / observed if observed else 1 / sum(w * w for w in rate.weights.values())
     spread = 1.96**2 / number
     middle = (p + spread / 2) / (1 + spread)
@@ -148,7 +148,7 @@ def seeded(name: str) -> random.Random:
     return random.Random(name)  # noqa: S311 - reproducible, not secret
 
 
-def row(name: str, runs: Sequence[Sequence[RateCase]], truth: float) -> list[str]:
+def row(name: str, runs: Sequence[Sequence[TaskContribution]], truth: float) -> list[str]:
     """Print and return one line: the coverage of every method on the same simulated runs."""
     generator = seeded(name)
     cells = [cell([method(run, generator) for run in runs], truth) for method in METHODS.values()]

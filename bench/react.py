@@ -64,7 +64,7 @@ def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
         task = suite.tasks[task_id]
         read = len(arena.make_prompt(task).user)
         suite.score(
-            task_id, arena.begin_episode(task).to_text("stopped")
+            task_id, arena.begin_episode(task).write_as_json_text("stopped")
         )  # makes the scorer before time is taken
         ready += time.process_time() - start
         play = arena.begin_episode(task)
@@ -78,7 +78,7 @@ def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
             played += time.process_time() - start
             read += len(command) + len(told) + CALL
         start = time.process_time()
-        suite.score(task_id, play.to_text("stopped"))
+        suite.score(task_id, play.write_as_json_text("stopped"))
         played += time.process_time() - start
         contexts.append(read / CHARACTERS)
     number = len(task_ids)

@@ -86,7 +86,7 @@ EQUIVALENT: dict[str, str] = {
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(complete[0]) < len(parts):`": "no task means no title",
     "results/comparison.py: GtE is Gt "
-    "in `extreme += _compute_rate_distance(one, other) >= observed - _ROUNDING`": "no "
+    "in `extreme += _compute_absolute_rate_difference(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
     "extensions/questions/shortcuts.py: 0 is 1 in `if step <= 0:`": "what a question adds to a "
     "balance is a multiple of four, and so is the square",

@@ -45,7 +45,7 @@ _PLACES = {
     }.items()
     for name in names.split()
 }
-"""The public names -> the modules that define them."""
+"""Mapping from each public name of the package to the module that defines it."""
 
 __all__ = [
     "Ability",

@@ -84,7 +84,7 @@ def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception
     assert {name for name in failed if failed[name].numerator} <= {"uncategorised"}
     coverage = RunTotals.from_records(records).coverage
     assert (coverage.raised, coverage.answered) == (1, len(records))
-    assert "1 failed because the scorer raised an exception" in str(coverage.remark)
+    assert "1 failed because the scorer raised an exception" in str(coverage.remark_on_missing_answers)
 
 
 @pytest.mark.parametrize(

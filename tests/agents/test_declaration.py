@@ -58,7 +58,7 @@ def test_an_episode_names_its_harness_and_rules_and_an_empty_answer_names_none()
         SWITCHES.tasks(Source())["both"]
     )
     play.play_command("LOOK")
-    made = ACTING.read_episode_settings(play.to_text("stopped"))
+    made = ACTING.read_episode_settings(play.write_as_json_text("stopped"))
     assert made is not None
     assert (made.harness, made.rules) == ("text", "budget-4.0")
     assert ACTING.read_episode_settings("") is None

@@ -49,7 +49,7 @@ def settled(folder: Path, *won: str) -> SuiteResult:
             play = EpisodeFactory(SWITCHES).begin_episode(suite.tasks[task_id], epoch)
             for command in ("LOOK", *(WINNING[task_id] if letter == "w" else ()), "DONE"):
                 play.play_command(command)
-            text = play.to_text("stopped")
+            text = play.write_as_json_text("stopped")
             given[task_id, epoch] = Answer(task_id, epoch, "", "", text, "", "stop", (), Usage())
     prompts = {task_id: Prompt("?") for task_id in WINNING}
     obtained = ModelAnswers("m", "m", prompts, given, failures, len(won))

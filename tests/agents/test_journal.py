@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from agents.switches import SWITCHES
-from eai.agents.journal import EpisodeJournal, read_journal, read_sealing_key
+from eai.agents.journal import EpisodeJournal, read_journal, read_key_that_seals_journals
 from eai.agents.play import OVER, EpisodeFactory, RecordedGame
 from eai.agents.setting import ACTING, AgentSetting
 from eai.agents.verdict import ActingVerdict
@@ -36,7 +36,7 @@ def beginning(setting: AgentSetting | None = None) -> RecordedGame:
 def resumed(folder: Path) -> Iterator[tuple[EpisodeJournal, Callable[[str], str]]]:
     """Yield the journal in a folder, and a function that carries out a command and writes the turn."""
     play = beginning()
-    with closing(EpisodeJournal(folder / "episode", read_sealing_key(folder), play)) as journal:
+    with closing(EpisodeJournal(folder / "episode", read_key_that_seals_journals(folder), play)) as journal:
 
         def act(command: str) -> str:
             told = play.play_command(command)
@@ -50,7 +50,7 @@ def journal_of(folder: Path, commands: list[str]) -> tuple[Path, bytes]:
     with resumed(folder) as (_, act):
         for command in commands:
             act(command)
-    return folder / "episode", read_sealing_key(folder)
+    return folder / "episode", read_key_that_seals_journals(folder)
 
 
 def verdict_of(path: Path, key: bytes) -> ActingVerdict:
@@ -64,7 +64,7 @@ def test_a_journal_is_an_answer(tmp_path: Path) -> None:
     play = beginning()
     for command in WINNING:
         play.play_command(command)
-    assert json.loads(read_journal(path, key)) == json.loads(play.to_text("stopped"))
+    assert json.loads(read_journal(path, key)) == json.loads(play.write_as_json_text("stopped"))
     assert verdict_of(path, key).success
     assert (path.stat().st_mode & 0o777, (tmp_path / "key").stat().st_mode & 0o777) == (0o600, 0o400)
 
@@ -98,7 +98,7 @@ def test_an_end_that_was_lost_is_written_again(tmp_path: Path) -> None:
 
 
 def test_an_episode_that_is_stopped_is_over(tmp_path: Path) -> None:
-    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
+    path, key = tmp_path / "episode", read_key_that_seals_journals(tmp_path)
     with resumed(tmp_path) as (journal, act):
         act(WINNING[0])
         journal.write_end()
@@ -114,7 +114,7 @@ def test_a_turn_that_cannot_be_written_returns_no_observation(
     def fail(file: int) -> None:
         raise OSError(28, "No space left on device")
 
-    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
+    path, key = tmp_path / "episode", read_key_that_seals_journals(tmp_path)
     with resumed(tmp_path) as (_, act):
         act(WINNING[0])
         with monkeypatch.context() as full:
@@ -178,7 +178,7 @@ def test_a_journal_without_its_end_or_by_a_link_is_refused(tmp_path: Path) -> No
 
 
 def test_invented_observations_do_not_replay(tmp_path: Path) -> None:
-    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
+    path, key = tmp_path / "episode", read_key_that_seals_journals(tmp_path)
     with closing(EpisodeJournal(path, key, beginning())) as journal:
         journal._append_line({"act": {"said": WINNING[0], "told": hash_text("won")}})
         journal.write_end("done")
@@ -210,6 +210,6 @@ def test_a_killed_process_loses_no_turn_that_was_observed(tmp_path: Path) -> Non
             env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
         )
         assert done.returncode == -signal.SIGKILL, done.stderr
-    path, key = tmp_path / "episode", read_sealing_key(tmp_path)
+    path, key = tmp_path / "episode", read_key_that_seals_journals(tmp_path)
     assert [turn.said for turn in verdict_of(path, key).turns] == WINNING
     assert verdict_of(path, key).success

@@ -27,7 +27,7 @@ def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Res
         agent = (random_agent, blind_agent)[epoch % 2](play, epoch)
         while not play.over:
             play.play_command(agent())
-        yield Response(play.task.id, play.to_text("stopped"))
+        yield Response(play.task.id, play.write_as_json_text("stopped"))
 
 
 def replayed(suite: Suite, responses: list[Response]) -> list[str]:

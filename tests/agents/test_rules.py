@@ -19,7 +19,7 @@ from eai.agents.play import (
     EpisodeFactory,
     RecordedGame,
     make_game_rules,
-    make_rules_label,
+    make_label_of_nonstandard_rules,
     read_episode,
 )
 from eai.agents.reference import make_setup
@@ -46,7 +46,7 @@ def played(task: str, rules: GameRules, *commands: str) -> str:
     play = RecordedGame(make_setup(SUITE.tasks[task], SWITCHES, rules), seed=0, epoch=1)
     for command in commands:
         play.play_command(command)
-    return play.to_text("stopped")
+    return play.write_as_json_text("stopped")
 
 
 def won(task: str, rules: GameRules = make_game_rules(STANDARD)) -> str:  # noqa: B008 - a frozen value
@@ -81,9 +81,9 @@ def test_an_episode_has_the_label_of_the_setting_in_which_it_was_played(chosen: 
     setting = AgentSetting(**chosen)
     play = EpisodeFactory(SWITCHES, setting).begin_episode(SUITE.tasks["both"])
     play.play_command("PRESS(lamp)")
-    episode = read_episode(play.to_text("stopped"))
+    episode = read_episode(play.write_as_json_text("stopped"))
     assert isinstance(episode, EpisodeAnswer)
-    assert make_rules_label(episode) == (setting.label or None)
+    assert make_label_of_nonstandard_rules(episode) == (setting.label or None)
 
 
 def test_a_run_in_a_prompt_set_names_it_in_the_rules_of_its_episodes() -> None:
@@ -121,7 +121,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
         text = json.dumps({"turns": [{"said": "DONE"}], "rules": {**standard, name: value}})
         episode = read_episode(text)
         assert isinstance(episode, EpisodeAnswer)
-        assert make_rules_label(episode) == f"{RULE_NAMES[name]}-{str(value).lower()}"
+        assert make_label_of_nonstandard_rules(episode) == f"{RULE_NAMES[name]}-{str(value).lower()}"
     for text in (
         "DONE",
         '{"turns": []}',
@@ -129,7 +129,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
     ):
         episode = read_episode(text)
         assert isinstance(episode, EpisodeAnswer)
-        assert make_rules_label(episode) is None
+        assert make_label_of_nonstandard_rules(episode) is None
 
 
 def test_answers_are_split_by_their_rules_with_all_epochs() -> None:

@@ -45,7 +45,7 @@ def episode(
     play = arena.begin_episode(open_suite(benchmark, ACTING).tasks[task_id])
     for command in commands:
         play.play_command(command)
-    return play.to_text("stopped")
+    return play.write_as_json_text("stopped")
 
 
 def verdict_of(suite: Suite, text: str) -> ActingVerdict:
@@ -83,7 +83,7 @@ def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -
     play = RecordedGame(stage, seed=0, epoch=1)
     for command in WON:
         play.play_command(command)
-    verdict = verdict_of(suite, play.to_text("stopped"))
+    verdict = verdict_of(suite, play.write_as_json_text("stopped"))
     assert (verdict.success, verdict.ended, verdict.declared) == (True, "goal", False)
     assert len(verdict.action_turns) == len(WON)
     shares = compute_share_by_metric(verdict)
@@ -105,7 +105,7 @@ def test_lines_of_commands_are_an_episode_in_the_standard_setting(suite: Suite) 
 
 def test_a_question_in_an_unambiguous_task_is_not_declining(suite: Suite) -> None:
     verdict = verdict_of(suite, "ASK(which one?)")
-    assert (verdict.turns[0].fault, verdict.declines_task) == (FaultKind.HALLUCINATION, False)
+    assert (verdict.turns[0].fault, verdict.is_task_declined_by_answer) == (FaultKind.HALLUCINATION, False)
 
 
 def test_look_lists_present_facts_with_any_feedback(suite: Suite) -> None:
@@ -124,7 +124,7 @@ def test_the_text_of_an_episode_earns_no_reward(suite: Suite) -> None:
 def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:
     play = EpisodeFactory(SWITCHES).begin_episode(suite.tasks[suite.task_ids[0]])
     play.play_command("GO(\ud800)", "\u2028 \udfff \x00")
-    verdict = verdict_of(suite, play.to_text("stopped"))
+    verdict = verdict_of(suite, play.write_as_json_text("stopped"))
     assert (verdict.error, verdict.turns[0].said) == (None, "GO(?)")
 
 
@@ -235,7 +235,7 @@ def test_a_replay_pays_nothing_and_lists_no_possible_actions(
 
     monkeypatch.setattr(PlanRepairer, "compute_closeness_to_success", refuse)
     monkeypatch.setattr(Game, "list_admissible_commands", refuse)
-    verdict = verdict_of(suite, play.to_text("stopped"))
+    verdict = verdict_of(suite, play.write_as_json_text("stopped"))
     assert (verdict.error, verdict.success, len(verdict.turns)) == (None, True, len(play.turns))
 
 
@@ -284,7 +284,7 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
             play = arena.begin_episode(task)
             for command in [*map(write, plan), "DONE"]:
                 play.play_command(command)
-            played = suite.score(task_id, play.to_text("stopped"))
+            played = suite.score(task_id, play.write_as_json_text("stopped"))
             assert isinstance(played, ActingVerdict)
             if as_plan.error is None:
                 assert (played.success, played.goals) == (as_plan.success, as_plan.goals)  # type: ignore[attr-defined]

@@ -26,7 +26,7 @@ from eai.benchmarks.gold_answers import (
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
-from eai.results.trials import TrialSet, begin_trial, open_trials, replay_answers
+from eai.results.trials import TrialSet, begin_trial, open_trials, replay_attempts_at_task
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 from made_answers import made_answers
@@ -131,7 +131,7 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
     assert isinstance(plan, WrittenPlan)
     assert any(isinstance(word, ObjectWithId) for word in plan.steps[0].objects) is with_ids[prompts]
     read_as_asked = suite.choose_suite_for_answers([questions["27_2"].user])
-    assert replay_answers(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
+    assert replay_attempts_at_task(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
         trials.suite, EXPLAINED, "27_2"
     ).try_answer(gold)
 

@@ -9,7 +9,7 @@ from eai.abilities.replanning_options import ReplanningOptions
 from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.trials import make_trial_record, replay_answers
+from eai.results.trials import make_trial_record, replay_attempts_at_task
 from eai.tasks.source import Source
 
 PLAN = '[{"action": "OPEN", "object": "fridge_97"}]'
@@ -68,7 +68,7 @@ def test_each_attempt_at_a_task_has_its_cause(data_store: Store) -> None:
     options, task_id = ReplanningOptions(replans=1), suite.task_ids[0]
     texts = ["I'm sorry, but I can't help with that.", "The robot opens the fridge."]
     record = make_trial_record(
-        suite, options, "my-model", task_id, replay_answers(suite, options, task_id, texts)
+        suite, options, "my-model", task_id, replay_attempts_at_task(suite, options, task_id, texts)
     )
     checks = [attempt.verdict.error.check for attempt in record.attempts if attempt.verdict.error is not None]
     assert checks == ["refusal", "prose"]

@@ -37,7 +37,7 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
     (line,) = lines_of(folder / "records.jsonl")
     record = record_from_json(line)
     assert record.experiment is not None
-    assert record.study["perception"].options == {"scene": "noisy-missing-0.3-seed-1"}
+    assert record.settings_by_study["perception"].options == {"scene": "noisy-missing-0.3-seed-1"}
     perceived = read_study_summary(record, "perception", PerceptionErrors)
     assert perceived is not None
     assert perceived.missing == perceived.facts - perceived.perceived > 0

@@ -40,7 +40,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
-from eai.results.epochs import PromptBeliefs, score_answers
+from eai.results.epochs import ModelBeliefsInPrompts, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.trials import open_trials
 from eai.run.job import QuestionJob, RequestOptions
@@ -58,7 +58,7 @@ class Work(NamedTuple):
     """The work of each run; in a pipeline, with goals that answers state."""
 
     job: QuestionJob
-    believed: PromptBeliefs | None = None
+    believed: ModelBeliefsInPrompts | None = None
 
 
 def make_work(kind: str, tasks: int) -> Work:

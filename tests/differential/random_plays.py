@@ -34,7 +34,7 @@ from eai.agents.agents import NULLS
 from eai.agents.command import DONE, LOOK
 from eai.agents.episode_server import find_journal_path, open_episode_server
 from eai.agents.gym import TextEnvironment, make
-from eai.agents.journal import read_journal, read_sealing_key
+from eai.agents.journal import read_journal, read_key_that_seals_journals
 from eai.agents.play import EpisodeFactory, RecordedGame
 from eai.agents.rules import STANDARD as RULES
 from eai.agents.server import make_mcp_server
@@ -160,7 +160,7 @@ def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) ->
     arena, environment = EpisodeFactory(suite.benchmark), make(name, rules=RULES)
     for number in range(max(plays, by_inspect, by_mcp)):
         play, told = drawn(arena, suite, number)
-        place, text = f"{name} play {number}", play.to_text("stopped")
+        place, text = f"{name} play {number}", play.write_as_json_text("stopped")
         if number < plays:
             observed, faults = through_gymnasium(environment, play)
             check.same("gymnasium: observations", place, observed, told)
@@ -194,9 +194,9 @@ def compare_mcp(check: Check, place: object, suite: Suite, play: RecordedGame, t
 
             check.same("MCP: observations", place, asyncio.run(run()), told)
             path = find_journal_path(Path(folder), (task_id, 1))
-        text = read_journal(path, read_sealing_key(Path(folder)), must_be_ended=False)
+        text = read_journal(path, read_key_that_seals_journals(Path(folder)), must_be_ended=False)
         verdict = cast("ActingVerdict", suite.score(task_id, text))
-        plain = cast("ActingVerdict", suite.score(task_id, play.to_text("stopped")))
+        plain = cast("ActingVerdict", suite.score(task_id, play.write_as_json_text("stopped")))
         check.same("MCP: verdict", place, (verdict.turns, verdict.ended), (plain.turns, plain.ended))
         check.same("MCP: won", place, verdict.success, plain.success)
 

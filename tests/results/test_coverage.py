@@ -57,7 +57,7 @@ def test_coverage_counts_asked_answered_failed_and_left_out_tasks(
     records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None
 ) -> None:
     found = RunTotals.from_records(records).coverage
-    assert (str(found), found.is_ranked, found.remark) == (shown, ranked, remark)
+    assert (str(found), found.is_ranked, found.remark_on_missing_answers) == (shown, ranked, remark)
     numbers = found.to_json()
     assert numbers["ranked"] is ranked
     assert numbers["tasks"] == records[0].suite_size
@@ -70,7 +70,7 @@ def test_records_without_a_suite_size_are_never_ranked() -> None:
     for records in (silent, mixed, disagreeing):
         found = RunTotals.from_records(records).coverage
         assert (str(found), found.is_ranked) == ("2/?", False)
-        assert "do not say how many tasks" in str(found.remark)
+        assert "do not say how many tasks" in str(found.remark_on_missing_answers)
         assert found.to_json()["not_asked"] is None
 
 

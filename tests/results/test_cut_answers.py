@@ -45,7 +45,7 @@ def test_tables_count_cut_answers(capsys: pytest.CaptureFixture[str]) -> None:
     totals, whole = RunTotals.from_records(cut_run()), RunTotals.from_records(action_run())
     assert (totals.coverage.cut_off, whole.coverage.cut_off) == (1, 0)
     assert "cut_off" not in whole.coverage.to_json()
-    assert "1 of" in str(replace(totals.coverage, tasks=totals.coverage.asked).remark)
+    assert "1 of" in str(replace(totals.coverage, tasks=totals.coverage.asked).remark_on_missing_answers)
     metrics = get_declaration(action_run()[0].ability).terminal_metrics
     print_table(
         get_output_console(), make_rates_table("Plans", metrics, {"one": totals, "two": whole}), wide=True

@@ -38,7 +38,9 @@ def test_a_run_without_answers_has_no_rates_and_no_intervals(name: str) -> None:
     assert {rate.percent for rate in totals.rates.values()} == {None}
     assert not any(make_cases_by_metric(records, records[0].ability).values())
     assert set(make_cases_by_metric(records, records[0].ability)) == set(totals.rates)
-    assert "no answer to any of" in str(replace(totals.coverage, tasks=totals.coverage.asked).remark)
+    assert "no answer to any of" in str(
+        replace(totals.coverage, tasks=totals.coverage.asked).remark_on_missing_answers
+    )
 
 
 def test_one_answer_is_enough_for_rates() -> None:

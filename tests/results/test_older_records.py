@@ -51,28 +51,28 @@ def test_an_older_record_of_each_study_is_read(
     schema: int, options: dict[str, Any], study: str, label: str
 ) -> None:
     record = older(schema, **options)
-    assert {name: part.label for name, part in record.study.items()} == {study: label}
-    assert record.study[study].options.items() >= options.items()
+    assert {name: part.label for name, part in record.settings_by_study.items()} == {study: label}
+    assert record.settings_by_study[study].options.items() >= options.items()
     assert record_from_json(json.loads(json.dumps(record_to_json(record)))) == record
 
 
 def test_the_studies_of_an_older_record_are_in_the_order_of_its_label() -> None:
     record = older(3, prompt_name="brief", replans=1, scene="image", goals_from="m")
-    assert [*record.study] == ["pipeline", "perception", "replanning", "prompts"]
+    assert [*record.settings_by_study] == ["pipeline", "perception", "replanning", "prompts"]
     assert ReplanningOptions.from_experiment(record.experiment) == ReplanningOptions(1)
 
 
 def test_an_older_record_has_the_same_summaries_as_a_new_one() -> None:
     record = older(3, {"facts": 3}, goals_from="m", scene="image", **STATED)
     assert record.summaries == {"pipeline": STATED, "perception": {"facts": 3}}
-    assert record.study["pipeline"].summary == STATED
+    assert record.settings_by_study["pipeline"].summary == STATED
 
 
 def test_harness_effort_and_rules_of_an_older_record_are_read() -> None:
     record = older(3, harness="react", effort="high", rules="until-goal")
     assert record.experiment is not None
     assert record.experiment.agent_settings == {"harness": "react", "effort": "high", "rules": "until-goal"}
-    assert record.study == {}
+    assert record.settings_by_study == {}
 
 
 def test_an_older_experiment_without_a_choice_is_none() -> None:

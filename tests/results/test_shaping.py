@@ -20,7 +20,13 @@ from eai.abilities.verdict import (
 )
 from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import ClauseComparison
-from eai.results.reward import METRICS, Shaping, compute_credit, convert_credit_to_reward, make_credit_metrics
+from eai.results.reward import (
+    METRICS,
+    Shaping,
+    compute_reward_basis_of_verdict,
+    convert_credit_to_reward,
+    make_credit_metrics,
+)
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -170,7 +176,7 @@ ONE_OF_TWO = (False, False)
 def test_plans_are_paid_for_the_goals_that_they_gain(
     verdict: PlanVerdict, at_start: tuple[bool, ...], worth: Worth | None
 ) -> None:
-    assert paid(compute_credit(verdict, at_start)) == worth
+    assert paid(compute_reward_basis_of_verdict(verdict, at_start)) == worth
 
 
 def paid(earned: RewardBasis | None) -> Worth | None:
@@ -225,7 +231,7 @@ def stated(
     ],
 )
 def test_stated_goals_are_paid_by_their_f1(verdict: GoalVerdict, worth: Worth | None) -> None:
-    assert paid(compute_credit(verdict)) == worth
+    assert paid(compute_reward_basis_of_verdict(verdict)) == worth
 
 
 @pytest.mark.parametrize("hit", range(4))
@@ -233,13 +239,15 @@ def test_stated_goals_are_paid_by_their_f1(verdict: GoalVerdict, worth: Worth | 
 def test_meaningless_goals_earn_nothing(hit: int, missed: int) -> None:
     for ill_formed in range(3):
         for strangers in ((), ("a",), ("a", "b")):
-            worth = paid(compute_credit(stated(hit, 0, missed, *strangers, ill_formed=ill_formed)))
+            worth = paid(
+                compute_reward_basis_of_verdict(stated(hit, 0, missed, *strangers, ill_formed=ill_formed))
+            )
             for more in (
                 stated(hit, 0, missed, *strangers, ill_formed=ill_formed + 1),
                 stated(hit, 0, missed, *strangers, "c", ill_formed=ill_formed),
                 stated(hit, 1, missed, *strangers, ill_formed=ill_formed),
             ):
-                less = paid(compute_credit(more))
+                less = paid(compute_reward_basis_of_verdict(more))
                 assert (worth, less) == (None, None) or (worth and less and less <= worth)
                 assert not hit or (worth and less and less[2] < worth[2])
 
@@ -313,7 +321,7 @@ MISSING, UNREADABLE, HALLUCINATED = (
     ],
 )
 def test_operators_are_paid_by_the_f1_of_their_clauses(verdict: Verdict, worth: Worth | None) -> None:
-    assert paid(compute_credit(verdict)) == worth
+    assert paid(compute_reward_basis_of_verdict(verdict)) == worth
 
 
 P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER, FaultKind.AFFORDANCE
@@ -348,7 +356,7 @@ P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMB
     ],
 )
 def test_faults_are_counted_by_kind_as_metrics(verdict: Verdict, faults: Mapping[FaultKind, int]) -> None:
-    earned = compute_credit(verdict, (False,))
+    earned = compute_reward_basis_of_verdict(verdict, (False,))
     assert earned is not None
     assert earned.faults == faults
     told = make_credit_metrics(earned)
@@ -366,4 +374,4 @@ def test_metrics_follow_from_the_credit() -> None:
 
 def test_a_verdict_without_an_ability_has_no_credit() -> None:
     with pytest.raises(NotImplementedError, match="Verdict defines no credit, so no reward can be computed"):
-        compute_credit(Verdict())
+        compute_reward_basis_of_verdict(Verdict())

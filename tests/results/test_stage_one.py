@@ -17,7 +17,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import score_run
 from eai.results.codec import hash_text, record_from_json, record_to_json
-from eai.results.epochs import PromptBeliefs
+from eai.results.epochs import ModelBeliefsInPrompts
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
@@ -37,14 +37,14 @@ def source(data_store: Store) -> Source:
     return Source(data_store)
 
 
-def believed(answer: str, source: Source) -> PromptBeliefs:
+def believed(answer: str, source: Source) -> ModelBeliefsInPrompts:
     return make_goal_beliefs(("m", {JARS: answer}), BEHAVIOR, source)
 
 
 LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
 
 
-def said(read: PromptBeliefs) -> Mapping[str, Any]:
+def said(read: ModelBeliefsInPrompts) -> Mapping[str, Any]:
     """Return the summary of the stated goals of the one task."""
     return read.summaries[JARS]["pipeline"]
 

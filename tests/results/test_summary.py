@@ -12,7 +12,7 @@ from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.rate import Rate
 from eai.results.summary import compute_metric_rates, make_cases_by_metric
 from eai.tasks.share import Share, TalliesByGoalKind
@@ -191,4 +191,7 @@ def test_cases_of_scored_records_have_the_names_of_their_tasks() -> None:
     records = [named, record("b", replace(SUCCEEDED, excluded="why")), record("c", failed(FaultKind.PARSING))]
     cases = make_cases_by_metric(records, Ability.ACTION_SEQUENCING)
     assert cases.keys() == compute_metric_rates([], Ability.ACTION_SEQUENCING).keys()
-    assert cases["task_success"] == [RateCase("a_1", "a", Share(1, 1)), RateCase("c", "c", Share(0, 1))]
+    assert cases["task_success"] == [
+        TaskContribution("a_1", "a", Share(1, 1)),
+        TaskContribution("c", "c", Share(0, 1)),
+    ]

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from inspect_ai.model import ChatMessageAssistant, ContentReasoning, ContentText, ModelOutput
 
-from eai.run.solver import _ReplyParts, find_reasoning, restore_closing_brace, split_reply
+from eai.run.solver import _ReplyParts, find_reasoning, restore_brace_cut_off_by_stop_sequence, split_reply
 
 
 @pytest.mark.parametrize(
@@ -32,8 +32,10 @@ def test_text_without_reasoning_does_not_change(text: str) -> None:
 )
 def test_the_brace_that_a_stop_sequence_cut_off_is_restored(text: str, completed: str) -> None:
     repairs = ("stop_sequence",) if text != completed else ()
-    assert restore_closing_brace(_ReplyParts(text, "", ()), ("}",)) == _ReplyParts(completed, "", repairs)
-    assert restore_closing_brace(_ReplyParts(text, "", ()), ()) == _ReplyParts(text, "", ())
+    assert restore_brace_cut_off_by_stop_sequence(_ReplyParts(text, "", ()), ("}",)) == _ReplyParts(
+        completed, "", repairs
+    )
+    assert restore_brace_cut_off_by_stop_sequence(_ReplyParts(text, "", ()), ()) == _ReplyParts(text, "", ())
 
 
 def test_secret_reasoning_is_replaced_by_its_summary() -> None:

@@ -46,8 +46,8 @@ def test_studies_that_change_different_options_are_combined(tables: dict[str, An
     """A run of all studies has the abilities that each can vary, and the names of all."""
     spec = read_spec(tables)
     choices = {each.chosen_option for each in spec.studies.values() if each.chosen_option}
-    assert {*spec.variation.chosen_option.split(" and ")} == choices
-    assert set(spec.variation.select_abilities([])) <= {
+    assert {*spec.combined_study_options.chosen_option.split(" and ")} == choices
+    assert set(spec.combined_study_options.select_abilities([])) <= {
         ability for each in spec.studies.values() for ability in each.select_abilities([])
     }
 

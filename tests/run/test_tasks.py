@@ -16,7 +16,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import list_benchmarks
 from eai.run.registry import TASKS
-from eai.run.tasks import _SampleFeed
+from eai.run.tasks import _SamplesFedToInspect
 from protocols import PROTOCOLS
 from suites import official_prompts
 
@@ -89,7 +89,7 @@ def test_a_feed_makes_few_samples_ahead(epochs: int, ahead: int | None) -> None:
             yield Sample(input="?", id=number)
 
     async def finish_all() -> list[int]:
-        feed = _SampleFeed(make_samples(), epochs=epochs, ahead=ahead)
+        feed = _SamplesFedToInspect(make_samples(), epochs=epochs, ahead=ahead)
         waiting = [sample for sample in await feed.next_samples() or [] for _ in range(epochs)]
         finished = []
         while waiting:
@@ -101,7 +101,7 @@ def test_a_feed_makes_few_samples_ahead(epochs: int, ahead: int | None) -> None:
         assert await feed.next_samples() is None
         return finished
 
-    feed = _SampleFeed(make_samples(), epochs=epochs, ahead=ahead)
+    feed = _SamplesFedToInspect(make_samples(), epochs=epochs, ahead=ahead)
     assert (
         len(asyncio.run(feed.next_samples()) or []) == len(made) == (20 if ahead is None else -(-3 // epochs))
     )

@@ -10,7 +10,7 @@ from pydantic import Field
 from eai.abilities.experiment import Experiment
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
-from eai.results.epochs import PromptBeliefs
+from eai.results.epochs import ModelBeliefsInPrompts
 from eai.results.record import Record
 from eai.results.table import Table
 from eai.studies.records import StudyRecords
@@ -42,14 +42,16 @@ class Limit(VariationOptions):
     ) -> StageBeforeQuestions:
         return StageBeforeQuestions(library, wanted, ask, self._limited)
 
-    def _limited(self, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
+    def _limited(
+        self, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
+    ) -> ModelBeliefsInPrompts:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: BelievedTask(task, initial=told) for task_id, task in suite.tasks.items()}
-        return PromptBeliefs(beliefs, Experiment(), "there is no such task")
+        return ModelBeliefsInPrompts(beliefs, Experiment(), "there is no such task")
 
 
 def summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> dict[str, int]:
-    return {"excess": max(0, len(record.response) - record.study["terse"].options["characters"])}
+    return {"excess": max(0, len(record.response) - record.settings_by_study["terse"].options["characters"])}
 
 
 def analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:

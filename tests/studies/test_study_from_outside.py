@@ -77,7 +77,7 @@ def test_records_contain_label_option_and_summary_of_an_external_study(runs: Pat
 
 def test_records_of_an_external_study_are_read_without_the_study(runs: Path) -> None:
     (record, *_) = read_records(runs / "runs" / SUITE / LABEL / "records.jsonl")
-    part = record.study["terse"]
+    part = record.settings_by_study["terse"]
     assert (part.label, part.options) == (LABEL, {"characters": 90})
     assert part.summary == {"excess": max(0, len(record.response) - 90)}
 
@@ -88,9 +88,10 @@ def test_scores_in_a_log_contain_an_external_study(runs: Path) -> None:
     done = command(f"score {log} --domain behavior --ability action_sequencing --out @/again", runs)
     assert done.status == 0, done.err
     first = {
-        each.task_id: each.study for each in read_records(runs / "runs" / SUITE / LABEL / "records.jsonl")
+        each.task_id: each.settings_by_study
+        for each in read_records(runs / "runs" / SUITE / LABEL / "records.jsonl")
     }
-    scored = {each.task_id: each.study for each in read_records(runs / "again" / "records.jsonl")}
+    scored = {each.task_id: each.settings_by_study for each in read_records(runs / "again" / "records.jsonl")}
     assert {task_id: scored[task_id] for task_id in first} == first
 
 

@@ -31,11 +31,11 @@ from rates import ABILITIES, WORLDS, column_of, if_so, measured_rates, printed_r
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE
 from eai.benchmarks.registry import find_benchmark
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.comparison import compare_metric
 from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.record import Record
-from eai.results.summary import find_task_name, map_tasks_to_shares
+from eai.results.summary import compute_metric_shares_by_task, find_task_name
 from eai.results.table import Estimate
 from eai.studies.cofactors.effects import compute_rank_correlation
 from eai.tasks.share import Share
@@ -274,14 +274,14 @@ def _records(evidence: Evidence, column: str, model: str) -> list[Record]:
     return next((records for file, records in runs.items() if map_files_to_paper_models()[file] == model), [])
 
 
-def _cases(records: list[Record], column: str) -> list[RateCase]:
+def _cases(records: list[Record], column: str) -> list[TaskContribution]:
     metrics = column.split("/")[2].split("+")
     names = {record.task_id: find_task_name(record) for record in records if record.task}
     cases = []
-    for task, shares in map_tasks_to_shares(records).items():
+    for task, shares in compute_metric_shares_by_task(records).items():
         parts = [shares.get(metric, EMPTY_SHARE) for metric in metrics]
         share = Share(sum(part.numerator for part in parts), max(part.denominator for part in parts))
-        cases.append(RateCase(task, names.get(task, task), share))
+        cases.append(TaskContribution(task, names.get(task, task), share))
     return cases
 
 

@@ -23,7 +23,7 @@ from evidence import (
 )
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.lines import AnswerLine, compute_goal_share, compute_main_score_share
+from eai.results.lines import AnswerLine, compute_contribution_to_main_score, compute_goal_share
 from eai.results.table import Estimate
 
 SUITE = Suite(B, AS)
@@ -41,7 +41,7 @@ def _executed(answer: AnswerLine) -> float | None:
 
 
 def _score(answer: AnswerLine) -> float | None:
-    share = compute_main_score_share(answer)
+    share = compute_contribution_to_main_score(answer)
     return share.numerator / share.denominator if share.denominator else None
 
 

@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.choice import count_dnf_terms
-from eai.results.lines import AnswerLine, compute_main_score_share
+from eai.results.lines import AnswerLine, compute_contribution_to_main_score
 from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
 
 TOOLS = (
@@ -471,5 +471,5 @@ def _share(values: Sequence[bool]) -> float:
 
 
 def _f1(answer: AnswerLine) -> float | None:
-    share = compute_main_score_share(answer)
+    share = compute_contribution_to_main_score(answer)
     return share.numerator / share.denominator if share.denominator else None

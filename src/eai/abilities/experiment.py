@@ -126,7 +126,7 @@ class Experiment:
         return hash((frozenset(self.study.items()), self.harness, self.effort, self.rules))
 
     @property
-    def has_no_study_or_rules(self) -> bool:
+    def is_run_without_study_or_rules(self) -> bool:
         """Whether neither a study nor game rules are set. Only runs of such experiments are ranked."""
         return not self.study and self.rules is None
 

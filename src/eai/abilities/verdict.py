@@ -319,7 +319,7 @@ class PlanVerdict(Verdict):
     refused: str | None = None
 
     @property
-    def declines_task(self) -> bool:
+    def is_task_declined_by_answer(self) -> bool:
         """Whether the answer calls the task impossible, or asks which object the instruction means."""
         return self.refused is not None
 

@@ -41,19 +41,22 @@ _MAX_COMPARED = 12
 """Maximum number of actions that the greedy agent compares in one state."""
 
 _VISITED_COST = 1000
-"""Number added to the greedy agent's estimate for a state that it has visited before."""
+"""Number that the greedy agent adds to the estimated distance to the goals in a state visited before."""
 
-_FIRST_LIMITS = Limits(200, thorough=False, looks=8_000)
-"""Limits of the explorer's first search for a plan with known objects."""
+_LIMITS_OF_FIRST_SEARCH = Limits(200, thorough=False, looks=8_000)
+"""Limits of the first search for a plan by the agent `eai/explorer`. It uses only known objects."""
 
-_SECOND_LIMITS = Limits(300, looks=15_000)
-"""Limits of the explorer's search after all landmarks are visited, before containers are opened."""
+_LIMITS_BEFORE_OPENING = Limits(300, looks=15_000)
+"""Limits of the second search by the agent `eai/explorer`, before it opens containers.
 
-_LAST_LIMITS = Limits(2_000)
-"""Limits of the explorer's search if nothing is left to open."""
+By then it has visited all objects that it knew from the start.
+"""
+
+_LIMITS_OF_LAST_SEARCH = Limits(2_000)
+"""Limits of the last search by the agent `eai/explorer`, after it has opened all containers."""
 
 _EXPLORING_LIMITS = Limits(50)
-"""Limits of the explorer's search for a plan to see more objects."""
+"""Limits of a search for a plan by which the agent `eai/explorer` sees more objects."""
 
 
 def random_agent(game: Game, seed: int = 0) -> Agent:
@@ -63,19 +66,19 @@ def random_agent(game: Game, seed: int = 0) -> Agent:
     """
     rng = _make_rng(game, seed)
 
-    def choose_command() -> str:
+    def choose_random_possible_command() -> str:
         actions = [*game.find_possible_actions()]
         chosen = rng.randrange(len(actions) + 1)
         return DONE if chosen == len(actions) else game.stage.commands.write_command(actions[chosen])
 
-    return choose_command
+    return choose_random_possible_command
 
 
 def novelty_seeking_agent(game: Game, seed: int = 0) -> Agent:
     """Return `eai/novel`, which takes a random possible action that leads to a new state, or `DONE`."""
     rng, visited = _make_rng(game, seed), set[State]()
 
-    def choose_command() -> str:
+    def choose_command_to_new_state() -> str:
         visited.add(game.state)
         actions = [*game.find_possible_actions()]
         if not rng.randrange(len(actions) + 1):
@@ -85,14 +88,14 @@ def novelty_seeking_agent(game: Game, seed: int = 0) -> Agent:
         new = (action for action in actions[:_MAX_TRIES] if domain.apply(state, action) not in visited)
         return game.stage.commands.write_command(next(new, actions[0]))
 
-    return choose_command
+    return choose_command_to_new_state
 
 
 def blind_agent(game: Game, seed: int = 0) -> Agent:
     """Return `eai/blind`, which takes a random, perhaps impossible action on known objects, or `DONE`."""
     rng = _make_rng(game, seed)
 
-    def choose_command() -> str:
+    def choose_random_command() -> str:
         operators, known = game.stage.domain.operators, sorted(game.memory.known)
         chosen = rng.randrange(len(operators) + 1)
         if chosen == len(operators):
@@ -101,14 +104,14 @@ def blind_agent(game: Game, seed: int = 0) -> Agent:
         arguments = tuple([rng.choice(known) for _ in range(operator.arity)])
         return game.stage.commands.write_command(Action(operator.name, arguments))
 
-    return choose_command
+    return choose_random_command
 
 
 def _make_rng(game: Game, seed: int) -> random.Random:
     return random.Random(f"{seed} {game.task.id}")  # noqa: S311 - random actions, no secrets
 
 
-def reference_agent(game: Game, seed: int = 0) -> Agent:
+def make_reference_solution_agent(game: Game, seed: int = 0) -> Agent:
     """Return an agent that plays the commands of the task's `ReferenceSolution`, then `DONE`."""
     return _make_scripted_agent(game.stage.reference.commands or ())
 
@@ -119,7 +122,7 @@ def gold_plan_agent(game: Game, seed: int = 0) -> Agent:
     Without a plan it declares the task impossible.
     """
     if game.task.has_no_plan:
-        return reference_agent(game)
+        return make_reference_solution_agent(game)
     plan = game.task.script or find_plan(game.task, get_planner(game.stage.domain)).plan
     return _make_scripted_agent(map(game.stage.commands.write_command, plan))
 
@@ -155,9 +158,9 @@ def _replace_variable_x(formula: Formula, constant: Constant) -> Formula:
 class _Explorer:
     """Agent `eai/explorer`, which plans with known objects, and explores if no plan reaches the goals.
 
-    It visits the landmarks (objects known from the start) one by one. Then it opens containers that may hide
-    objects, by the domain's definition of visibility. It says `DONE` if all goals hold, or nothing is left to
-    try.
+    It visits the objects known from the start, such as furniture, one by one. Then it opens containers that
+    may hide objects, by the domain's definition of visibility. It says `DONE` if all goals hold, or nothing
+    is left to try.
 
     Args:
         game: the game to play, which no other agent may play at the same time.
@@ -188,7 +191,7 @@ class _Explorer:
         if self._expected != game.state:
             self._plan.clear()
         if not self._plan:
-            self._plan.extend(self._find_plan() or self._revisit_landmarks())
+            self._plan.extend(self._find_plan() or self._plan_to_revisit_first_known_objects())
         if not self._plan:
             return DONE
         action = self._plan.popleft()
@@ -199,10 +202,10 @@ class _Explorer:
         """Return the actions of a plan for the goals, or else of a plan to see more objects."""
         return (
             self._plan_for_goals()
-            or self._plan_to_see_objects(self._find_unvisited_landmarks())
-            or self._plan_for_goals(_SECOND_LIMITS)
+            or self._plan_to_see_objects(self._find_unvisited_first_known_objects())
+            or self._plan_for_goals(_LIMITS_BEFORE_OPENING)
             or self._plan_to_open_container()
-            or self._plan_for_goals(_LAST_LIMITS)
+            or self._plan_for_goals(_LIMITS_OF_LAST_SEARCH)
         )
 
     def _plan_to_open_container(self) -> Sequence[Action]:
@@ -210,8 +213,11 @@ class _Explorer:
         self._has_opened |= bool(plan)
         return plan
 
-    def _revisit_landmarks(self) -> Sequence[Action]:
-        """Visit the landmarks again: from some of them the agent can look into an object that it opened."""
+    def _plan_to_revisit_first_known_objects(self) -> Sequence[Action]:
+        """Return a plan to visit the objects known from the start again, now that containers are open.
+
+        Beside some of these objects the agent can look into an open container.
+        """
         if not self._has_opened:
             return ()
         self._has_opened = False
@@ -226,7 +232,7 @@ class _Explorer:
         goals = zip(self._game.task.goals, self._game.reached, strict=True)
         return [goal for goal, reached in goals if not reached]
 
-    def _plan_for_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
+    def _plan_for_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
         """Return a plan for the goals; empty if an object of an unmet goal is unknown and cannot be made.
 
         A first search uses only the objects of the goals; a second search uses all known objects.
@@ -279,8 +285,8 @@ class _Explorer:
                         return plan
         return ()
 
-    def _find_unvisited_landmarks(self) -> Sequence[tuple[int, Formula]]:
-        """Return the unvisited landmarks, each with the condition under which the agent sees the landmark."""
+    def _find_unvisited_first_known_objects(self) -> Sequence[tuple[int, Formula]]:
+        """Return the unvisited objects known from the start, each with the condition for seeing it."""
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
@@ -297,7 +303,7 @@ class _Explorer:
         near = set(game.memory.observation.visible)
         named = self._game.task.find_objects_named_in_goals(game.task.goals)
 
-        def get_container_sort_key(container: int) -> tuple[bool, int, bool, int]:
+        def rank_container_for_search(container: int) -> tuple[bool, int, bool, int]:
             return (
                 container not in named,
                 self._fruitless[self._get_category(container)],
@@ -306,7 +312,7 @@ class _Explorer:
             )
 
         lids = []
-        for index in sorted(game.memory.known, key=get_container_sort_key):
+        for index in sorted(game.memory.known, key=rank_container_for_search):
             for predicate, truth in self._lids:
                 if game.state.has(predicate, index) is not truth:
                     atom = Atom(predicate, (Constant(names[index].name),))
@@ -315,7 +321,10 @@ class _Explorer:
 
 
 class _GoldPlanExplorer(_Explorer):
-    """Agent ``seeker``, which plays the gold plan. Before a step with unknown objects it explores."""
+    """Agent ``seeker``, which plays the correct plan that the task records.
+
+    Before a step with objects that it has not seen, it explores.
+    """
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
@@ -325,7 +334,8 @@ class _GoldPlanExplorer(_Explorer):
         """Return the next step of the gold plan, or a plan to see objects if the step has unknown objects."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return (
-                self._plan_to_see_objects(self._find_unvisited_landmarks()) or self._plan_to_open_container()
+                self._plan_to_see_objects(self._find_unvisited_first_known_objects())
+                or self._plan_to_open_container()
             )
         return [self._steps.popleft()] if self._steps else ()
 
@@ -344,7 +354,7 @@ class _GreedyAgent(_Explorer):
         self._actions = goal.actions
         self._target = (make_subgoals(goal.conditions, game.task.scene), len(goal.actions))
 
-    def _plan_for_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
+    def _plan_for_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
         """Return the action with the smallest estimated distance to the goals after it.
 
         The result is empty if an object of an unmet goal is unknown, or if no action is possible.
@@ -375,7 +385,7 @@ NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
 
 AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     **NULLS,
-    "oracle": reference_agent,
+    "oracle": make_reference_solution_agent,
     "gold": gold_plan_agent,
     "seeker": _GoldPlanExplorer,
     "planner": planner_agent,

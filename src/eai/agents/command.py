@@ -33,8 +33,8 @@ def is_look_command(text: str, domain: Domain) -> bool:
     return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.operator_arities
 
 
-CommandMeaning: TypeAlias = Action | ErrorReport | None
-"""The meaning of a command: an action, an error if it is not a valid action, or None for the end."""
+ParsedCommand: TypeAlias = Action | ErrorReport | None
+"""A command after reading: an action, an error if it is not valid, or None for `DONE`, which ends a game."""
 
 
 class CommandNotation:
@@ -65,7 +65,7 @@ class CommandNotation:
 
     def read_command(
         self, text: str, allowed_objects: Collection[int], *, may_end: bool
-    ) -> tuple[CommandMeaning, tuple[str, ...]]:
+    ) -> tuple[ParsedCommand, tuple[str, ...]]:
         """Read a text as a command. Return its meaning, and the names of the corrections of malformed text.
 
         Args:
@@ -73,7 +73,7 @@ class CommandNotation:
             allowed_objects: indices of the objects that the agent may act on.
             may_end: whether the text may end the episode.
         """
-        plan = self._read_steps(text)
+        plan = self._read_steps_of_command(text)
         if isinstance(plan, Unreadable):
             return ErrorReport(FaultKind.PARSING, None, plan.reason), ()
         if may_end and plan.steps == (WrittenStep(DONE, ()),):
@@ -93,7 +93,7 @@ class CommandNotation:
         meant = resolve_plan(plan, self._domain, self._notation, find_object, stranger)
         return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
-    def _read_steps(self, text: str) -> WrittenPlan | Unreadable:
+    def _read_steps_of_command(self, text: str) -> WrittenPlan | Unreadable:
         """Return the steps in a text, which is a line, a whole answer, or one step of an answer."""
         if len(text) > MAX_LENGTH:
             return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")

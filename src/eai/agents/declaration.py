@@ -43,7 +43,7 @@ Lengths are multiples of the length of the shortest known plan.
 """
 
 KINDS = tuple(ENDING_FAULTS)
-"""Names of the kinds of impossible actions. Needless actions are counted separately."""
+"""Names of the reasons why an action is impossible, such as an unmet precondition or an unknown object."""
 
 _MAX_RECOVERY_TURNS = 2
 """Number of turns after an impossible action within which a possible action counts as recovery."""
@@ -52,7 +52,7 @@ _MAX_RECOVERY_TURNS = 2
 def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
 
-    If the verdict represents all episodes of a task, the numbers are means over these episodes.
+    If the task was played in several epochs and the verdict is their mean, the numbers are means too.
     """
     if verdict.mean is not None:
         return dict(verdict.mean)
@@ -114,7 +114,7 @@ def _weight_success_by_path_length(won: bool, tried_actions: int, shortest_lengt
 def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The import is delayed, so that reports do not load the engine.
+    The import is delayed, so that reports do not load the code that plays games.
     """
     from eai.agents.scorer import make_scorer_factory
 
@@ -122,22 +122,24 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
 
 
 def _make_question_and_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
-    from eai.agents.scorer import make_question_and_answer
+    from eai.agents.scorer import make_question_and_winning_answer
 
-    return make_question_and_answer(parts, task)
+    return make_question_and_winning_answer(parts, task)
 
 
 def _read_settings_of_episode(answer: str) -> Experiment | None:
-    """Return the harness and rules of an episode, or None if the text has no harness and rules.
+    """Return the game rules of an episode and its harness, the program that let the model act.
+
+    Return None if the answer is not an episode with turns.
 
     The import is delayed, so that reports start fast.
     """
-    from eai.agents.play import EpisodeAnswer, make_rules_label, read_episode
+    from eai.agents.play import EpisodeAnswer, make_label_of_nonstandard_rules, read_episode
 
     episode = read_episode(answer)
     if not isinstance(episode, EpisodeAnswer) or not episode.turns:
         return None
-    return Experiment(harness=episode.harness or None, rules=make_rules_label(episode))
+    return Experiment(harness=episode.harness or None, rules=make_label_of_nonstandard_rules(episode))
 
 
 _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for name, most in WITHIN.items())

@@ -99,7 +99,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
         if render_mode is not None and render_mode not in _MODES:
             modes = ", ".join(map(repr, _MODES))
             raise InputError(f"render_mode: expected {modes} or None, not {render_mode!r}")
-        if render_mode == CAMERA:  # a mode for the few worlds with 3D scenes, so listed only on request
+        # few worlds have 3D scenes for camera pictures, so metadata lists this mode only on request
+        if render_mode == CAMERA:
             self.metadata = {**self.metadata, "render_modes": [*_MODES]}
         # gymnasium's environment checker renders in every mode listed here
         elif "diagrams" not in get_entry_points("eai.offers"):
@@ -152,7 +153,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         wanted: str | None = (options or {}).get("task_id")
         stage = self._open_setup(self._choose_random_task_id() if wanted is None else wanted)
         self._game = Game(stage, self.np_random_seed or 0, self._epoch)
-        return self._game.write_first_observation(), {**self._game.make_turn_info()}
+        return self._game.write_first_observation(), {**self._game.make_gymnasium_info()}
 
     def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
         """Play one turn. Return gymnasium's five values.

@@ -10,7 +10,7 @@ from pathlib import Path
 from urllib.parse import quote, unquote
 
 from eai.agents.command import LOOK
-from eai.agents.journal import EpisodeJournal, has_begun_episode, read_journal, read_sealing_key
+from eai.agents.journal import EpisodeJournal, has_begun_episode, read_journal, read_key_that_seals_journals
 from eai.agents.play import OVER, EpisodeFactory, RecordedGame, read_episode
 from eai.agents.setting import STANDARD, AgentSetting
 from eai.base.errors import InputError
@@ -27,7 +27,7 @@ from eai.results.trials import AnswerKey
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
-"""Name of the harness in results of agents that run in another process."""
+"""Name in results for the way in which a model acts: by an agent in another process, over MCP."""
 
 _EPISODES, _ENDING = "episodes", ".journal"
 
@@ -92,12 +92,12 @@ class EpisodeServer:
         agent: str,
     ) -> None:
         self._folder, self._suite, self._agent = folder, suite, to_file_name(agent)
-        self._key = read_sealing_key(folder)
+        self._key = read_key_that_seals_journals(folder)
         self._factory = factory
         self._open: dict[AnswerKey, tuple[RecordedGame, EpisodeJournal]] = {}
         self._written: set[AnswerKey] = set()
         self.episode_keys = episode_keys
-        self.tickets = {self._make_access_ticket(key): key for key in episode_keys}
+        self.tickets = {self._make_episode_access_token(key): key for key in episode_keys}
         self._write_answers()
 
     def play_command(self, key: AnswerKey, command: str) -> str:
@@ -208,6 +208,6 @@ class EpisodeServer:
             self._open[key] = game, EpisodeJournal(path, self._key, game)
         return self._open[key]
 
-    def _make_access_ticket(self, key: AnswerKey) -> str:
-        """Return the ticket of an episode, a secret text that is equal after a restart of the server."""
+    def _make_episode_access_token(self, key: AnswerKey) -> str:
+        """Return the ticket (access token) of an episode. A restart of the server does not change it."""
         return hmac.new(self._key, f"ticket {key[1]} {key[0]}".encode(), "sha256").hexdigest()

@@ -13,7 +13,7 @@ from typing_extensions import TypedDict, assert_never
 from eai.abilities.declining import ASK, REFUSE, is_clarification_question, read_refusal_command
 from eai.abilities.scorer import describe_exception
 from eai.abilities.verdict import ErrorReport, RewardBasis, compute_condition_gain, compute_plan_reward_basis
-from eai.agents.command import DONE, CommandMeaning, is_look_command
+from eai.agents.command import DONE, ParsedCommand, is_look_command
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import AgentMemory, make_manual
 from eai.agents.rules import OUTCOMES
@@ -35,7 +35,7 @@ GameEnd: TypeAlias = Literal["goal", "done", "refused", "steps"]
 """Reason for the end of a game: all goals reached, `DONE`, a refusal of the agent, or no actions left."""
 
 
-class _TurnInfo(TypedDict, total=False):
+class _GymnasiumInfo(TypedDict, total=False):
     """Facts about one turn that its observation does not show.
 
     Attributes:
@@ -64,7 +64,7 @@ class _StepResult(NamedTuple):
     reward: float
     terminated: bool
     truncated: bool
-    info: _TurnInfo
+    info: _GymnasiumInfo
 
 
 class _CommandOutcome(NamedTuple):
@@ -144,7 +144,7 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode up to now, by name (`eai.results.reward.METRICS`)."""
-        return make_credit_metrics(self._compute_reward_basis(is_ended=self.over))
+        return make_credit_metrics(self._compute_reward_basis_of_game(is_episode_ended=self.over))
 
     @property
     def reward_if_ended_now(self) -> float:
@@ -152,16 +152,16 @@ class Game:
 
         If the rules require `DONE`, the rewards `success` and `goals` are 0 without it.
         """
-        return self._compute_episode_reward(is_ended=True)
+        return self._compute_episode_reward(is_episode_ended=True)
 
-    def _compute_episode_reward(self, *, is_ended: bool) -> float:
+    def _compute_episode_reward(self, *, is_episode_ended: bool) -> float:
         if self.refused is not None:
             return float(self.won)
-        earned = self._compute_reward_basis(is_ended=is_ended)
+        earned = self._compute_reward_basis_of_game(is_episode_ended=is_episode_ended)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = (
                 [None]
-                if self._lacks_required_done(is_ended=is_ended)
+                if self._lacks_required_done(is_episode_ended=is_episode_ended)
                 else [self._last]
                 if self._failed
                 else []
@@ -183,12 +183,12 @@ class Game:
             if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
         ]
 
-    def _compute_reward_basis(self, *, is_ended: bool) -> RewardBasis | None:
+    def _compute_reward_basis_of_game(self, *, is_episode_ended: bool) -> RewardBasis | None:
         if self.refused is not None:
             return RewardBasis(float(self.won), self.won, ended=False, faults=self._faults)
         if self.task.has_no_plan:  # only a refusal is right, so reached goals earn nothing
             return None
-        ended = self._failed or self._lacks_required_done(is_ended=is_ended)
+        ended = self._failed or self._lacks_required_done(is_episode_ended=is_episode_ended)
         earned = compute_plan_reward_basis(
             self.reached, self._at_start, ended_by_error=ended, faults=self._faults
         )
@@ -198,9 +198,9 @@ class Game:
         gained = compute_condition_gain(partial, self.stage.share_of_conditions_met_at_start, earned.gain)
         return replace(earned, conditions=gained)
 
-    def _lacks_required_done(self, *, is_ended: bool) -> bool:
+    def _lacks_required_done(self, *, is_episode_ended: bool) -> bool:
         """Whether the game has ended without `DONE`, although the rules require this command."""
-        return is_ended and self._rules.until == "done" and self.ended != "done"
+        return is_episode_ended and self._rules.until == "done" and self.ended != "done"
 
     def write_manual_and_first_observation(self) -> str:
         """Return the text that an agent reads before its first action: the world, and the task."""
@@ -213,7 +213,7 @@ class Game:
         if self._rules.budget is not None:
             templates = PromptTemplates(variant=self._rules.prompts)
             text += f"\n\n{templates.fill_template('acting.txt', {'limit': str(self.stage.action_limit)})}"
-        return f"{text}\n\n{self.memory.describe_objects(self.memory.known)}"
+        return f"{text}\n\n{self.memory.describe_objects_and_facts(self.memory.known)}"
 
     def act(self, text: str) -> _StepResult:
         """Play one turn. Any text costs an action, except the first `LOOK` after an action.
@@ -266,7 +266,7 @@ class Game:
         self._turns += meant is not None
         if self._has_no_actions_left:
             return self._make_result(_CommandOutcome("No actions are left."), ())
-        tried = self._execute_command(meant)
+        tried = self._execute_parsed_command(meant)
         self.action = meant if isinstance(meant, Action) else None
         if meant is not None:
             self.tried += 1
@@ -313,7 +313,9 @@ class Game:
         if self._rules.feedback == "facts":
             observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
         terminated = self.over and not truncated
-        info = self.make_turn_info(outcome.fault, failed_by_chance=outcome.slipped, repairs=repairs)
+        info = self.make_gymnasium_info(
+            outcome.fault, failed_by_chance=outcome.slipped, command_repairs=repairs
+        )
         return _StepResult(observation, self._compute_reward(), terminated, truncated, info)
 
     @property
@@ -326,21 +328,21 @@ class Game:
 
     def _compute_reward(self) -> float:
         """Return the reward of the turn: the change in the value of the episode."""
-        before, self.value = self.value, self._compute_episode_reward(is_ended=self.over)
+        before, self.value = self.value, self._compute_episode_reward(is_episode_ended=self.over)
         return self._rules.gamma * self.value - before
 
-    def _execute_command(self, meaning: CommandMeaning) -> _CommandOutcome:
-        if meaning is None:
+    def _execute_parsed_command(self, command: ParsedCommand) -> _CommandOutcome:
+        if command is None:
             return _CommandOutcome(f"{DONE}.")
-        if isinstance(meaning, ErrorReport):
-            hint = f" {self.stage.commands.usage_hint}" if meaning.kind is FaultKind.PARSING else ""
+        if isinstance(command, ErrorReport):
+            hint = f" {self.stage.commands.usage_hint}" if command.kind is FaultKind.PARSING else ""
             return _CommandOutcome(
-                f"Failed ({_name_fault(meaning.kind)}): {meaning.detail}.{hint}", meaning.kind
+                f"Failed ({_name_fault(command.kind)}): {command.detail}.{hint}", command.kind
             )
-        line, outcome = self.stage.commands.write_command(meaning), self._episode.act(meaning)
+        line, outcome = self.stage.commands.write_command(command), self._episode.act(command)
         match outcome:
             case Fault(kind):
-                reason = describe_fault(outcome, self.stage.domain, meaning, self.stage.task.scene)
+                reason = describe_fault(outcome, self.stage.domain, command, self.stage.task.scene)
                 failed = (
                     "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_name_fault(kind)})"
                 )
@@ -348,7 +350,7 @@ class Game:
             case Slip():
                 return _CommandOutcome(f"{line}: nothing happened.", slipped=True)
             case State():
-                self.taken.append(meaning.operator)
+                self.taken.append(command.operator)
                 if self._rules.feedback not in OUTCOMES:
                     return _CommandOutcome(f"{line}: done.\n{self._memory.update(outcome)}")
                 if self._rules.observe == "partial":  # objects that are visible now may be hidden later
@@ -363,17 +365,21 @@ class Game:
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
         )
 
-    def make_turn_info(
-        self, fault: FaultKind | None = None, *, failed_by_chance: bool = False, repairs: Sequence[str] = ()
-    ) -> _TurnInfo:
+    def make_gymnasium_info(
+        self,
+        action_fault: FaultKind | None = None,
+        *,
+        failed_by_chance: bool = False,
+        command_repairs: Sequence[str] = (),
+    ) -> _GymnasiumInfo:
         """Return facts about a turn, or about the start of the game, that no observation shows."""
-        info = _TurnInfo(
+        info = _GymnasiumInfo(
             task_id=self.stage.task.id,
             goals=list(self.reached),
             won=self.won,
-            fault=None if fault is None else fault.value,
+            fault=None if action_fault is None else action_fault.value,
             slipped=failed_by_chance,
-            repairs=list(repairs),
+            repairs=list(command_repairs),
         )
         if self._rules.admissible:
             info["admissible_commands"] = self.list_admissible_commands()

@@ -99,7 +99,10 @@ class GameSetup:
 
     @cached_property
     def reference(self) -> ReferenceSolution:
-        """The shortest known plan, and commands that win the task if the agent sees what these rules show."""
+        """The shortest known plan, and commands that win the game under the rules of this setup.
+
+        An agent that sees only part of the world may need more commands than the plan has.
+        """
         return self._find_reference(self)
 
     @cached_property
@@ -122,7 +125,10 @@ class GameSetup:
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
     def make_setup_without_limits(self) -> GameSetup:
-        """Return a copy of this setup without slips of actions and limits, whose games end by `DONE`."""
+        """Return a copy of this setup in which actions never fail by chance and their number is not limited.
+
+        Games end by `DONE`.
+        """
         stage = copy(self)
         stage.rules = self.rules.model_copy(
             update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}

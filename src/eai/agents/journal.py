@@ -27,7 +27,7 @@ from eai.tasks.source import compute_task_sha256
 _KEY_BYTES = 32
 
 
-def read_sealing_key(folder: Path) -> bytes:
+def read_key_that_seals_journals(folder: Path) -> bytes:
     """Return the key that seals the journals in a folder. If there is no key, make a random one.
 
     Only the owner of the key's file can read it.
@@ -82,7 +82,7 @@ def read_journal(
 
     Args:
         path: the file of the journal.
-        seal_key: the key of the seals.
+        seal_key: the key that signed each line, so that changes of the file are noticed.
         expected_game: a new episode with the expected task and setting; None to accept any episode.
         must_be_ended: whether the episode must have ended.
 

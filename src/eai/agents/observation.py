@@ -35,7 +35,7 @@ SignedFact: TypeAlias = tuple[str, Fact]
 
 @dataclass(frozen=True, eq=False)
 class _VisibleFacts:
-    """The visible facts of one predicate, which are listed and written as text on first use."""
+    """The facts of one predicate that the agent sees. List and text are made when first used."""
 
     list_facts: Callable[[], Sequence[Fact]]
     render: Callable[[Iterable[Fact]], Iterable[str]]
@@ -148,7 +148,9 @@ class Observer:
         return [
             fact
             for listing in self._wording.state_fact_listers
-            for fact in listing.list_facts(state, visible, self._find_required_objects(listing, objects))
+            for fact in listing.list_facts(
+                state, visible, self._find_objects_listed_facts_must_have(listing, objects)
+            )
             if not objects.isdisjoint(fact.arguments)
         ]
 
@@ -204,7 +206,10 @@ class Observer:
     def find_changes_about(
         self, before: _Observation, after: _Observation, objects: AbstractSet[int]
     ) -> list[SignedFact]:
-        """Return the changed facts about some objects, without facts about the agent."""
+        """Return the facts about some objects that changed between two observations.
+
+        Facts about the agent itself are left out.
+        """
         return [
             (sign, fact)
             for sign, fact in self.find_visible_changes(
@@ -219,7 +224,7 @@ class Observer:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.is_listed(fact)]
         if not listed:
             return listed
-        objects, required = {*visible}, self._find_required_objects(listing)
+        objects, required = {*visible}, self._find_objects_listed_facts_must_have(listing)
         listed = [
             fact
             for fact in listed
@@ -234,12 +239,15 @@ class Observer:
         return tuple(iterate_bits(self._wording.domain.find_visible_objects(state, self._mask)))
 
     def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
-        return listing.list_facts(state, visible, self._find_required_objects(listing))
+        return listing.list_facts(state, visible, self._find_objects_listed_facts_must_have(listing))
 
-    def _find_required_objects(
+    def _find_objects_listed_facts_must_have(
         self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return objects, one of which each listed fact must mention; None if all facts are listed."""
+        """Return the objects whose facts are listed for a predicate; None if all its facts are listed.
+
+        Some predicates are listed only for the agent itself.
+        """
         if listing.predicate not in self._egocentric_predicates:
             return chosen_objects
         return frozenset() if self.agent is None else frozenset((self.agent,))
@@ -282,13 +290,13 @@ class AgentMemory:
         self._last_seen: dict[int, _Observation] = {}
 
     def look_around(self) -> str:
-        """Return the visible facts, or a short note if the agent has not acted since its last look."""
+        """Return the visible facts. If the agent looks again without acting, return a note instead."""
         if self.has_looked:
             return "You have looked already: nothing has changed since."
         self.has_looked = True
-        return self.describe_objects(self.observation.visible)
+        return self.describe_objects_and_facts(self.observation.visible)
 
-    def describe_objects(self, objects: Collection[int]) -> str:
+    def describe_objects_and_facts(self, objects: Collection[int]) -> str:
         """Return text on some objects and the visible facts, or a note that pictures show the facts."""
         described = self._observer.render_objects(objects)
         is_pictured = self._feedback == "pictures"

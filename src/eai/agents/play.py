@@ -35,7 +35,7 @@ OVER = "The episode is over."
 """The observation after a command in an episode that is over."""
 
 _ESTIMATED_ACTIONS = 100
-"""Number that stands for the limit of actions in a game without a limit."""
+"""Number of actions from which the limit of model replies is computed if actions are not limited."""
 
 _BY_TOOLS = (
     "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
@@ -93,11 +93,11 @@ class EpisodeFactory:
         images = () if task.unplannable_reason is not None else self.begin_episode(task).draw_pictures()
         return replace(self.make_prompt(task), images=images)
 
-    def begin_episode(self, task: Task, epoch: int = 1, begun: int = 1) -> RecordedGame:
+    def begin_episode(self, task: Task, epoch: int = 1, start_count: int = 1) -> RecordedGame:
         """Begin an episode of a task."""
         setting = self.setting
         return RecordedGame(
-            self.make_setup(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun
+            self.make_setup(task), setting.slip_seed, epoch, harness=setting.harness, begun=start_count
         )
 
     def play_agent(self, agent_name: str, task: Task, seed: int, epoch: int) -> list[str]:
@@ -115,7 +115,8 @@ def make_prompts_and_metadata(
     """Return two mappings by task id: the questions of episodes in a setting, and metadata with the setting.
 
     Raises:
-        InputError: no agent has the name of the harness, or a scene cannot be shown in pictures.
+        InputError: the setting names an unknown harness (program that lets models act), or a scene cannot
+            be shown in pictures.
         EaiError: the extra that draws pictures is not installed.
     """
     if setting.harness not in HARNESSES:
@@ -163,12 +164,12 @@ _Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")
 
 
 @dataclass(frozen=True, slots=True)
-class _EpisodeCommand:
-    """A command in the text of an episode.
+class _CommandInEpisodeText:
+    """A command of an agent, as the text of an episode stores it.
 
     Attributes:
         said: the command.
-        told: digest of the observation after the command; None if unknown.
+        told: digest of the game's reply to the command; None if unknown.
         thought: the text that the agent wrote with the command; empty if it equals the last thought.
     """
 
@@ -198,7 +199,7 @@ class EpisodeAnswer:
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
-    turns: Annotated[tuple[_EpisodeCommand, ...], Field(max_length=_MAX_TURNS)]
+    turns: Annotated[tuple[_CommandInEpisodeText, ...], Field(max_length=_MAX_TURNS)]
     rules: GameRules | None = None
     seed: _Seed = 0
     epoch: _Count = 1
@@ -215,7 +216,7 @@ def _get_episode_adapter() -> TypeAdapter[EpisodeAnswer]:
 
 
 def read_episode(text: str) -> EpisodeAnswer | Unreadable:
-    """Read an episode: a JSON object as `RecordedGame.to_text` writes it, or one command per line."""
+    """Read an episode: JSON from `RecordedGame.write_as_json_text`, or one command per line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
         return _read_command_lines([line.strip() for line in text.splitlines() if line.strip()])
     try:
@@ -234,7 +235,7 @@ RULE_NAMES = {
 """Mapping from each rule of an episode to its name in labels, in the order of labels."""
 
 
-def make_rules_label(episode: EpisodeAnswer) -> str | None:
+def make_label_of_nonstandard_rules(episode: EpisodeAnswer) -> str | None:
     """Return a text with the rules of an episode that differ from the standard setting.
 
     The text has the form of `AgentSetting.label`. The result is None if no rule differs. The seed of random
@@ -254,7 +255,7 @@ def make_rules_label(episode: EpisodeAnswer) -> str | None:
 def _read_command_lines(lines: Sequence[str]) -> EpisodeAnswer | Unreadable:
     if len(lines) > _MAX_TURNS:
         return Unreadable(f"an episode has at most {_MAX_TURNS:,} turns, and this one {len(lines):,}")
-    return EpisodeAnswer(tuple(map(_EpisodeCommand, lines)))
+    return EpisodeAnswer(tuple(map(_CommandInEpisodeText, lines)))
 
 
 def _replace_surrogates(text: str) -> str:
@@ -275,14 +276,14 @@ class RecordedGame(Game):
     Attributes:
         turns: the commands so far.
         failed: for each command, whether its action was impossible or slipped.
-        max_actions: the limit of actions; 100 if the game has no limit.
+        max_actions: the limit of actions; 100 if actions are not limited. Replies are limited by it.
         harness: the harness of the agent.
         without_call: the first reply that called no tool; empty if each reply called a tool.
     """
 
     def __init__(self, stage: GameSetup, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
         super().__init__(stage, seed, epoch)
-        self.turns: list[_EpisodeCommand] = []
+        self.turns: list[_CommandInEpisodeText] = []
         self.failed: list[bool] = []
         self.max_actions = stage.action_limit or _ESTIMATED_ACTIONS
         self.harness = harness
@@ -295,7 +296,7 @@ class RecordedGame(Game):
     def play_command(self, command: str, thought: str = "") -> str:
         """Carry out a command, and keep it with the agent's thought. Return the observation.
 
-        The command `LOOK` is recorded only if turns report changes.
+        The command `LOOK` is kept only by the rule ``feedback=changes``. By other rules it changes nothing.
         """
         if self.over:
             return OVER
@@ -304,7 +305,7 @@ class RecordedGame(Game):
         command, thought = _replace_surrogates(command), _replace_surrogates(thought)
         told = self.act(command).observation
         self.turns.append(
-            _EpisodeCommand(command, hash_text(told), "" if thought == self._thought else thought)
+            _CommandInEpisodeText(command, hash_text(told), "" if thought == self._thought else thought)
         )
         self.failed.append(self.outcome.fault is not None or self.outcome.slipped)
         self._thought = thought
@@ -325,7 +326,7 @@ class RecordedGame(Game):
         )
         return images
 
-    def to_text(self, end_reason: str) -> str:
+    def write_as_json_text(self, end_reason: str) -> str:
         """Return the episode as a JSON text. ``end_reason`` says why an unfinished game stopped."""
         return json.dumps(self.to_json(end_reason), ensure_ascii=False)
 

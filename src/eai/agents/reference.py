@@ -100,20 +100,25 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
             raise InputError(f"{task.id}: {mistake}")
         commands = tuple(map(setup.commands.write_command, task.reference_plan))
         return ReferenceSolution(min([*lengths, len(commands)]), commands)
-    won = next(_play_agents(setup), None)
+    won = next(_find_games_won_by_agents(setup), None)
     if won is None:
         return ReferenceSolution(min(lengths, default=None), None)
     return ReferenceSolution(min([*lengths, len(won.commands)]), won.commands)
 
 
-class _WonGame(NamedTuple):
-    """The commands before `DONE` in a game in which all goals were reached, and their actions."""
+class _WinningCommands(NamedTuple):
+    """Commands of a game that reached all goals, without the final `DONE`.
+
+    Attributes:
+        commands: the commands as text.
+        actions: the actions that they name.
+    """
 
     commands: tuple[str, ...]
     actions: tuple[Action, ...]
 
 
-def _play_agents(setup: GameSetup) -> Iterator[_WonGame]:
+def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_WinningCommands]:
     """Yield the games in which an agent reaches all goals, if the number of actions is not limited."""
     endless = setup.make_setup_without_limits()
     for name in ("gold", "explorer", "seeker"):
@@ -124,11 +129,11 @@ def _play_agents(setup: GameSetup) -> Iterator[_WonGame]:
             commands.append(command)
             actions += [] if game.action is None else [game.action]
         if all(game.reached):
-            yield _WonGame(tuple(commands), tuple(actions))
+            yield _WinningCommands(tuple(commands), tuple(actions))
 
 
 def _has_view_of_reference(rules: GameRules) -> bool:
-    """Whether games by these rules show as much of the world as in the standard setting."""
+    """Whether agents see as much of the world by these rules as by the standard rules."""
     return (rules.view, rules.observe) == (STANDARD.view, STANDARD.observe)
 
 
@@ -153,7 +158,7 @@ def add_references(task: Task, benchmark: Benchmark) -> Task:
     if task.shortest_plan or task.has_no_plan or DONE in benchmark.domain.operator_arities:
         return task
     setup = GameSetup(task, benchmark, STANDARD, find_reference_solution)
-    reference = next((game.actions for game in _play_agents(setup)), ())
+    reference = next((game.actions for game in _find_games_won_by_agents(setup)), ())
     plans = [
         *_find_plans(task, benchmark.domain),
         *([execute_plan(benchmark.domain, task.initial, reference).executed_actions] if reference else []),
@@ -163,12 +168,15 @@ def add_references(task: Task, benchmark: Benchmark) -> Task:
 
 
 def find_wrong_references(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
-    """Yield messages on plans that a task records wrongly as its shortest plan or its reference.
+    """Yield messages on wrong plans that a task records: its shortest plan, or its reference plan.
+
+    The shortest plan is the shortest known one. An agent that sees only part of the world can carry out the
+    reference plan.
 
     Args:
         task: a task whose recorded plans reach its goals (`eai.tasks.task_files.find_mistakes_in_task`).
         benchmark: the benchmark of the task.
-        searches: whether shorter plans are searched. Otherwise, the reference is only played.
+        searches: whether shorter plans are searched. Otherwise, only the reference plan is played.
     """
     recorded = {"shortest": task.shortest_plan, "reference": task.reference_plan}
     if task.reference_plan:

@@ -65,10 +65,10 @@ def _is_text_part(part: object) -> bool:
 
 
 def grade_answer(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
-    """Return the reward of an answer to a task, with the metrics and faults that explain the reward.
+    """Return the reward of an answer to a task, with metrics and errors that explain the reward.
 
     Args:
-        task: the task, as `Suite.reference` writes it.
+        task: the task, as ``BENCHMARK/ABILITY/TASK``.
         text: the answer.
         shaping: the definition of the reward.
 
@@ -214,12 +214,12 @@ def reward_func(
         for task, text in zip(labels, texts, strict=True)
     ]
 
-    def to_number_or_list(values: list[float]) -> float | list[float]:
+    def unwrap_single_value(values: list[float]) -> float | list[float]:
         return values[0] if len(values) == 1 else values
 
-    paid = to_number_or_list([grade.value or 0.0 for grade in grades])
-    logs = {metric: to_number_or_list([grade.metrics[metric] for grade in grades]) for metric in METRICS}
-    logs[PROMPT_NOT_FOUND] = to_number_or_list([float(value) for value in is_lost])
+    paid = unwrap_single_value([grade.value or 0.0 for grade in grades])
+    logs = {metric: unwrap_single_value([grade.metrics[metric] for grade in grades]) for metric in METRICS}
+    logs[PROMPT_NOT_FOUND] = unwrap_single_value([float(value) for value in is_lost])
     return {"rewards": paid, "scores": paid, "extra_logs": logs}
 
 

@@ -33,7 +33,7 @@ no facts are listed; rendered pictures show them at first and after each turn.
 """
 
 OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
-"""The kinds of feedback whose text after a turn states only the outcome of the action, and no facts."""
+"""The values of the rule ``feedback`` by which text states only whether the action worked, and no facts."""
 
 
 class GameRules(Options):
@@ -80,8 +80,8 @@ class GameRules(Options):
     verifier: bool = False
 
     @property
-    def rules_for_replay(self) -> GameRules:
-        """Rules for replays: these rules without shaped rewards and without lists of possible actions."""
+    def rules_for_unrewarded_replay(self) -> GameRules:
+        """Rules for replays, which need no rewards at each turn and no lists of possible actions."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 

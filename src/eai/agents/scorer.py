@@ -54,7 +54,7 @@ def make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     return partial(_ActingScorer, benchmark=_get_benchmark(parts))
 
 
-def make_question_and_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
+def make_question_and_winning_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
     """Return the question of a task in the standard setting, and commands that win there."""
     factory = EpisodeFactory(_get_benchmark(parts))
     commands = factory.make_setup(task).reference.commands if task.unplannable_reason is None else None
@@ -88,11 +88,11 @@ class _ActingScorer(Scorer):
         return self.task.unplannable_reason
 
     @cached_property
-    def _exclusion_after_search(self) -> TaskExclusion | None:
+    def _exclusion_if_no_winning_game_found(self) -> TaskExclusion | None:
         """The reason for leaving the task out, found by a search for commands that win it, or None."""
         if self.task.unplannable_reason is not None:
             return self.task.unplannable_reason
-        stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_replay)
+        stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_unrewarded_replay)
         return self.task.make_exclusion(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
@@ -100,14 +100,14 @@ class _ActingScorer(Scorer):
 
         The episode fails if its replay gives other observations; the verdict then names the turn.
         """
-        excluded = self._exclusion_after_search
+        excluded = self._exclusion_if_no_winning_game_found
         if excluded is not None:
             return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
         read = read_episode(text)
         episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or make_game_rules(STANDARD)
         verdict, steps, history = self._replay_episode(
-            make_setup(self.task, self.benchmark, rules.rules_for_replay), episode
+            make_setup(self.task, self.benchmark, rules.rules_for_unrewarded_replay), episode
         )
         if isinstance(read, Unreadable):
             unread = ErrorReport(FaultKind.PARSING, None, read.reason)
@@ -149,14 +149,20 @@ class _ActingScorer(Scorer):
             history.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._make_verdict(game, episode, tuple(turns), game.ended or claimed)
-        return verdict if difference is None else self._mark_unreplayable(verdict, difference), steps, history
+        return (
+            verdict if difference is None else self._mark_episode_as_unreplayable(verdict, difference),
+            steps,
+            history,
+        )
 
-    def _mark_unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
+    def _mark_episode_as_unreplayable(self, verdict: ActingVerdict, replay_difference: str) -> ActingVerdict:
         """Return the verdict on an episode whose replay differs: no goal counts as reached."""
         step = len(verdict.turns) - 1 if verdict.turns else None
         return replace(
             verdict,
-            error=ErrorReport(FaultKind.UNCATEGORISED, step, f"{UNREPLAYABLE}: {difference}", UNREPLAYABLE),
+            error=ErrorReport(
+                FaultKind.UNCATEGORISED, step, f"{UNREPLAYABLE}: {replay_difference}", UNREPLAYABLE
+            ),
             executable=False,
             success=False,
             goals=self.goals.tally_by_kind(self.goals.none_reached),

@@ -79,8 +79,8 @@ class _ServedTools(Protocol):
         """End all processes that answer tool calls."""
 
 
-class _EpisodeTicketVerifier:
-    """Verifies the tickets of requests: each must belong to an episode."""
+class _EpisodeTokenVerifier:
+    """Verifies the access tokens (tickets) of requests: each must belong to an episode."""
 
     def __init__(self, worlds: EpisodeServer) -> None:
         self._worlds = worlds
@@ -102,7 +102,11 @@ def make_mcp_server(
     """
 
     async def call_tool(context: ServerRequestContext[Any], params: CallToolRequestParams) -> CallToolResult:
-        key = episodes.episode_keys[0] if all_share_first_episode else episodes.tickets[_get_ticket(context)]
+        key = (
+            episodes.episode_keys[0]
+            if all_share_first_episode
+            else episodes.tickets[_get_access_token_of_request(context)]
+        )
         try:
             command = read_tool_call(params.name, params.arguments or {})
             if len(command) > MAX_COMMAND:
@@ -163,7 +167,7 @@ def _encode_image(image: Image) -> ImageContent:
     return ImageContent(data=base64.b64encode(image.data).decode(), mime_type=image.media_type)
 
 
-def _get_ticket(context: ServerRequestContext[Any]) -> str:
+def _get_access_token_of_request(context: ServerRequestContext[Any]) -> str:
     user = None if context.request is None else context.request.user
     if not isinstance(user, AuthenticatedUser):
         raise MCPError(INTERNAL_ERROR, "a request without a ticket was let in")
@@ -226,7 +230,7 @@ def make_http_app(
         max_request_body_size=MAX_BODY,
         transport_security=TransportSecuritySettings(allowed_hosts=hosts),
         auth=None if all_share_first_episode else AuthSettings(issuer_url=issuer, resource_server_url=None),
-        token_verifier=None if all_share_first_episode else _EpisodeTicketVerifier(episodes),
+        token_verifier=None if all_share_first_episode else _EpisodeTokenVerifier(episodes),
     )
 
 

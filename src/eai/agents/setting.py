@@ -81,7 +81,7 @@ class AgentSetting(Options):
         return harness
 
     @model_validator(mode="after")
-    def _check_verifier(self) -> Self:
+    def _check_harness_can_call_verifier(self) -> Self:
         if self.verifier and self.harness == TEXT:
             raise InputError(f"agent.verifier: harness={TEXT} cannot call tools; choose {REACT} or {AUTO}")
         return self
@@ -100,4 +100,4 @@ class AgentSetting(Options):
 
 
 STANDARD = AgentSetting()
-"""The default setting of episodes."""
+"""The standard setting, in which agents act if the user sets no option of the section ``agent``."""

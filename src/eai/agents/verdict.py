@@ -90,7 +90,7 @@ class ActingVerdict(PlanVerdict):
         return tuple([turn for turn in self.turns if turn.is_action])
 
     @property
-    def declines_task(self) -> bool:
+    def is_task_declined_by_answer(self) -> bool:
         """Whether the agent has called the task impossible, or asked a question that the task allows."""
         asked = (turn for turn in self.action_turns if is_clarification_question(turn.said))
         return self.refused is not None or any(turn.fault is None for turn in asked)

@@ -269,7 +269,7 @@ def main() -> None:
     """
     interrupted_by = signal.SIGINT
 
-    def raise_interrupt(number: int, frame: object) -> None:
+    def turn_sigterm_into_interrupt(number: int, frame: object) -> None:
         nonlocal interrupted_by
         interrupted_by = signal.SIGTERM
         # a job in the background ignores interrupts, so restore the handler
@@ -277,7 +277,7 @@ def main() -> None:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.raise_signal(signal.SIGINT)
 
-    signal.signal(signal.SIGTERM, raise_interrupt)
+    signal.signal(signal.SIGTERM, turn_sigterm_into_interrupt)
     if isinstance(sys.stdout, TextIOWrapper):
         # the encoding of the locale may lack characters of the output
         sys.stdout.reconfigure(errors="backslashreplace")

@@ -89,7 +89,9 @@ def analyze(
         )
         if name == TABLE:
             _write_tidy_tables(
-                read, options.apply_settings(TABLE, _TableFileOptions, settings or ()), as_json=as_json
+                read,
+                options.apply_settings_to_section(TABLE, _TableFileOptions, settings or ()),
+                as_json=as_json,
             )
             return
         written = list(_write_analyses_of_studies(name, read, settings or (), formats=kinds, as_json=as_json))
@@ -142,7 +144,9 @@ def _write_analyses_of_studies(
         return
     records.make_plain_tables()
     for study in studies:
-        own = [text for text in settings if options.split_setting(text)[0] in study.choices.model_fields]
+        own = [
+            text for text in settings if options.split_name_and_value(text)[0] in study.choices.model_fields
+        ]
         try:
             yield from write_analyses_of_study(
                 study, records.change_to_subfolder(study.name), own, formats=formats, as_json=as_json
@@ -171,7 +175,9 @@ def write_analyses_of_study(
         raise InputError(
             f"{study.name}: this study has no analysis; `eai score` and `eai report` show its runs"
         )
-    for analysis in study.analyze(records, options.apply_settings(study.name, study.choices, settings)):
+    for analysis in study.analyze(
+        records, options.apply_settings_to_section(study.name, study.choices, settings)
+    ):
         folder, drawn = records.folder / analysis.folder if writes else None, 0
         if folder is not None:
             write_tables(folder, study.name, analysis.tables, analysis.remarks)

@@ -162,11 +162,11 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
 
 
 def _rename_suites_with_equal_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs by suite, so that runs on variants of a benchmark (equal tasks, other prompts) match.
+    """Return the runs by suite, with equal names for suites that have equal tasks, so that they are compared.
 
-    A suite of a variant gets the name of the benchmark. A run keeps the name of its variant if two runs would
-    get equal names. If an ability has task files of its own, the name of the suite has no benchmark, because
-    these tasks are the same for all benchmarks.
+    A variant of a benchmark has its tasks with other prompts. It gets the name of the benchmark, unless two
+    runs would then have equal names. Some abilities have their own tasks, which are the same for all
+    benchmarks. Their suites have no name of a benchmark.
     """
     places = {}
     for place, run in runs.items():
@@ -231,7 +231,10 @@ def _print_tasks(heading: str, tasks: Sequence[str], max_listed: int) -> None:
 
 
 def _make_metric_rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
-    """Yield a metric's row. If similar tasks share a name, a second row treats all tasks as independent."""
+    """Yield a metric's row, which counts near copies of a task (tasks with one title) as dependent.
+
+    If there are near copies, a second row treats all tasks as independent.
+    """
     certainty, points = difference.certainty, difference.percentage_points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (

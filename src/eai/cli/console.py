@@ -129,7 +129,10 @@ def print_findings_and_exit(findings: Sequence[DataMistake], message_if_none: st
 
 
 def drop_abilities_run_only_by_name(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
-    """Return the abilities that a command uses if the user names none; print a note on abilities left out."""
+    """Return abilities without those that a benchmark asks only if the user names them with ``--ability``.
+
+    A note is printed for each ability that is left out.
+    """
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:
         if each in reasons:

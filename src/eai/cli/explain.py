@@ -61,7 +61,7 @@ SHOWN_WHOLE = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _TaskBackground:
+class _TaskInfoFromDataSet:
     """The data set's information about the task of a record.
 
     Attributes:
@@ -80,7 +80,7 @@ class _TaskBackground:
     outlook: tuple[str, ...] = ()
 
 
-_NOTHING_KNOWN = _TaskBackground()
+_NOTHING_KNOWN = _TaskInfoFromDataSet()
 
 _MAX_PART = 300
 """Maximum number of characters that are printed for each part of an answer's text."""
@@ -146,7 +146,7 @@ def explain(
     elif task and len({record.task_id for record in chosen}) == 1 and len(chosen) <= SHOWN_WHOLE:
         for record in chosen:
             print_record(
-                get_output_console(), record, _open_task_background(record, records, open_store(data))
+                get_output_console(), record, _read_task_info_from_data_set(record, records, open_store(data))
             )
     else:
         _print_answer_list(get_output_console(), chosen, limit or len(chosen))
@@ -165,7 +165,7 @@ def _read_records_or_find_log_extension(path: Path) -> tuple[list[Record], Any |
         return [], extension
 
 
-def _open_task_background(record: Record, records: Path, store: Store) -> _TaskBackground:
+def _read_task_info_from_data_set(record: Record, records: Path, store: Store) -> _TaskInfoFromDataSet:
     """Return the data set's information about a record's task.
 
     The result is empty if the data set is missing, or differs from the data of the record.
@@ -177,7 +177,7 @@ def _open_task_background(record: Record, records: Path, store: Store) -> _TaskB
             task = suite.tasks.get(record.task_id)
             if task is not None and suite.data_sha256 == record.data_sha256:
                 outlook = _describe_distance_to_success(suite, record)
-                return _TaskBackground(
+                return _TaskInfoFromDataSet(
                     task.instruction,
                     *_find_solving_plan_and_origin(suite, task),
                     _list_steps_after_failure(suite, record),
@@ -226,7 +226,10 @@ def _find_solving_plan_and_origin(suite: Suite, task: Task) -> tuple[tuple[str, 
 
 
 def _describe_distance_to_success(suite: Suite, record: Record) -> tuple[str, ...]:
-    """Return sentences on how far a failed answer is from success, by its record or a new search."""
+    """Return sentences on how far a failed answer is from success, such as the edits that repair its plan.
+
+    If its record does not say so, the repair is searched.
+    """
     verdict = record.verdict
     if find_answer_outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
@@ -256,7 +259,7 @@ def _list_steps_after_failure(suite: Suite, record: Record) -> tuple[str, ...]:
     return tuple(action_text(action, scorer.task.scene) for action in actions[tried:])
 
 
-def print_record(console: Console, record: Record, background: _TaskBackground = _NOTHING_KNOWN) -> None:
+def print_record(console: Console, record: Record, background: _TaskInfoFromDataSet = _NOTHING_KNOWN) -> None:
     """Print a record: the task, the answer's parts, each step if the record has them, and the verdict.
 
     Args:
@@ -266,7 +269,7 @@ def print_record(console: Console, record: Record, background: _TaskBackground =
     """
     if record.is_cut_off:
         console.print(Text("cut off: the answer ended at a length limit", style="bold yellow"))
-    titles = "".join([f"  {title}" for title in _list_title_unless_id(record)])
+    titles = "".join([f"  {title}" for title in _list_title_that_differs_from_id(record)])
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{titles}", style="bold")
     console.print(heading, soft_wrap=True)
     if background.instruction:
@@ -376,7 +379,7 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
     if step.earlier:
         _print_with_hanging_indent(console, indent, Text(step.earlier, style="yellow"))
     for sign, facts, style in (("+", step.added, "green"), ("-", step.removed, "red")):
-        for fact in _merge_symmetric_facts(facts):
+        for fact in _merge_texts_of_symmetric_facts(facts):
             _print_with_hanging_indent(console, f"{indent}{sign} ", Text(fact, style=f"dim {style}"))
     if step.hidden_changes:
         more = format_count(step.hidden_changes, "more change")
@@ -391,10 +394,10 @@ def _print_with_hanging_indent(console: Console, before: str, text: Text) -> Non
         before = " " * len(before)
 
 
-def _merge_symmetric_facts(facts: Sequence[str]) -> list[str]:
+def _merge_texts_of_symmetric_facts(fact_texts: Sequence[str]) -> list[str]:
     """Merge two facts of a symmetric relation, such as next_to(a, b) and next_to(b, a), into one text."""
     merged: dict[str, str] = {}
-    for fact in facts:
+    for fact in fact_texts:
         name, _, objects = fact.removesuffix(")").partition("(")
         back = f"{name}({', '.join(reversed(objects.split(', ')))})"
         if back in merged and back != fact:
@@ -428,7 +431,8 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
         style = "green" if came_to is AnswerOutcome.SUCCESS else "red"
         table.add_row(
             Text.assemble(
-                (record.task_id, "bold"), *(f"\n{text}" for text in (*_list_title_unless_id(record), *where))
+                (record.task_id, "bold"),
+                *(f"\n{text}" for text in (*_list_title_that_differs_from_id(record), *where)),
             ),
             Text.assemble(
                 (f"{came_to.value}{', cut off' * record.is_cut_off}", style),
@@ -440,7 +444,7 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
     console.print(f"{format_count(len(records), 'answer')}{shown}", highlight=False)
 
 
-def _list_title_unless_id(record: Record) -> list[str]:
+def _list_title_that_differs_from_id(record: Record) -> list[str]:
     """Return a list with the title of a record's task; empty if the title is unknown or equals the id."""
     return [] if record.task is None or record.task.name == record.task_id else [record.task.name]
 

@@ -120,7 +120,7 @@ def export_prompts(
     if folder or tasks or sample or goals:
         raise InputError(f"--out {out}: only FILE.json and FILE.html can have one of {_OF_LISTS}")
 
-    def make_rows() -> Iterator[TrainingRow]:
+    def generate_prompt_rows() -> Iterator[TrainingRow]:
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _list_split_names_and_references(given)]:
                 benchmark = find_benchmark(name)
@@ -131,7 +131,7 @@ def export_prompts(
                     ):
                         yield {**row, "split": split}
 
-    _print_written_rows(out, _write_data_set(make_rows(), out, form), Counter(), as_json=as_json)
+    _print_written_rows(out, _write_data_set(generate_prompt_rows(), out, form), Counter(), as_json=as_json)
 
 
 @app.command("sft", no_args_is_help=True)
@@ -157,7 +157,7 @@ def export_sft_data(
         least: Minimum reward, from 0 to 1, of an answer.
     """
     left_out = Counter[str]()
-    answers = _read_rewarded_answers(
+    answers = _make_rows_with_rewards_of_records(
         records, domain or [], shaping, prompt_set, data, left_out, workers=workers
     )
     _print_written_rows(
@@ -189,7 +189,7 @@ def export_preference_data(
         margin: The values of a pair differ by more than this number.
     """
     left_out = Counter[str]()
-    answers = _read_rewarded_answers(
+    answers = _make_rows_with_rewards_of_records(
         records, domain or [], shaping, prompt_set, data, left_out, workers=workers
     )
     _print_written_rows(
@@ -226,8 +226,10 @@ def export_process_data(
         effort: Limit of the search for the distance of a state: about the number of steps that it tries.
     """
     left_out, counts = Counter[str](), Counter[str]()
-    label = partial(training_data.make_step_column_adder, search_effort=effort, step_counts=counts)
-    answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out, label)
+    label = partial(training_data.make_adder_of_distance_and_steps, search_effort=effort, step_counts=counts)
+    answers = _make_rows_with_rewards_of_records(
+        records, domain or [], shaping, prompt_set, data, left_out, label
+    )
     number = _write_data_set(answers, out, form)
     executed = format_count(counts["executed"], "executed step")
     exact = f"the change is exact for {counts['exact']:,} of {executed} (--effort {effort})"
@@ -235,25 +237,25 @@ def export_process_data(
     _print_written_rows(out, number, left_out, exact, as_json=as_json, **numbers)
 
 
-def _read_rewarded_answers(
-    paths: list[Path],
+def _make_rows_with_rewards_of_records(
+    record_files: list[Path],
     domains: list[str],
     shaping: Shaping,
     prompt_set: PromptSet,
     data: Path | None,
-    left_out: Counter[str],
+    count_by_exclusion_reason: Counter[str],
     label: Callable[[Suite], training_data.AddColumns] | None = None,
     *,
     workers: int = 1,
 ) -> Iterator[TrainingRow]:
     """Yield the answers in files of records, each with its value as a reward, grouped by suite."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
-    records = (record for file in find_record_files(paths) for record in read_records(file))
+    records = (record for file in find_record_files(record_files) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
     with open_data_source(data, PlannerChoice.NONE) as source, Scoring(workers) as scoring:
         for (domain, ability), of_suite in by_suite.items():
             if not can_earn_reward(ability):
-                left_out[training_data.NOT_PAID] += len(of_suite)
+                count_by_exclusion_reason[training_data.NOT_PAID] += len(of_suite)
                 continue
             if domain not in named and domain not in list_benchmarks():
                 raise InputError(
@@ -264,7 +266,7 @@ def _read_rewarded_answers(
             paid = Reward(open_suite(benchmark, ability, source=source), shaping)
             columns = {} if label is None else {"add_columns": label(paid.suite)}
             yield from training_data.make_reward_rows(
-                of_suite, paid, asked, left_out, scoring=scoring, **columns
+                of_suite, paid, asked, count_by_exclusion_reason, scoring=scoring, **columns
             )
 
 

@@ -18,7 +18,7 @@ from eai.base.files import read_toml, to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite
 from eai.cli import options
-from eai.cli.options import SETTING, split_setting
+from eai.cli.options import SETTING, split_name_and_value
 from eai.results.answer_files import find_response_file_of_suite
 from eai.run.job import CAPTIONER, PROVIDER, can_model_answer, check_model_name
 from eai.run.spec import RunSpec, list_option_defaults, list_sections, read_spec
@@ -77,7 +77,7 @@ def read_run_specification(
         if value not in (None, [], ()):
             _put_nested_value(tables, key.split("."), value)
     for argument in model_args:
-        name, text = split_setting(argument, "-M", "NAME=VALUE")
+        name, text = split_name_and_value(argument, "-M", "NAME=VALUE")
         _put_nested_value(tables, ["model", "args", name], _parse_json_or_text(text))
     for given in settings:
         key, separator, text = given.partition("=")
@@ -162,7 +162,7 @@ def check_captioning_model(model: str) -> None:
         raise InputError(f"perception.scene_model {model}: {expected}")
 
 
-def check_recordings_match_suites(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
+def check_replayed_files_match_suites(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
     """Raise if answers are replayed from files, and a suite has no file or only another suite's."""
     for endpoint in endpoints:
         path = endpoint.arguments.get("path")

@@ -160,8 +160,10 @@ def generate_tasks(
         generated = _generate_with_workers(
             generator, seeds, n, known, captures, pool if workers > 1 else None
         )
-        write_lines = partial(_write_task_lines, like=like, benchmark=benchmark)
-        outcomes, lines, stopped = _collect_generated_tasks(generated, n, like, write_lines, quiet=as_json)
+        write_lines = partial(_write_lines_of_task_and_pair, benchmark_name=like, benchmark=benchmark)
+        outcomes, lines, stopped = _collect_outcomes_and_task_lines(
+            generated, n, like, write_lines, quiet=as_json
+        )
     made = [each for each in outcomes if isinstance(each, GeneratedTask)]
     rejected = [each for each in outcomes if isinstance(each, SeedRejectionReason)]
     if stopped is not None and (not made or file.exists()):
@@ -169,7 +171,7 @@ def generate_tasks(
     validated = ""
     if validator is not None:
         plans = [each.task for each in made]
-        unanswered = _count_plans_without_verdict(validator, benchmark.domain, plans, quiet=as_json)
+        unanswered = _count_plans_that_val_cannot_judge(validator, benchmark.domain, plans, quiet=as_json)
         validated = "; VAL accepts every certificate"
         if unanswered:
             validated = f"; VAL accepts {len(plans) - unanswered:,} certificates, no answer on {unanswered:,}"
@@ -226,10 +228,10 @@ def _generate_with_workers(
     return select_tasks(judged, generator.spec, number, known, captures)
 
 
-def _collect_generated_tasks(
+def _collect_outcomes_and_task_lines(
     generated: Iterator[GenerationOutcome],
-    number: int,
-    like: str,
+    task_count: int,
+    benchmark_name: str,
     write_lines: Callable[[GeneratedTask], Iterable[str]],
     *,
     quiet: bool,
@@ -243,7 +245,7 @@ def _collect_generated_tasks(
     lines: list[str] = []
     made = 0
     try:
-        with show_making_progress(f"generating {like}", number, quiet=quiet) as report:
+        with show_making_progress(f"generating {benchmark_name}", task_count, quiet=quiet) as report:
             for outcome in generated:
                 new_lines = write_lines(outcome) if isinstance(outcome, GeneratedTask) else ()
                 outcomes.append(outcome)
@@ -269,17 +271,21 @@ def _add_references(made: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
     return replace(made, task=add_references(made.task, benchmark), paired=paired)
 
 
-def _write_task_lines(made: GeneratedTask, like: str, benchmark: Benchmark) -> list[str]:
+def _write_lines_of_task_and_pair(
+    made: GeneratedTask, benchmark_name: str, benchmark: Benchmark
+) -> list[str]:
     """Return the line of a generated task in a task file. A pair of tasks has two, sorted by task id."""
     completed = _add_references(made, benchmark)
     pair = [one for one in (completed, completed.paired) if one is not None]
     return [
-        write_task_line(one.task, like, benchmark.domain, one.about)
+        write_task_line(one.task, benchmark_name, benchmark.domain, one.about)
         for one in sorted(pair, key=lambda one: one.task.id)
     ]
 
 
-def _count_plans_without_verdict(val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool) -> int:
+def _count_plans_that_val_cannot_judge(
+    val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool
+) -> int:
     """Check the certificates (plans that solve the tasks) with VAL. Return on how many VAL gives no answer.
 
     Raises:

@@ -1,4 +1,4 @@
-"""``eai check --learnable``: check whether the rewards of a benchmark can teach a model."""
+"""``eai check --learnable``: measure whether answers differ enough in reward to train a model."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ _OFFER = "logs"
 
 
 def find_log_extension(path: Path) -> Any:
-    """Return the extension that recognizes a log or a folder of logs, or None if no extension does."""
+    """Return the plug-in that can read a log (or a folder of logs) of another project, or None."""
     if not path.exists() or _OFFER not in get_entry_points("eai.offers"):
         return None
     extension = load_from_extension(_OFFER, str(path))

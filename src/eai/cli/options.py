@@ -28,7 +28,7 @@ ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """Titles of the panels of options in the help of commands that score."""
 
 ABILITIES = f"{', '.join(PAPER_ABILITIES)}, or another one by its name"
-"""Values of ``--ability``."""
+"""Text that lists the values of ``--ability``, the kinds of questions that a benchmark asks."""
 
 RECORDS = "Files of records, or folders with records.jsonl somewhere below."
 """Help text of arguments that name records."""
@@ -60,7 +60,7 @@ def make_option_flag(options: type[Options], option: str, panel: str, *names: st
 
 
 def make_scoring_flag(option: str, *names: str, **more: Any) -> Any:
-    """Return the flag of a scoring option."""
+    """Return the command-line flag of an option of `ScoringOptions`, such as ``--planner``."""
     return make_option_flag(ScoringOptions, option, SCORING, *names, **more)
 
 
@@ -78,11 +78,11 @@ def _set_data_folder(command: typer.Context, folder: Path | None) -> Path | None
     if folder is not None:
         before = {name: os.environ[name] for name in (FOLDER_VARIABLE,) if name in os.environ}
 
-        def restore_environment() -> None:
+        def restore_environment_variables() -> None:
             del os.environ[FOLDER_VARIABLE]
             os.environ.update(before)
 
-        command.call_on_close(restore_environment)
+        command.call_on_close(restore_environment_variables)
         os.environ[FOLDER_VARIABLE] = str(folder)
     return folder
 
@@ -130,17 +130,19 @@ SETTING = "--with"
 Chosen = TypeVar("Chosen", bound=Options)
 
 
-def apply_settings(name: str, options: type[Chosen], settings: Sequence[str]) -> Chosen:
+def apply_settings_to_section(section: str, options: type[Chosen], settings: Sequence[str]) -> Chosen:
     """Return the options of a section, changed by settings NAME=VALUE; NAME may begin with the section.
 
     Raises:
         InputError: An option or its value is unknown.
     """
-    values = dict(map(split_setting, settings))
-    return options.read(name, {key.removeprefix(f"{name}."): value for key, value in values.items()})
+    values = dict(map(split_name_and_value, settings))
+    return options.read(section, {key.removeprefix(f"{section}."): value for key, value in values.items()})
 
 
-def split_setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") -> tuple[str, str]:
+def split_name_and_value(
+    text: str, flag_in_message: str = SETTING, form_in_message: str = "OPTION=VALUE"
+) -> tuple[str, str]:
     """Split a flag NAME=VALUE.
 
     Raises:
@@ -148,7 +150,7 @@ def split_setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") ->
     """
     key, separator, value = text.partition("=")
     if not separator:
-        raise InputError(f"{flag} {text}: expected {form}")
+        raise InputError(f"{flag_in_message} {text}: expected {form_in_message}")
     return key, value
 
 
@@ -168,7 +170,7 @@ def parse_external_agent_setting(settings: Sequence[str]) -> AgentSetting:
         AgentSetting,
     )
 
-    chosen = apply_settings(AGENT, AgentSetting, settings)
+    chosen = apply_settings_to_section(AGENT, AgentSetting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
         raise InputError(f"{SETTING} {name}: this option is only for models of eai run; leave it out")
     return chosen

@@ -34,7 +34,7 @@ LINES = 10
 """Number of equal parts of some work. Without a terminal, a progress line is due after each part."""
 
 FIRST_ESTIMATE = 100
-"""Number of finished parts after which, without a terminal, a line shows the time left, even of much work."""
+"""Maximum number of parts to finish before, without a terminal, a progress line shows the time left."""
 
 BESIDE_THE_TITLE = 42
 """Characters that a progress line needs beside its title: for bar, count, rate and time left."""
@@ -113,10 +113,10 @@ def show_scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Pr
 def count_scoring_progress(
     total: int, kept: int, *, quiet: bool
 ) -> Callable[[str], AbstractContextManager[ProgressCallback]]:
-    """Return a function that opens a progress display under the title of a file.
+    """Return a function that shows the progress of scoring one of several files, below a title for this file.
 
-    The display counts the answers in all files, and estimates the time for the remaining answers. Its
-    callback takes the number of newly scored answers.
+    The number of answers and the time left are those of all files together. The callback takes the number of
+    newly scored answers.
 
     Args:
         total: number of answers in all files.
@@ -129,20 +129,20 @@ def count_scoring_progress(
     def show_file(title: str) -> Iterator[ProgressCallback]:
         with progress.show(title) as watch:
 
-            def add_answers(number: int) -> None:
+            def add_to_answer_count(number: int) -> None:
                 nonlocal done
                 done += number
                 watch(done, total)
 
-            add_answers(0)
-            yield add_answers
+            add_to_answer_count(0)
+            yield add_to_answer_count
 
     return (lambda title: nullcontext(lambda number: None)) if quiet else show_file
 
 
 @contextmanager
 def show_making_progress(title: str, total: int, *, quiet: bool) -> Iterator[MakingCallback]:
-    """Show how many things are made, how fast, and how many attempts to make one were refused."""
+    """Show how many tasks are generated, how fast, and how many generated tasks were refused."""
     if quiet:
         yield lambda made, refused: None
         return
@@ -287,7 +287,7 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
     def print_progress_if_due() -> None:
         lines.print_line_if_due(f"{title}: {pace.describe()}", pace.done, pace.total)
 
-    def update_pace(answered: int, failed: int, total: int, tokens: int) -> None:
+    def update_answering_pace(answered: int, failed: int, total: int, tokens: int) -> None:
         pace.update(answered, failed, total, tokens)
         print_progress_if_due()
 
@@ -298,7 +298,7 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
     timer = Thread(target=print_at_least_each_minute, daemon=True)
     timer.start()
     try:
-        yield update_pace
+        yield update_answering_pace
     finally:
         over.set()
         timer.join()

@@ -183,7 +183,10 @@ def _find_animation_link(out: Path, record: Record) -> str:
 
 
 def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> ExplorerDomainData:
-    """Return the prompts and operators of a benchmark for the explorer. Unavailable texts are left out."""
+    """Return the prompts and operators of a benchmark for the page ``explorer.html``.
+
+    Texts that are not available are left out.
+    """
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
         with suppress(EaiError):

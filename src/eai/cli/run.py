@@ -6,11 +6,11 @@ With ``--adaptive``, each task is chosen by the answers so far, until the abilit
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -147,7 +147,7 @@ def run(
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
     scoring = spec.scoring
-    wanted = spec.variation.select_abilities(spec.tasks.ability)
+    wanted = spec.combined_study_options.select_abilities(spec.tasks.ability)
     flags.check_model_names(spec.model.name, wanted)
     terms = options.open_planner_limits(context, scoring.planner_seconds, scoring.planner_memory)
     with options.open_data_source(data, scoring.planner, scoring.errata, terms) as opened_source:
@@ -175,7 +175,7 @@ def run(
                 chosen.append((suite, _open_prompts(library, suite, ids)))
     endpoints = spec.model.endpoints
     remarks = flags.describe_unanswerable_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
-    flags.check_recordings_match_suites(endpoints, [suite for suite, _ in chosen])
+    flags.check_replayed_files_match_suites(endpoints, [suite for suite, _ in chosen])
     console.print_note_if_planner_missing([suite for suite, _ in chosen])
     first = _make_stage_before_answers(request, chosen)
     fitting = {endpoint.model: _leave_out_long_tasks(request, endpoint, chosen) for endpoint in endpoints}
@@ -185,7 +185,7 @@ def run(
         of_suite = [
             _request_answers_and_score(request, endpoint, fitting_prompts, suite, first, studied=True)
             if obtain is None
-            else _request_answers_until_precise(request, endpoint, fitting_prompts, suite, obtain)
+            else _request_until_ability_is_precise(request, endpoint, fitting_prompts, suite, obtain)
             for endpoint in endpoints
             if can_model_answer(endpoint.model, suite.ability)
             and (fitting_prompts := fitting[endpoint.model][position])
@@ -195,7 +195,7 @@ def run(
             _print_number_of_corrected_questions(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.all_results
-    if spec.variation.captioner is not None and not request.quiet:
+    if spec.combined_study_options.captioner is not None and not request.quiet:
         for outcome in before:
             _print_suite_results(spec, [outcome], wide=wide)
     for remark in remarks:
@@ -248,7 +248,9 @@ def _leave_out_long_tasks(
 
 def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
-    print_results({each.model: each.totals for each in outcomes}, spec.variation.results_heading, wide=wide)
+    print_results(
+        {each.model: each.totals for each in outcomes}, spec.combined_study_options.results_heading, wide=wide
+    )
     repeated = {each.model: each.success_cases_by_epoch for each in outcomes if each.success_cases_by_epoch}
     if repeated:
         print_table(console.get_output_console(), make_pass_at_k_table(repeated), wide=wide)
@@ -264,7 +266,7 @@ def _make_stage_before_answers(
     wanted: dict[str, set[str]] = {}
     for suite, asked in suites_and_prompts:
         wanted.setdefault(suite.domain, set()).update(asked)
-    ask, variation = partial(_request_answers_and_score, request), request.spec.variation
+    ask, variation = partial(_request_answers_and_score, request), request.spec.combined_study_options
     if variation.captioner is not None:
         flags.check_captioning_model(variation.captioner)
     return variation.make_stage_before_questions(request.library, wanted, ask)
@@ -315,7 +317,7 @@ def _request_answers_and_score(
         rules, prompts_name = spec.setting.label or None, spec.prompts.name
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     trials = make_trials(
-        spec.variation.replanning if studied else None, request.library, suite, asked, beliefs
+        spec.combined_study_options.replanning if studied else None, request.library, suite, asked, beliefs
     )
     of_studies = spec.experiment if studied else Experiment()
     parts = [
@@ -402,25 +404,24 @@ def _describe_answers_and_cost(result: SuiteResult) -> str:
         parts.append(f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens")
     if usage.cost is not None:
         parts.append(console.format_dollars(usage.cost))
-    if result.truncated_count:
-        parts.append(f"{result.truncated_count} cut off")
+    if result.truncated_answer_count:
+        parts.append(f"{result.truncated_answer_count} cut off")
     empty = sum(record.unanswered is None and not record.response.strip() for record in result.records)
     if empty:
         parts.append(f"{empty} empty")
     return f"{', '.join(parts)}; records in {result.folder}"
 
 
-def _request_answers_until_precise(
+def _request_until_ability_is_precise(
     request: _RunRequest,
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
-    request_in_rounds: Any,
+    ask_in_rounds: Callable[..., tuple[SuiteResult, str]],
 ) -> SuiteResult:
     """Ask tasks in rounds until the estimate of the model's ability is precise, and print the estimate."""
     ask = partial(_request_answers_and_score, request, endpoint, suite=suite)
-    result: SuiteResult
-    result, remark = request_in_rounds(ask, prompts, suite, request.spec.tasks.adaptive)
+    result, remark = ask_in_rounds(ask, prompts, suite, request.spec.tasks.adaptive)
     if not request.quiet:
         console.print_result_line(remark)
     return result

@@ -114,19 +114,19 @@ class _ScoringJob:
         return missing | dict.fromkeys(missing.keys() & set(self.elsewhere), OTHER_RULES)
 
     @property
-    def combine_epochs(self) -> Callable[[Sequence[Verdict]], Verdict] | None:
+    def combiner_of_epoch_verdicts(self) -> Callable[[Sequence[Verdict]], Verdict] | None:
         """The function that combines the verdicts on a task over several epochs; None with one epoch."""
         return get_declaration(self.suite.ability).combine_epochs if self.answers.further_epochs else None
 
     @property
-    def number(self) -> int:
+    def record_count(self) -> int:
         """Number of records."""
         answers = len(self.answers.responses) + len(self.missing)
-        places = range(answers if self.combine_epochs is None else len(self.suite.task_ids))
+        places = range(answers if self.combiner_of_epoch_verdicts is None else len(self.suite.task_ids))
         return len(places if self.shard is None else places[self.shard.number - 1 :: self.shard.of])
 
     @property
-    def name(self) -> str:
+    def model_and_rules_text(self) -> str:
         """The name of the model, followed by its game rules if they are not standard."""
         return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).game_rules_text)))
 
@@ -214,7 +214,7 @@ def score(
             for folder in {job.out: None for job in jobs}:
                 if folder is not None:
                     stack.enter_context(lock_run_folder(folder, lock_file))
-            jobs = [_find_kept_records(job, settings) for job in jobs]
+            jobs = [_find_records_of_interrupted_job(job, settings) for job in jobs]
             score_in_batches = partial(_score_in_batches, settings=settings, scoring=scoring)
             printed = _score_all_answers(jobs, score_in_batches, as_json=as_json, wide=wide)
         if as_json:
@@ -287,8 +287,8 @@ def _open_scoring(workers: int, ray: str | None) -> Scoring:
     return on_cluster(ray, workers)
 
 
-def _find_kept_records(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
-    """Return answers with the file of the records that an interrupted command kept, and their number."""
+def _find_records_of_interrupted_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
+    """Return the job with the file of records that an interrupted command has kept, and their number."""
     if job.out is None:
         return job
     suite, source = job.suite, job.suite.source
@@ -317,7 +317,7 @@ def _score_all_answers(
 
     Shards are only written.
     """
-    number, kept = sum(job.number for job in jobs), sum(job.kept for job in jobs)
+    number, kept = sum(job.record_count for job in jobs), sum(job.kept for job in jobs)
     if kept:
         print_note(
             f"{kept:,} of {number:,} answers are kept from an interrupted command; "
@@ -329,7 +329,7 @@ def _score_all_answers(
         for _, group in groupby(jobs, key=lambda job: job.suite):
             results: dict[str, RunTotals] = {}
             for job in group:
-                totals = results[job.name] = _score_suite(job, score_in_batches, show_file)
+                totals = results[job.model_and_rules_text] = _score_suite(job, score_in_batches, show_file)
                 if job.shard is None:
                     _print_note_on_fast_downward(job.answers.model, totals)
                     printed.append(result_to_json(totals, job.out))
@@ -348,8 +348,10 @@ def _score_suite(job: _ScoringJob, score_in_batches: _ScoreInBatches, show_file:
     suite = job.suite
     if job.shard is None and job.out is not None and not job.kept:
         _print_note_on_replaced_records(job.records_file, job)
-    with show_file(f"scoring {suite.domain} {suite.ability.value} {job.answers.model}") as add_answers:
-        counted = _count_records(score_in_batches(job), add_answers)
+    with show_file(
+        f"scoring {suite.domain} {suite.ability.value} {job.answers.model}"
+    ) as add_to_answer_count:
+        counted = _count_records(score_in_batches(job), add_to_answer_count)
         if job.partial_file is None:
             totals = RunTotals()
             for _, batch_totals in counted:
@@ -360,10 +362,12 @@ def _score_suite(job: _ScoringJob, score_in_batches: _ScoreInBatches, show_file:
     return totals
 
 
-def _count_records(batches: Iterable[RecordBatch], add_answers: ProgressCallback) -> Iterator[RecordBatch]:
+def _count_records(
+    batches: Iterable[RecordBatch], add_to_answer_count: ProgressCallback
+) -> Iterator[RecordBatch]:
     for batch in batches:
         yield batch
-        add_answers(batch[1].number)
+        add_to_answer_count(batch[1].number)
 
 
 def _write_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
@@ -380,9 +384,13 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
     If the answers have several epochs, each task has one record with the means of its metrics over the
     epochs.
     """
-    if job.kept == job.number:
+    if job.kept == job.record_count:
         return ()
-    suite, finish, combine_epochs = job.suite, _make_adder_of_study_fields(job), job.combine_epochs
+    suite, finish, combine_epochs = (
+        job.suite,
+        _make_adder_of_prompt_origin(job),
+        job.combiner_of_epoch_verdicts,
+    )
     if combine_epochs is None:
         return scoring.score_in_batches(
             suite, job.answers, job.missing, settings, finish, job.shard, job.kept
@@ -400,7 +408,7 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
     return [records.make_record_batch(chosen[job.kept :])]
 
 
-def _make_adder_of_study_fields(job: _ScoringJob) -> Callable[[Record], Record] | None:
+def _make_adder_of_prompt_origin(job: _ScoringJob) -> Callable[[Record], Record] | None:
     """Return a function that adds to a record how its prompt was made, or None if nothing is to be added.
 
     It adds the options of studies from an Inspect log, the goals that a model stated in goal interpretation,
@@ -408,7 +416,7 @@ def _make_adder_of_study_fields(job: _ScoringJob) -> Callable[[Record], Record] 
     """
     if job.goals is None and job.prompt_name is None:
         return job.logged
-    from eai.results.epochs import add_beliefs_and_experiment
+    from eai.results.epochs import add_experiment_and_stated_beliefs
     from eai.studies.prompts.choice import make_prompt_name_experiment
 
     beliefs, suite = None, job.suite
@@ -418,7 +426,9 @@ def _make_adder_of_study_fields(job: _ScoringJob) -> Callable[[Record], Record] 
         goals = (suite.benchmark, suite.ability, suite.source, job.answers.model)
         beliefs = replace(read_goal_beliefs(job.goals, *goals), beliefs={}, metadata={})
     mark = partial(
-        add_beliefs_and_experiment, beliefs=beliefs, experiment=make_prompt_name_experiment(job.prompt_name)
+        add_experiment_and_stated_beliefs,
+        beliefs=beliefs,
+        experiment=make_prompt_name_experiment(job.prompt_name),
     )
     return mark if job.logged is None else partial(_apply_both, job.logged, mark)
 
@@ -512,8 +522,8 @@ def _read_answers(file: Path, suite: Suite, out: Path | None) -> _ScoringJob:
         answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True)
         return _ScoringJob(suite, answers, out)
     with inspect_needed():
-        from eai.run.tasks import make_experiment_adder, read_answers
-    answers, logged = read_answers(file, suite), make_experiment_adder(file, suite)
+        from eai.run.tasks import make_adder_of_experiment_in_log, read_answers
+    answers, logged = read_answers(file, suite), make_adder_of_experiment_in_log(file, suite)
     return _ScoringJob(suite, answers, out, logged=logged, log=file)
 
 

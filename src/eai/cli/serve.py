@@ -74,7 +74,7 @@ def mcp(
         trust_network: Serve one task without a ticket to everybody who reaches the port.
     """
     if tools:
-        _serve_verifier(domain=domain, out=out, tasks=tasks, with_=settings, port=port)
+        _serve_plan_verifier_tools(domain=domain, out=out, tasks=tasks, with_=settings, port=port)
         return
     if not domain or out is None:
         missing = "out" if domain else "domain"
@@ -111,7 +111,7 @@ def mcp(
         serve_http(worlds, application, listener)
 
 
-def _serve_verifier(**other_options: object) -> None:
+def _serve_plan_verifier_tools(**other_options: object) -> None:
     """Serve the verifier's tools over standard input.
 
     Raises:

@@ -59,8 +59,8 @@ def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wid
 
 def print_note_if_incomplete(suite_name: str, coverage: TaskCoverage) -> None:
     """Print a remark on standard error if a suite is not answered and scored completely."""
-    if coverage.remark is not None:
-        print_note(f"{suite_name}: {coverage.remark}")
+    if coverage.remark_on_missing_answers is not None:
+        print_note(f"{suite_name}: {coverage.remark_on_missing_answers}")
 
 
 def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTotals]) -> Table:

@@ -161,7 +161,7 @@ def _find_wrong_references(searches: bool, base: str, task: Task) -> list[str]:
 
 
 def _add_references_to_file(file: Path, map_items: MapItems) -> int:
-    """Add missing references to the lines of a task file. Return the number of changed lines."""
+    """Add reference plans to the tasks of a file that lack them. Return the number of changed lines."""
     lines = [place.content.decode() for place in read_task_file_lines(file)]
     completed = list(map_items(_add_references_to_lines, lines))
     if completed != lines:

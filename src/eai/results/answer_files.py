@@ -37,7 +37,7 @@ UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, V
 
 
 @dataclass(frozen=True, slots=True)
-class _SuiteFile:
+class _ResponseFileOfSuite:
     """A response file that names its suite.
 
     Attributes:
@@ -84,7 +84,7 @@ def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
     return benchmarks
 
 
-def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) -> list[_SuiteFile]:
+def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) -> list[_ResponseFileOfSuite]:
     """Return the response file at a path, or all below a folder, sorted; each must name its suite.
 
     Args:
@@ -108,7 +108,7 @@ def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) 
         model = read_model_name(file)
         if model == f"{domain}_{ability}":
             model = file.absolute().parent.name
-        files.append(_SuiteFile(file, domain, Ability(ability), model))
+        files.append(_ResponseFileOfSuite(file, domain, Ability(ability), model))
     return sorted(files, key=lambda suite_file: suite_file.sort_key)
 
 
@@ -210,7 +210,7 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        # if all file names have an attempt number, this raises InputError, and the search below is used
+        # find_response_files raises if all files are of numbered attempts; then the next search finds them
         with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))

@@ -119,7 +119,7 @@ class Scoring(WorkerPool):
         mark = partial(
             _add_harness_and_game_rules, default=_find_harness_and_game_rules(suite.ability, answers)
         )
-        work = partial(_score_response_rows, suite, settings, answers.model, mark, finish)
+        work = partial(_score_rows_of_response_file, suite, settings, answers.model, mark, finish)
         if self._number < 2 or not suite.is_openable_by_reference:
             sizes = (
                 (1, 1)
@@ -189,12 +189,12 @@ def _score_response(suite: Suite, settings: ScoringOptions, item: Response) -> _
     return verdict, suite.features(item.task_id), explanation
 
 
-def _score_response_rows(
+def _score_rows_of_response_file(
     suite: Suite,
     settings: ScoringOptions,
     model: str,
     add_game_rules: Callable[[Record], Record],
-    finish_record: Callable[[Record], Record] | None,
+    add_study_options: Callable[[Record], Record] | None,
     rows: Sequence[ResponseRow],
 ) -> list[RecordBatch]:
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
@@ -202,7 +202,7 @@ def _score_response_rows(
         add_game_rules(_make_record(suite, model, item, _score_response(suite, settings, item)))
         for item in items
     ]
-    return [make_record_batch(records if finish_record is None else [*map(finish_record, records)])]
+    return [make_record_batch(records if add_study_options is None else [*map(add_study_options, records)])]
 
 
 def _compute_batch_rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
@@ -278,9 +278,10 @@ def _find_harness_and_game_rules(ability: Ability, answers: ResponseFile) -> Exp
 
 
 def _add_harness_and_game_rules(record: Record, default: Experiment) -> Record:
-    """Return a record with the harness and the game rules that its answer names.
+    """Return a record with harness (program that let the model act) and game rules of its episode.
 
-    If the answer cannot be read, both come from ``default``; if it names no harness, the harness does.
+    Both are read from the answer. If the answer cannot be read, both come from ``default``. If it names no
+    harness, the harness comes from ``default``.
     """
     agent = get_declaration(record.ability).read_episode_settings(record.response) or default
     return record.add_experiment(replace(agent, harness=agent.harness or default.harness))

@@ -37,35 +37,35 @@ _BISECTION_STEPS = 60
 
 
 @lru_cache(maxsize=1024)
-def compute_student_quantile(level: float, freedom: int) -> float:
+def compute_student_quantile(level: float, degrees_of_freedom: int) -> float:
     """Return the quantile of Student's distribution for a two-sided interval.
 
     The result is in standard errors: the interval from minus to plus the quantile has the given probability.
 
     Args:
         level: probability of the interval, up to 0.999.
-        freedom: degrees of freedom, at least 1.
+        degrees_of_freedom: number, at least 1.
     """
     low, high = 0.0, _MAX_QUANTILE
     for _ in range(_BISECTION_STEPS):
         middle = (low + high) / 2
-        if _compute_student_probability(middle, freedom) < level:
+        if _compute_student_probability(middle, degrees_of_freedom) < level:
             low = middle
         else:
             high = middle
     return high
 
 
-def _compute_student_probability(width: float, freedom: int) -> float:
+def _compute_student_probability(width: float, degrees_of_freedom: int) -> float:
     """Return the probability of Student's distribution between ``-width`` and ``width``, as a finite series.
 
     The series is Abramowitz & Stegun, 26.7.3-4.
     """
-    angle = math.atan(width / math.sqrt(freedom))
-    cosine, odd = math.cos(angle), freedom % 2
+    angle = math.atan(width / math.sqrt(degrees_of_freedom))
+    cosine, odd = math.cos(angle), degrees_of_freedom % 2
     term = cosine if odd else 1.0
-    series = term if freedom > 1 else 0.0
-    for power in range(2 + odd, freedom, 2):
+    series = term if degrees_of_freedom > 1 else 0.0
+    for power in range(2 + odd, degrees_of_freedom, 2):
         term *= cosine**2 * (power - 1) / power
         series += term
     value = math.sin(angle) * series
@@ -98,7 +98,7 @@ class _RateWithErrorByUnit:
     weights: Mapping[str, float]
 
     @property
-    def observed_variance(self) -> float:
+    def variance_without_pseudo_units(self) -> float:
         """Variance of the estimate from the real units, without the two pseudo-units."""
         return sum(added * added for added in self.of_units.values())
 
@@ -114,7 +114,7 @@ class _RateWithErrorByUnit:
         return sum(change * change for change in left_out) + pseudo
 
     @property
-    def freedom(self) -> int:
+    def degrees_of_freedom(self) -> int:
         """Degrees of freedom: Kish's effective number of units, plus one."""
         effective_units = 1 / sum(weight * weight for weight in self.weights.values())
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
@@ -199,7 +199,7 @@ class Interval(NamedTuple):
     high: float
 
 
-class RateCase(NamedTuple):
+class TaskContribution(NamedTuple):
     """One task's contribution to a rate.
 
     Attributes:
@@ -213,7 +213,7 @@ class RateCase(NamedTuple):
     share: Share
 
 
-RateCases: TypeAlias = Sequence[RateCase]
+TaskContributions: TypeAlias = Sequence[TaskContribution]
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,23 +244,23 @@ class ConfidenceIntervals:
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
-def sum_shares_by_task(cases: RateCases) -> dict[str, Share]:
+def sum_shares_by_task(cases: TaskContributions) -> dict[str, Share]:
     """Return a mapping from each task to the numerator and denominator that it adds to a rate."""
     return _sum_shares_by_unit([(case.task, case.share) for case in cases])
 
 
-def sum_shares_by_task_name(cases: RateCases) -> dict[str, Share]:
+def sum_shares_by_task_name(cases: TaskContributions) -> dict[str, Share]:
     """Return a mapping from each name to the numerator and denominator that its tasks add to a rate."""
     return _sum_shares_by_unit([(case.name, case.share) for case in cases])
 
 
-def compute_mean_rate_over_task_names(cases: RateCases) -> float | None:
+def compute_mean_rate_over_task_names(cases: TaskContributions) -> float | None:
     """Return the mean of the rates of all names of tasks, in percent; None if there are no cases."""
     rates = [Rate(*share).percent for share in sum_shares_by_task_name(cases).values() if share.denominator]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
 
-def compute_rate_intervals(cases: RateCases) -> ConfidenceIntervals | None:
+def compute_rate_intervals(cases: TaskContributions) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a rate, or None if there are no cases.
 
     A task can add more than one to the numerator, such as several errors. Then the rate is divided by the
@@ -268,9 +268,9 @@ def compute_rate_intervals(cases: RateCases) -> ConfidenceIntervals | None:
     """
     largest = max([1, *(share.numerator / share.denominator for _, _, share in cases if share.denominator)])
     if largest == 1:
-        return _compute_share_intervals(cases)
+        return _compute_confidence_intervals_of_rate(cases)
     shares = (Share(case.share.numerator / largest, case.share.denominator) for case in cases)
-    certainty = _compute_share_intervals(
+    certainty = _compute_confidence_intervals_of_rate(
         [case._replace(share=s) for case, s in zip(cases, shares, strict=True)]
     )
     if certainty is None:
@@ -281,7 +281,7 @@ def compute_rate_intervals(cases: RateCases) -> ConfidenceIntervals | None:
     return replace(certainty, interval=by_name, by_task=by_task)
 
 
-def _compute_share_intervals(cases: RateCases) -> ConfidenceIntervals | None:
+def _compute_confidence_intervals_of_rate(cases: TaskContributions) -> ConfidenceIntervals | None:
     each_task, each_name = sum_shares_by_task(cases), sum_shares_by_task_name(cases)
     tasks = compute_rate_with_error_by_unit(each_task)
     names = tasks if len(each_name) == len(each_task) else compute_rate_with_error_by_unit(each_name)
@@ -295,7 +295,7 @@ def _compute_share_intervals(cases: RateCases) -> ConfidenceIntervals | None:
     )
 
 
-def compute_mean_intervals(parts: Sequence[tuple[float, RateCases]]) -> ConfidenceIntervals | None:
+def compute_mean_intervals(parts: Sequence[tuple[float, TaskContributions]]) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a weighted mean of rates on the same tasks.
 
     The result is None if a rate has no cases.
@@ -316,7 +316,9 @@ def compute_mean_intervals(parts: Sequence[tuple[float, RateCases]]) -> Confiden
     return _make_confidence_intervals(by_task, by_name, _compute_wilson_interval)
 
 
-def compute_difference_intervals(first: RateCases, second: RateCases) -> ConfidenceIntervals | None:
+def compute_difference_intervals(
+    first: TaskContributions, second: TaskContributions
+) -> ConfidenceIntervals | None:
     """Return the confidence intervals of the difference of two rates on the same tasks.
 
     They are in percentage points, symmetric around the second rate minus the first; None if a rate has no
@@ -337,7 +339,7 @@ def compute_difference_intervals(first: RateCases, second: RateCases) -> Confide
     return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
 
 
-def compute_ratio_interval(cases: RateCases) -> Interval | None:
+def compute_interval_of_success_cost(cases: TaskContributions) -> Interval | None:
     """Return the confidence interval of the cost of a success, with names as units.
 
     The cost of a success is a ratio of two sums, on a log scale. The interval is None if there is no success,
@@ -367,8 +369,8 @@ class _IntervalInputs(NamedTuple):
         value: the estimate, as a fraction of 1.
         variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
             tasks.
-        observed: variance of the estimate from the real tasks or names, without the pseudo-units that
-            `_RateWithErrorByUnit` adds.
+        observed: variance of the estimate from the tasks or names alone. `variance` also has made-up units
+            (`_RateWithErrorByUnit`), so that few tasks do not make an interval too narrow.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
     """
@@ -381,11 +383,11 @@ class _IntervalInputs(NamedTuple):
 
 
 def _make_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
-    quantile = compute_student_quantile(LEVEL, rate.freedom)
+    quantile = compute_student_quantile(LEVEL, rate.degrees_of_freedom)
     return _IntervalInputs(
         rate.value,
         rate.variance,
-        rate.observed_variance,
+        rate.variance_without_pseudo_units,
         quantile,
         len(rate.of_units),
     )
@@ -403,7 +405,7 @@ def _make_wilson_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
 def _make_binomial_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
     """Return the inputs of Wilson's interval for independent yes-or-no answers, each of them a unit."""
     units = len(rate.of_units)
-    return _IntervalInputs(rate.value, 1 / units, rate.observed_variance, _NORMAL, units)
+    return _IntervalInputs(rate.value, 1 / units, rate.variance_without_pseudo_units, _NORMAL, units)
 
 
 def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:

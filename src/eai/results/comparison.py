@@ -19,15 +19,15 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import EMPTY_SHARE, ShareByMetric
 from eai.results.certainty import (
     ConfidenceIntervals,
-    RateCase,
-    RateCases,
+    TaskContribution,
+    TaskContributions,
     compute_difference_intervals,
     sum_shares_by_task,
     sum_shares_by_task_name,
 )
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
-from eai.results.summary import find_task_name, map_tasks_to_shares
+from eai.results.summary import compute_metric_shares_by_task, find_task_name
 from eai.tasks.share import Share
 
 SEED = 20240901
@@ -58,8 +58,8 @@ def compute_sign_flip_p(differences: Sequence[int]) -> float:
 def compute_permutation_p_value(first: Sequence[Share], second: Sequence[Share]) -> float | None:
     """Return the two-sided p value of the difference of two rates, from random exchanges of answers.
 
-    The result is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed
-    assignment of answers to runs counts as one exchange, so that no p value is zero.
+    The result is None if a rate has no cases. Exchanges are drawn with a fixed seed. The runs as
+    they are count as one more draw, so that no p value is zero.
 
     Args:
         first: for each unit (a task or a name), the numerator and denominator that it adds to the first rate.
@@ -68,7 +68,7 @@ def compute_permutation_p_value(first: Sequence[Share], second: Sequence[Share])
     sums = (_add_shares(first), _add_shares(second))
     if not sums[0].denominator or not sums[1].denominator:
         return None
-    observed = _compute_rate_distance(*sums)
+    observed = _compute_absolute_rate_difference(*sums)
     gains = [b.numerator - a.numerator for a, b in zip(first, second, strict=True)]
     growths = [b.denominator - a.denominator for a, b in zip(first, second, strict=True)]
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
@@ -78,7 +78,7 @@ def compute_permutation_p_value(first: Sequence[Share], second: Sequence[Share])
         gain, growth = sum(compress(gains, heads)), sum(compress(growths, heads))
         one = Share(sums[0].numerator + gain, sums[0].denominator + growth)
         other = Share(sums[1].numerator - gain, sums[1].denominator - growth)
-        extreme += _compute_rate_distance(one, other) >= observed - _ROUNDING
+        extreme += _compute_absolute_rate_difference(one, other) >= observed - _ROUNDING
     return extreme / (REPETITIONS + 1)
 
 
@@ -86,7 +86,7 @@ def _add_shares(shares: Sequence[Share]) -> Share:
     return Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))
 
 
-def _compute_rate_distance(one: Share, other: Share) -> float:
+def _compute_absolute_rate_difference(one: Share, other: Share) -> float:
     """Return the absolute difference of two rates; infinite if a rate has no cases."""
     if not one.denominator or not other.denominator:
         return math.inf
@@ -156,7 +156,7 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
     The comparison leaves out a task if one of the runs excludes it or has no record of it, or if its id
     names different tasks in the two runs. A missing answer counts as a failure.
     """
-    first_shares, second_shares = map_tasks_to_shares(first), map_tasks_to_shares(second)
+    first_shares, second_shares = compute_metric_shares_by_task(first), compute_metric_shares_by_task(second)
     named = {record.task_id: find_task_name(record) for record in (*first, *second) if record.task}
     declared = get_declaration(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
@@ -168,7 +168,7 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
         if task in second_shares and task not in different
     }
     cases_by_metric = {
-        metric: [_make_rate_cases(metric, names, shares) for shares in (first_shares, second_shares)]
+        metric: [_make_task_contributions(metric, names, shares) for shares in (first_shares, second_shares)]
         for metric in declared.overview_headings
     }
     return RunComparison(
@@ -183,12 +183,12 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
     )
 
 
-def _make_rate_cases(
-    metric: str, name_by_task: Mapping[str, str], shares_by_task: Mapping[str, ShareByMetric]
-) -> RateCases:
+def _make_task_contributions(
+    metric: str, task_name_by_id: Mapping[str, str], shares_by_task: Mapping[str, ShareByMetric]
+) -> TaskContributions:
     return [
-        RateCase(task, name, shares_by_task[task].get(metric, EMPTY_SHARE))
-        for task, name in name_by_task.items()
+        TaskContribution(task, name, shares_by_task[task].get(metric, EMPTY_SHARE))
+        for task, name in task_name_by_id.items()
     ]
 
 
@@ -196,7 +196,7 @@ _YES_NO_NUMERATORS = (0, 1)
 """Numerators that answers add to a yes-or-no metric: 0 for a wrong answer and 1 for a right one."""
 
 
-def compare_metric(first: RateCases, second: RateCases, *, yes_no: bool) -> MetricDifference:
+def compare_metric(first: TaskContributions, second: TaskContributions, *, yes_no: bool) -> MetricDifference:
     """Compare one metric of two runs on the same tasks in the same order.
 
     Args:

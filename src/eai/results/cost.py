@@ -15,7 +15,7 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.base.files import parse_toml
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
-from eai.results.certainty import RateCase, RateCases, compute_ratio_interval
+from eai.results.certainty import TaskContribution, TaskContributions, compute_interval_of_success_cost
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.summary import find_answer_outcome, find_task_name
@@ -56,7 +56,7 @@ class Spending:
         )
 
     def apply_price(self, price: _TokenPrice | None) -> Spending:
-        """Return the spending with dollars added for the answers that had no price, by the given price."""
+        """Return the spending in dollars, with the answers whose price was unknown at the given price."""
         if price is None or not self.unpriced_answers:
             return self
         dollars = price.compute_dollars(self.unpriced)
@@ -112,7 +112,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
     return Spending(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
 
 
-def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, RateCases]:
+def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, TaskContributions]:
     """Return a mapping from units of cost to cases: for each answer its cost, and 1 for a success, else 0.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
@@ -126,14 +126,14 @@ def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, RateCas
     return {name: cases for name, cases in cases_by_amount.items() if len(cases) == len(answers)}
 
 
-def _list_cost_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, RateCase]]:
+def _list_cost_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, TaskContribution]]:
     won = find_answer_outcome(record) is AnswerOutcome.SUCCESS
     for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:
-            yield name, RateCase(record.task_id, find_task_name(record), Share(amount, won))
+            yield name, TaskContribution(record.task_id, find_task_name(record), Share(amount, won))
 
 
-def cost_cases_to_json(cases_by_amount: Mapping[str, RateCases]) -> dict[str, Json]:
+def cost_cases_to_json(cases_by_amount: Mapping[str, TaskContributions]) -> dict[str, Json]:
     """Return the cost of a success by unit, as in ``summary.json``.
 
     The cost is the sum of all costs divided by the number of successes, with an interval. It is null without
@@ -141,7 +141,7 @@ def cost_cases_to_json(cases_by_amount: Mapping[str, RateCases]) -> dict[str, Js
     """
     amounts: dict[str, Json] = {}
     for name, cases in cases_by_amount.items():
-        rate, interval = compute_rate(case.share for case in cases), compute_ratio_interval(cases)
+        rate, interval = compute_rate(case.share for case in cases), compute_interval_of_success_cost(cases)
         between = None if interval is None else list(interval)
         amounts[name] = {**rate.to_json(), "value": rate.share, "interval": between}
     return amounts

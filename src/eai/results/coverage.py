@@ -40,23 +40,23 @@ class TaskCoverage:
         return self.asked == self.tasks and not self.left_out
 
     @property
-    def remark(self) -> str | None:
+    def remark_on_missing_answers(self) -> str | None:
         """One sentence on missing tasks and answers; None if every task is answered and scored."""
         if self.tasks is None:
             return (
                 "The records do not say how many tasks the suite has: score the answers again to rank them."
             )
-        parts = tuple(self._describe_problems(self.tasks))
+        parts = tuple(self._describe_answer_problems(self.tasks))
         end = "." if self.is_ranked else "; the run is not ranked."
         return "; ".join(parts) + end if parts else None
 
-    def _describe_problems(self, tasks: int) -> Iterable[str]:
+    def _describe_answer_problems(self, task_count: int) -> Iterable[str]:
         if self.raised:
             yield f"{self.raised} failed because the scorer raised an exception, which the record names"
         if self.cut_off:
             yield f"{self.cut_off} of {self.answered} answers were cut off at a length limit"
-        if self.asked < tasks:
-            yield f"only {self.asked} of {tasks} tasks were asked"
+        if self.asked < task_count:
+            yield f"only {self.asked} of {task_count} tasks were asked"
         missing = self.asked - self.answered
         if not missing:
             return

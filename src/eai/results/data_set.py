@@ -140,7 +140,7 @@ def _compute_all_statistics(benchmark: Benchmark, source: Source) -> Iterator[_D
     )
     yield _DataSetStatistic("tasks", len(profiles), "the denominator of goal interpretation")
     yield _DataSetStatistic("instructions", len(tasks), f"tasks that have a goal; {without_goals} have none")
-    yield from _count_suites(benchmark, source)
+    yield from _count_tasks_of_each_ability(benchmark, source)
     yield from _count_goals([profile.features for profile in tasks])
     yield from _count_plans([profile for profile in tasks if profile.features.annotated_steps])
     yield from _count_objects(tasks)
@@ -150,7 +150,7 @@ def _compute_all_statistics(benchmark: Benchmark, source: Source) -> Iterator[_D
         yield from _count_categories(profiles)
 
 
-def _count_suites(benchmark: Benchmark, source: Source) -> Iterator[_DataSetStatistic]:
+def _count_tasks_of_each_ability(benchmark: Benchmark, source: Source) -> Iterator[_DataSetStatistic]:
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
         if ability in PAPER_ABILITIES:
             number = len(benchmark.tasks_for(ability, source))

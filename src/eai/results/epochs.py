@@ -29,7 +29,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, generate_run_records, score_run
-from eai.results.certainty import RateCases
+from eai.results.certainty import TaskContributions
 from eai.results.codec import dataclass_to_json, hash_text
 from eai.results.cost import cost_cases_to_json, map_cost_units_to_rate_cases
 from eai.results.options import ScoringOptions
@@ -43,7 +43,7 @@ from eai.results.records import (
     read_records,
     write_record_batches,
 )
-from eai.results.repeats import find_success_metric, make_pass_at_k_cases, pass_at_k_to_json
+from eai.results.repeats import find_success_metric, make_task_contributions_by_pass_at_k, pass_at_k_to_json
 from eai.results.responses import Response, ResponseFile, format_attempt_name, write_responses
 from eai.results.summary import compute_rates_by_attempt, make_cases_by_metric
 from eai.results.totals import RunTotals
@@ -96,7 +96,7 @@ def _normalise_spaces(text: str) -> str:
 
 
 STATED = "stated"
-"""Key in a question's metadata: the answer to goal interpretation that supplied the question's goals."""
+"""Key in a question's metadata: an earlier answer in which a model stated the goals of the question."""
 
 
 SUBGOALS = "subgoals"
@@ -104,7 +104,7 @@ SUBGOALS = "subgoals"
 
 
 @dataclass(frozen=True, slots=True)
-class PromptBeliefs:
+class ModelBeliefsInPrompts:
     """Beliefs: goals or scenes as a model understands them, which questions state instead of the true ones.
 
     Attributes:
@@ -112,7 +112,8 @@ class PromptBeliefs:
         experiment: the options of a run with these questions, as records store them.
         missing_reason: reason why tasks without a belief have no question.
         metadata: mapping from each task to the metadata of its question, for built-in models.
-        summaries: mapping from task, then study, to values that the study reports on the belief.
+        summaries: for each task, a mapping from the names of studies to values that they report on the
+            belief.
         look: function that simulates how a changed scene is perceived; None if questions describe the scene
             without errors.
     """
@@ -124,16 +125,16 @@ class PromptBeliefs:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: ScenePerception | None = None
 
-    def add_goal_beliefs(self, goal_beliefs: PromptBeliefs) -> PromptBeliefs:
-        """Return beliefs with the scenes of these beliefs and the goals of other beliefs.
+    def add_goal_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
+        """Return beliefs that have the scenes of this object and the goals of the other one.
 
-        Only tasks with both kinds of belief remain.
+        Only tasks with both a scene and goals remain.
 
         Raises:
             InputError: the two have different values of one option of the run.
         """
         shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
-        return PromptBeliefs(
+        return ModelBeliefsInPrompts(
             {i: self.beliefs[i].adopt_goals(goal_beliefs.beliefs[i]) for i in shared},
             self.experiment.combine(goal_beliefs.experiment),
             f"{self.missing_reason}, or {goal_beliefs.missing_reason}",
@@ -147,7 +148,10 @@ class PromptBeliefs:
 
     @property
     def tasks_with_stated_goals(self) -> dict[str, Task]:
-        """Mapping from ids to tasks with the goals that questions state instead of the tasks' own."""
+        """Mapping from ids to tasks whose questions state goals from an earlier answer of a model.
+
+        The tasks have these goals instead of their own.
+        """
         return {i: belief.task for i, belief in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
     def make_prompts(
@@ -177,12 +181,13 @@ def _merge_study_summaries(
     return {name: {**first.get(name, {}), **second.get(name, {})} for name in {**first, **second}}
 
 
-def add_beliefs_and_experiment(
-    record: Record, beliefs: PromptBeliefs | None, experiment: Experiment
+def add_experiment_and_stated_beliefs(
+    record: Record, beliefs: ModelBeliefsInPrompts | None, experiment: Experiment
 ) -> Record:
     """Return the record with the options of its run.
 
-    If its question states a belief (`PromptBeliefs`), the values that studies report on the belief are added.
+    If the question stated goals or a scene as a model understood them (`ModelBeliefsInPrompts`), the values
+    that studies report on these are added.
     """
     return (record if beliefs is None else beliefs.add_belief_to_record(record)).add_experiment(experiment)
 
@@ -217,7 +222,7 @@ class ModelAnswers:
     epochs: int
     trials: TrialSet | None = None
     attempts: Mapping[AnswerKey, Sequence[Attempt]] = field(default_factory=dict)
-    beliefs: PromptBeliefs | None = None
+    beliefs: ModelBeliefsInPrompts | None = None
     experiment: Experiment = field(default_factory=Experiment)
     summarize: Callable[[Record], Record] = replace
     logs: Mapping[str, Path] = field(default_factory=dict)
@@ -247,7 +252,7 @@ class SuiteResult:
 
     @property
     def failures(self) -> dict[str, list[str]]:
-        """Mapping from each reason for missing answers to the ids of the tasks that it concerns."""
+        """Mapping from each reason for a missing answer to the ids of the tasks without an answer."""
         unanswered = [
             (record.unanswered, record.task_id)
             for record in self._counted_records
@@ -256,7 +261,7 @@ class SuiteResult:
         return group_pairs(dict.fromkeys(unanswered))
 
     @property
-    def truncated_count(self) -> int:
+    def truncated_answer_count(self) -> int:
         """Number of answers that a length limit cut off."""
         return sum(record.is_cut_off for record in self._counted_records)
 
@@ -289,7 +294,7 @@ class SuiteResult:
         return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
 
     def map_tasks_to_recorded_epoch(self) -> dict[str, int]:
-        """Return a mapping from each task to the first epoch with the answer that the task's record has."""
+        """Return a mapping from each task to the epoch in which the answer of its record was first given."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.map_keys_to_records().items():
@@ -298,25 +303,29 @@ class SuiteResult:
         return shown
 
     def make_non_metric_fields(self) -> dict[str, Json]:
-        """Return the fields of ``summary.json`` that are not metrics, such as usage and missing answers."""
+        """Return the values of ``summary.json`` other than metrics, such as tokens and missing answers."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
-            "truncated": self.truncated_count,
+            "truncated": self.truncated_answer_count,
             "usage": dataclass_to_json(self.usage),
             "per_success": cost_cases_to_json(
                 map_cost_units_to_rate_cases([*self.map_keys_to_records().values()])
             ),
             **(
-                {"passes": pass_at_k_to_json(make_pass_at_k_cases(self.success_cases_by_epoch))}
+                {
+                    "passes": pass_at_k_to_json(
+                        make_task_contributions_by_pass_at_k(self.success_cases_by_epoch)
+                    )
+                }
                 if self.by_epoch
                 else {}
             ),
         }
 
     @property
-    def success_cases_by_epoch(self) -> Sequence[RateCases]:
-        """The contributions of answers (`RateCase`) to the share of right answers, by epoch.
+    def success_cases_by_epoch(self) -> Sequence[TaskContributions]:
+        """The contributions of answers (`TaskContribution`) to the share of right answers, by epoch.
 
         Empty if the run has no epochs, or the ability has no metric for whole answers.
         """
@@ -432,7 +441,7 @@ def _score_model_answers(
         records = tried if scoring.explanations else [record.drop_explanations() for record in tried]
         _write_attempt_files(folder, model_answers.name, tried)
     for record in records:
-        believed = add_beliefs_and_experiment(record, model_answers.beliefs, model_answers.experiment)
+        believed = add_experiment_and_stated_beliefs(record, model_answers.beliefs, model_answers.experiment)
         yield model_answers.summarize(_add_answer_origin(believed, model_answers, answers))
 
 

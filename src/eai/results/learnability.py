@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
@@ -76,7 +76,9 @@ def count_tasks_by_reward_spread(records: Iterable[Record], reward: Reward) -> C
     return Counter(_classify_reward_spread(values) for values in groups.values() if None not in values)
 
 
-def _classify_reward_spread(rewards: list[float | None]) -> str:
+def _classify_reward_spread(
+    rewards: list[float | None],
+) -> Literal["single", "mixed", "none", "full", "equal"]:
     if len(rewards) < 2:
         return "single"
     if len({*rewards}) > 1:

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, FULL_SHARE, ZERO_SHARE
 from eai.base.grouping import group_pairs
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 
@@ -259,7 +259,7 @@ WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final"
 """
 
 
-class SuiteKey(NamedTuple):
+class SuiteIdentity(NamedTuple):
     """Identifies a suite, as in tables and file names: a protocol, a benchmark and an ability."""
 
     protocol: str
@@ -275,9 +275,9 @@ class SuiteKey(NamedTuple):
         return f"{self.domain}-{self.ability}-{self.protocol}"
 
 
-def group_by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
+def group_by_suite(lines: Iterable[L]) -> dict[SuiteIdentity, list[L]]:
     """Return a mapping from each suite to its table lines, in the order in which suites first occur."""
-    return group_pairs((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
+    return group_pairs((SuiteIdentity(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
 def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
@@ -296,7 +296,7 @@ def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str]
             yield (*suite, model), of_model
 
 
-def compute_main_score_share(answer: AnswerLine) -> Share:
+def compute_contribution_to_main_score(answer: AnswerLine) -> Share:
     """Return an answer's contribution to its ability's main score: success, or F1 if there is no success."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
@@ -306,7 +306,10 @@ def compute_main_score_share(answer: AnswerLine) -> Share:
 
 
 def compute_executed_share(answer: AnswerLine) -> Share:
-    """Return the contribution of an answer with a plan or subgoals to the share of executed answers."""
+    """Return 1 of 1 if the answer's plan or subgoals were executed without error, else 0 of 1.
+
+    Return 0 of 0 for an answer that has neither.
+    """
     return EMPTY_SHARE if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
@@ -319,13 +322,13 @@ def compute_goal_share(answer: AnswerLine) -> Share:
     return Share(sum(count or 0 for count in met), sum(count or 0 for count in total))
 
 
-def make_case(line: TidyTableLine, share: Share) -> RateCase:
+def make_task_contribution(line: TidyTableLine, share: Share) -> TaskContribution:
     """Return the contribution of a table line to a rate: its task and name, with the given share."""
-    return RateCase(line.task, line.name, share)
+    return TaskContribution(line.task, line.name, share)
 
 
 MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
-    "score": compute_main_score_share,
+    "score": compute_contribution_to_main_score,
     "executable": compute_executed_share,
     "goals": compute_goal_share,
 }
@@ -338,14 +341,16 @@ K = TypeVar("K")
 def estimate_share_of_each_kind(
     lines: Sequence[TidyTableLine], kind_of_each_line: Sequence[K], requested_kinds: Iterable[K]
 ) -> Iterator[tuple[K, Estimate]]:
-    """Yield each requested kind of line with its share of all lines.
+    """Yield for each kind, such as a kind of error, the share of lines that have this kind.
 
     Args:
-        lines: all lines.
-        kind_of_each_line: the kind of each line.
-        requested_kinds: the requested kinds, in order.
+        lines: the lines of a table, such as one for each answer.
+        kind_of_each_line: the kind of each line, in the same order.
+        requested_kinds: the kinds to yield, in order.
     """
-    counted, uncounted = ([make_case(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE))
+    counted, uncounted = (
+        [make_task_contribution(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE)
+    )
     for kind in requested_kinds:
         triples = zip(kind_of_each_line, counted, uncounted, strict=True)
         yield (

@@ -51,7 +51,10 @@ def read_older_experiment(named_options: Mapping[str, str], replanning: Replanni
 
 
 def read_older_study_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return a mapping from the name of each study to its summary of the answer in an older record."""
+    """Return what an older record says of its answer for the studies ``pipeline`` and ``perception``.
+
+    The values are grouped by the name of the study, as newer records have them.
+    """
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}
     summaries = {"pipeline": stated, "perception": record.get("perceived") or {}}

@@ -93,7 +93,10 @@ def read_paper_table(name: str) -> PaperTable:
     """Return one table of the paper with its notes."""
     table = _read_table(name)
     return replace(
-        table, notes=group_pairs((*_read_notes(table), *_find_cells_contradicted_by_other_tables(table)))
+        table,
+        notes=group_pairs(
+            (*_read_footnotes_of_table_cells(table), *_find_cells_contradicted_by_other_tables(table))
+        ),
     )
 
 
@@ -115,7 +118,7 @@ def _read_paper_text(name: str) -> str:
     return _read_paper_file(name).decode()
 
 
-def _read_notes(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
+def _read_footnotes_of_table_cells(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
     for note in parse_toml(_read_paper_text("notes.toml"))["note"]:
         if table.name in _to_list(note["table"]):
             fields = {key: note[key] for key in PaperColumn._fields if key in note}

@@ -93,7 +93,8 @@ def publish_records(partial_file: Path, file: Path, totals: RunTotals) -> None:
         except OSError:  # the file system has no links
             shutil.copyfile(partial_file, new_file)
         new_file.replace(file)
-        new_file.unlink(missing_ok=True)  # still there if the file was the same link before
+        # if both names were already links to one file, `replace` did nothing
+        new_file.unlink(missing_ok=True)
 
 
 def remove_partial_files(file: Path) -> None:

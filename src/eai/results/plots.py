@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError, require_extra
 from eai.base.grouping import group_pairs
-from eai.results.lines import MODEL, SUITE, SuiteKey
+from eai.results.lines import MODEL, SUITE, SuiteIdentity
 from eai.results.table import Cell, Estimate, Table
 
 if TYPE_CHECKING:
@@ -211,7 +211,7 @@ _CELL_INCHES = 0.42
 """Width of a cell of a matrix in inches, if the page is wide enough."""
 
 _COUNT_ROW = "n"
-"""Label of the line with numbers of cases, which is drawn if all rates of each model have equally many."""
+"""Label of the row with each model's number of cases, drawn if all rates of a model have the same number."""
 
 _EXTRA_LINE_HEIGHT = 0.65
 """Height of each further line of a label, as a multiple of the height of the first line."""
@@ -223,9 +223,9 @@ _DARK_PERCENT = 55.0
 """Rate in percent above which the letters in a cell are white instead of dark."""
 
 
-def group_rows_by_suite(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
+def group_rows_by_suite(table: Table) -> dict[SuiteIdentity, list[dict[str, Cell]]]:
     """Return a mapping from each suite to its rows of a table; a row maps column names to values."""
-    return group_pairs((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
+    return group_pairs((SuiteIdentity(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 
 def read_estimate(cell: Cell | None) -> float:

@@ -102,8 +102,8 @@ class Record:
         return (*before, *self.verdict.repairs)
 
     @property
-    def study(self) -> dict[str, StudySettings]:
-        """Mapping from each study to the run's options, with the values that it reports on the answer."""
+    def settings_by_study(self) -> dict[str, StudySettings]:
+        """Mapping from each study of the run (a variation of its questions) to its options and results."""
         choices = {} if self.experiment is None else self.experiment.settings_in_label_order
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 

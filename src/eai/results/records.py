@@ -139,7 +139,7 @@ def write_record_batches(
     """
     totals = RunTotals()
 
-    def generate_record_lines() -> Iterator[bytes]:
+    def generate_lines_and_add_totals() -> Iterator[bytes]:
         for batch_lines, batch_totals in batches:
             totals.add_later_totals(batch_totals)
             yield batch_lines
@@ -148,7 +148,7 @@ def write_record_batches(
         yield format_summary(totals, *(({}, ()) if describe_run is None else describe_run(totals)))
 
     write_files_atomically(
-        {folder / RECORDS: generate_record_lines(), folder / SUMMARY: generate_summary_json()}
+        {folder / RECORDS: generate_lines_and_add_totals(), folder / SUMMARY: generate_summary_json()}
     )
     return totals
 
@@ -243,7 +243,7 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
 
 
 def merge_shards(folder: Path, files: Sequence[Path]) -> RunTotals:
-    """Write the records and the summary of a run from all of its shards.
+    """Write the records and the summary of a run that was scored in parts by ``eai score --shard``.
 
     The files equal the files of a run that was not split, byte by byte.
 

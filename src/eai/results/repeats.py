@@ -13,7 +13,7 @@ from math import comb
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
-from eai.results.certainty import RateCase, RateCases, compute_rate_intervals
+from eai.results.certainty import TaskContribution, TaskContributions, compute_rate_intervals
 from eai.results.rate import compute_rate
 from eai.results.table import Column, Estimate, Label, Row, make_table
 from eai.tasks.share import Share
@@ -25,8 +25,10 @@ def find_success_metric(ability: Ability) -> str | None:
     return next((metric for metric in declared.overview_headings if metric in declared.yes_no_metrics), None)
 
 
-def make_pass_at_k_cases(cases_by_epoch: Sequence[RateCases]) -> dict[str, RateCases]:
-    """Return a mapping from ``pass@k`` and ``pass^k`` to each task's contribution.
+def make_task_contributions_by_pass_at_k(
+    cases_by_epoch: Sequence[TaskContributions],
+) -> dict[str, TaskContributions]:
+    """Return a mapping from the metrics ``pass@k`` and ``pass^k`` to the numbers that tasks add to them.
 
     k runs from 1 to the number of answers to a task.
 
@@ -38,15 +40,16 @@ def make_pass_at_k_cases(cases_by_epoch: Sequence[RateCases]) -> dict[str, RateC
     for case in (case for cases in cases_by_epoch for case in cases):
         n, c = counts.get(case[:2], (0, 0))
         counts[case[:2]] = n + int(case.share.denominator), c + int(case.share.numerator)
-    cases_by_metric: dict[str, RateCases] = {}
+    cases_by_metric: dict[str, TaskContributions] = {}
     for k in range(1, len(cases_by_epoch) + 1):
         counts_of_tasks = [(task, name, n, c) for (task, name), (n, c) in counts.items() if n >= k]
         cases_by_metric[f"pass@{k}"] = [
-            RateCase(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
+            TaskContribution(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
             for task, name, n, c in counts_of_tasks
         ]
         cases_by_metric[f"pass^{k}"] = [
-            RateCase(task, name, Share(comb(c, k) / comb(n, k), 1)) for task, name, n, c in counts_of_tasks
+            TaskContribution(task, name, Share(comb(c, k) / comb(n, k), 1))
+            for task, name, n, c in counts_of_tasks
         ]
     return cases_by_metric
 
@@ -55,7 +58,7 @@ _SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "
 
 
 @make_table("passes", ("run", "n", "k", *_SHARES))
-def make_pass_at_k_table(runs: Mapping[str, Sequence[RateCases]]) -> Iterator[Row]:
+def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskContributions]]) -> Iterator[Row]:
     """Several answers to each task.
 
     A task has n answers, of which c are right. k of the n answers are drawn. `pass@k` is the probability that
@@ -63,7 +66,7 @@ def make_pass_at_k_table(runs: Mapping[str, Sequence[RateCases]]) -> Iterator[Ro
     the probability that all k are right, C(c, k) / C(n, k). For k = 1 both are the share of right answers
     """
     for name, epochs in runs.items():
-        n, cases = len(epochs), make_pass_at_k_cases(epochs)
+        n, cases = len(epochs), make_task_contributions_by_pass_at_k(epochs)
         for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, 2, 4, ... and n
             yield (
                 Label(name),
@@ -79,7 +82,7 @@ def strip_epoch(model: str) -> str:
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 
-def pass_at_k_to_json(cases_by_metric: Mapping[str, RateCases]) -> dict[str, Json]:
+def pass_at_k_to_json(cases_by_metric: Mapping[str, TaskContributions]) -> dict[str, Json]:
     """Return pass@k and pass^k as in ``summary.json``: rates with their intervals."""
     rates: dict[str, Json] = {}
     for name, cases in cases_by_metric.items():

@@ -103,7 +103,7 @@ class ResponseFile:
     def split_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
         """Group the answers by the key that a function computes from each answer's text; keep their order.
 
-        The answers of further epochs are left out.
+        Only this file's answers are grouped. The answers of `further_epochs` are left out of the result.
         """
         if isinstance(self.responses, _AnswersKeptInFile):
             parts: dict[T, Collection[Response]] = {**self.responses.split_by_key(key)}

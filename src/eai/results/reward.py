@@ -4,8 +4,11 @@ A shaping is a rule that turns the verdict on an answer into its reward, from 0 
 the definitions, and what they prevent a policy from learning. For every answer, the rewards by the members of
 `Shaping` satisfy:
 
-    success <= goals <= progress        diagnosis <= progress        for a right answer, success == progress
+    success <= goals <= progress
     success <= partial
+    diagnosis <= progress
+
+A right answer has the same reward by success and by progress.
 
 Episodes are paid by the same definitions: the reward of a turn is the change of the episode's value.
 """
@@ -48,7 +51,10 @@ class Shaping(str, Enum):
     GOALS = "goals"
     """Pay the share of goals newly reached, or 0 if an error ended the answer."""
     PROGRESS = "progress"
-    """Pay the share of goals newly reached, up to the error that ended the answer, if any."""
+    """Give as reward the share of the goals reached by the answer, up to the error that ended it, if any.
+
+    Goals that held at the start do not count.
+    """
     DIAGNOSIS = "diagnosis"
     """Pay ``progress`` divided by one more than the number of diagnosed faults."""
     REPAIR = "repair"
@@ -62,7 +68,11 @@ class Shaping(str, Enum):
 
 
 def convert_credit_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
-    """Return the reward for an answer's credit by any shaping but `REPAIR`, which needs the plan's steps.
+    """Return the reward for an answer with given results, such as goals reached and errors.
+
+    Args:
+        credit: the results of the answer.
+        shaping: the definition of the reward. `Shaping.REPAIR` needs the plan's steps and is not possible.
 
     Raises:
         ValueError: the shaping is `REPAIR`.
@@ -88,10 +98,12 @@ def convert_credit_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
     return pay / (1 + credit.added_actions)
 
 
-def compute_credit(verdict: Verdict, reached_at_start: Sequence[bool] = ()) -> RewardBasis | None:
-    """Return the results of an answer that rewards can pay for (credit), or None if its task pays nothing.
+def compute_reward_basis_of_verdict(
+    verdict: Verdict, reached_at_start: Sequence[bool] = ()
+) -> RewardBasis | None:
+    """Return the results of an answer that rewards depend on, or None if its task gives no reward.
 
-    A task pays nothing if it is excluded from statistics, has no goals, or has only goals that hold at the
+    A task gives no reward if it is excluded from statistics, has no goals, or has only goals that hold at the
     start.
 
     Args:
@@ -154,7 +166,7 @@ class Reward:
     def __init__(
         self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = MAX_ANSWER_CHARACTERS
     ) -> None:
-        self.suite = _remove_operator_planner(suite)
+        self.suite = _drop_planner_that_tests_operators(suite)
         self.shaping = find_enum_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
@@ -221,9 +233,9 @@ class Reward:
 
     def _compute_credit(self, task_id: str, verdict: Verdict) -> RewardBasis | None:
         if not self.suite.has_plans:
-            return compute_credit(verdict)
-        credit = compute_credit(verdict, self._at_start(task_id))
-        if credit is None or not isinstance(verdict, PlanVerdict) or verdict.declines_task:
+            return compute_reward_basis_of_verdict(verdict)
+        credit = compute_reward_basis_of_verdict(verdict, self._at_start(task_id))
+        if credit is None or not isinstance(verdict, PlanVerdict) or verdict.is_task_declined_by_answer:
             return credit
         if self.suite.tasks[task_id].has_no_plan:
             return replace(credit, gain=0.0, success=False)
@@ -289,14 +301,20 @@ def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
     return Reward(open_reward_suite(benchmark, ability), shaping)
 
 
-def _remove_operator_planner(suite: Suite) -> Suite:
+def _drop_planner_that_tests_operators(suite: Suite) -> Suite:
     """Return the suite; in transition modeling, without the planner that would test an answer's operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
 def make_credit_metrics(credit: RewardBasis | None) -> dict[str, float]:
-    """Return the metrics of a `Grade` by name, from the answer's credit; all are 0 if the credit is None."""
+    """Return the metrics that explain a reward, by name: they are the attribute ``metrics`` of a `Grade`.
+
+    All metrics are 0 if the credit is None.
+
+    Args:
+        credit: the results of an answer that a reward depends on, such as goals reached and errors.
+    """
     if credit is None:
         return dict.fromkeys(METRICS, 0.0)
     faults = {f"fault.{kind.value}": float(credit.faults.get(kind, 0)) for kind in FaultKind}

@@ -25,7 +25,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import find_implementation
 from eai.benchmarks.registry import list_benchmarks
-from eai.results.lines import SuiteKey
+from eai.results.lines import SuiteIdentity
 from eai.results.paper_tables import read_paper_protocol_and_tables
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
@@ -35,7 +35,10 @@ _LOG_FILE = "inspect.json"
 
 
 LogSamples: TypeAlias = tuple[str | Mapping[str, str], int | Mapping[str, int]]
-"""File name of Inspect's log, and epoch of the samples. Each is one for all tasks, or one for each task."""
+"""File name of the Inspect log with a run's samples, and the epoch of these samples.
+
+Instead of one name or one epoch for all tasks, there may be a mapping from each task to its own.
+"""
 
 
 class RunKey(NamedTuple):
@@ -56,9 +59,9 @@ class RunKey(NamedTuple):
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
-    def suite(self) -> SuiteKey:
+    def suite(self) -> SuiteIdentity:
         """Suite of the run: protocol, benchmark and ability, as tables name them."""
-        return SuiteKey(self.protocol.value, self.domain, self.ability.value)
+        return SuiteIdentity(self.protocol.value, self.domain, self.ability.value)
 
     @property
     def table_cells(self) -> tuple[str, str, str, str]:
@@ -66,9 +69,9 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def has_no_study_or_rules(self) -> bool:
+    def is_run_without_study_or_rules(self) -> bool:
         """Whether the run is ranked, because neither a study nor game rules are set."""
-        return self.experiment is None or self.experiment.has_no_study_or_rules
+        return self.experiment is None or self.experiment.is_run_without_study_or_rules
 
     @property
     def sort_key(self) -> tuple[int, int, str, int, str, str]:
@@ -98,8 +101,7 @@ class Run:
     Attributes:
         key: identity of the run.
         records: the records.
-        log: name of Inspect's log, and epoch of the samples. Each is one, or one for each task. None if
-            unknown.
+        log: the file name of Inspect's log and the epoch of its samples, as in `LogSamples`; None if unknown.
     """
 
     key: RunKey
@@ -108,7 +110,10 @@ class Run:
 
 
 def recount_goals_as_in_paper(run: Run) -> Run:
-    """Return the run with goals counted as in the paper's runs: only the goals that the prompts stated."""
+    """Return a copy of a run in which only goals count that the prompts stated, as in the paper's runs.
+
+    Some of the paper's prompts left out goals of their task.
+    """
     name = read_paper_protocol_and_tables().protocol
     protocol = find_implementation(name) if run.key.protocol.value == name else None
     if protocol is None:
@@ -123,7 +128,7 @@ def recount_goals_as_in_paper(run: Run) -> Run:
 
 
 def recount_errors_as_in_paper(run: Run) -> Run:
-    """Return the run of an experiment, with errors counted as the paper's evaluation script counted them."""
+    """Return a copy of a run with several attempts at a task. Errors are counted as by the paper's script."""
     protocol = find_implementation(read_paper_protocol_and_tables().protocol)
     if protocol is None:
         return run

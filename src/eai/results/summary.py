@@ -25,7 +25,7 @@ from eai.abilities.verdict import (
     make_rate_contribution_of_answer,
 )
 from eai.base.grouping import group_pairs
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.rate import NOTHING, Rate, compute_rate, compute_rates
 from eai.results.record import Record
 from eai.results.repeats import find_success_metric
@@ -60,7 +60,7 @@ def compute_metric_contributions(verdicts: Sequence[Verdict], ability: Ability) 
     return ({**share, **void} for share in shares) if void else shares
 
 
-def map_tasks_to_shares(records: Sequence[Record]) -> dict[str, ShareByMetric]:
+def compute_metric_shares_by_task(records: Sequence[Record]) -> dict[str, ShareByMetric]:
     """Return each task's contribution to every metric of its ability. Excluded records are left out."""
     return {
         record.task_id: shares
@@ -68,7 +68,7 @@ def map_tasks_to_shares(records: Sequence[Record]) -> dict[str, ShareByMetric]:
     }
 
 
-def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[RateCase]]:
+def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[TaskContribution]]:
     """Return a mapping from each metric to its cases, which are the contributions of a run's records.
 
     Excluded records do not count. If no record has an answer, the metrics have no cases.
@@ -77,7 +77,7 @@ def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[st
         declared = get_declaration(ability)
         return {metric: [] for metric in declared.contributions(declared.verdict())}
     return group_pairs(
-        (metric, RateCase(task, name, share))
+        (metric, TaskContribution(task, name, share))
         for record, shares in _pair_records_with_contributions(records, ability)
         for task, name in [(record.task_id, find_task_name(record))]
         for metric, share in shares.items()
@@ -103,7 +103,9 @@ def estimate_share(records: Sequence[Record], counted: Sequence[bool]) -> Estima
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
         [
-            RateCase(record.task_id, find_task_name(record), make_rate_contribution_of_answer(is_counted))
+            TaskContribution(
+                record.task_id, find_task_name(record), make_rate_contribution_of_answer(is_counted)
+            )
             for record, is_counted in cases
         ]
     )
@@ -117,7 +119,7 @@ AbilityMetric: TypeAlias = tuple[Ability, str]
 """An ability and the name of one of its metrics."""
 
 
-def make_weights_of_average_score(
+def choose_and_weigh_averaged_metrics(
     metric_values: Mapping[AbilityMetric, float | None] | None = None,
 ) -> dict[AbilityMetric, float]:
     """Return each metric's weight in the average: a quarter for an ability, halved if it has two metrics.
@@ -146,7 +148,7 @@ def compute_average_performance(values: Mapping[AbilityMetric, float | None]) ->
     Args:
         values: mapping from ability and metric to percent.
     """
-    weights = make_weights_of_average_score(values)
+    weights = choose_and_weigh_averaged_metrics(values)
     parts = [weight * value for key, weight in weights.items() if (value := values.get(key)) is not None]
     return sum(parts) if len(parts) == len(weights) else None
 
@@ -192,7 +194,7 @@ def compute_rates_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rat
 
 
 _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
-"""Outcomes of records that have no answer to break down: missing answers and excluded tasks."""
+"""Outcomes that tables by goals, length, action and predicate leave out: there is no scored answer."""
 
 
 _OUTCOMES_BEFORE_STAGE = {
@@ -200,7 +202,7 @@ _OUTCOMES_BEFORE_STAGE = {
     "known": AnswerOutcome.HALLUCINATION,
     "well_formed": AnswerOutcome.ARGUMENT_NUMBER,
 }
-"""Mapping from each stage of an answer to the outcome of answers that fail before it."""
+"""Mapping from each check that a plan passes, such as ``readable``, to the outcome of plans that fail it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,9 +211,9 @@ class AnswerBreakdown:
 
     Attributes:
         outcomes: number of answers with each outcome.
-        flow: number of scored answers that reach each stage: answers, readable, known (without unknown
-            names), well_formed (each action has its number of arguments), executed, reached; None for
-            abilities without plans.
+        flow: number of scored answers (``answers``), then of those that pass each check. The checks are
+            ``readable``, ``known`` (no unknown names), ``well_formed`` (right number of arguments),
+            ``executed`` and ``reached`` (the goals). None for abilities without plans.
         by_goals: mapping from a number of goals to the success of each answer to a task with this number of
             goals; a mean if a record represents several answers.
         by_length: mapping from the length of the data set's own plan to the success of each answer to a task
@@ -225,8 +227,8 @@ class AnswerBreakdown:
 
     outcomes: Mapping[AnswerOutcome, int]
     flow: Mapping[str, int] | None
-    by_goals: Mapping[int, Sequence[RateCase]]
-    by_length: Mapping[int, Sequence[RateCase]]
+    by_goals: Mapping[int, Sequence[TaskContribution]]
+    by_length: Mapping[int, Sequence[TaskContribution]]
     by_action: Mapping[str, Rate]
     by_predicate: Mapping[str, Rate]
 
@@ -249,8 +251,8 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
     declared = get_declaration(ability)
     metric = None if declared.combine_epochs is None else find_success_metric(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
-    by_goals: dict[int, list[RateCase]] = {}
-    by_length: dict[int, list[RateCase]] = {}
+    by_goals: dict[int, list[TaskContribution]] = {}
+    by_length: dict[int, list[TaskContribution]] = {}
     by_action: dict[str, list[Share]] = {}
     by_predicate: dict[str, list[Share]] = {}
     for record in records:
@@ -258,7 +260,7 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
         outcomes[answer_outcome] += 1
         if answer_outcome in _NO_ANSWER:
             continue
-        success = RateCase(
+        success = TaskContribution(
             record.task_id, find_task_name(record), _make_success_share(record, answer_outcome, metric)
         )
         if record.task is not None:
@@ -321,7 +323,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
 def _add_operator_shares_to_breakdown(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
-    """Add each clause to the counts of its operator, and of the predicates in the clause."""
+    """Add each clause, as right or wrong, to the results of its operator and of the predicates in it."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)
@@ -336,7 +338,7 @@ def _add_operator_shares_to_breakdown(
 
 
 _MATCH = Share(2, 2)
-"""Share that a matched clause contributes to F1, which is 2 TP / (2 TP + FP + FN)."""
+"""Numerator and denominator that a right clause adds to F1, which is 2 TP / (2 TP + FP + FN)."""
 
 
 def _sum_rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:

@@ -14,7 +14,7 @@ from functools import wraps
 from inspect import signature
 from typing import ParamSpec, TypeAlias
 
-from eai.results.certainty import RateCases, compute_difference_intervals, compute_rate_intervals
+from eai.results.certainty import TaskContributions, compute_difference_intervals, compute_rate_intervals
 from eai.results.rate import Rate, compute_rate
 
 P = ParamSpec("P")
@@ -47,14 +47,14 @@ class Estimate:
     notes: tuple[int, ...] = ()
 
     @classmethod
-    def from_cases(cls, cases: RateCases) -> Estimate:
+    def from_cases(cls, cases: TaskContributions) -> Estimate:
         """Return a rate in percent, estimated from cases; names of tasks are the units of its interval."""
         rate, certainty = compute_rate(case.share for case in cases), compute_rate_intervals(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
-    def from_difference(cls, before: RateCases, after: RateCases) -> Estimate:
+    def estimate_rate_difference(cls, before: TaskContributions, after: TaskContributions) -> Estimate:
         """Return the estimate of the second rate minus the first, in percentage points."""
         percents = [compute_rate(case.share for case in cases).percent for cases in (before, after)]
         certainty = compute_difference_intervals(before, after)
@@ -68,9 +68,9 @@ class Estimate:
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
     def map_parts_to_values(self) -> dict[str, float | None]:
-        """Return a mapping from the name of each part of the estimate, such as ``low``, to its value.
+        """Return the numbers of this estimate, such as the lower bound of its interval, by name.
 
-        The value is None for a part that is unknown.
+        A number is None if it is unknown.
         """
         return {name: getattr(self, name) for name in ESTIMATE_PARTS}
 

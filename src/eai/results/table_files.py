@@ -14,7 +14,7 @@ from typing import get_type_hints
 from eai.base.errors import InputError
 from eai.base.files import escape_unprintable, write_files_atomically
 from eai.base.json_value import Json
-from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyTableLine
+from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteIdentity, TidyTableLine
 from eai.results.markdown import format_markdown_rows
 from eai.results.parquet import import_parquet
 from eai.results.table import Cell, Estimate, Label, Plain, Table
@@ -151,13 +151,16 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
 
 
 def _select_shown_rows(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
-    """Return a mapping from headings (suite, model) to rows. Rows of all models together replace others."""
+    """Return the rows to show by their heading (suite and model).
+
+    If the table has rows on all models together, rows on one model are left out.
+    """
     rows = table.row_dicts()
     if any(row.get(MODEL) == ALL_MODELS for row in rows):
         rows = [row for row in rows if row[MODEL] == ALL_MODELS]
     shown: dict[str, list[tuple[Cell, ...]]] = {}
     for row in rows:
-        heading = str(SuiteKey(*(str(row[name]) for name in SUITE))) if SUITE[0] in row else ""
+        heading = str(SuiteIdentity(*(str(row[name]) for name in SUITE))) if SUITE[0] in row else ""
         heading += f", {row[MODEL]}" if MODEL in row else ""
         of_suite = shown.setdefault(heading, [])
         if table.max_shown_rows is None or len(of_suite) < table.max_shown_rows:

@@ -36,10 +36,10 @@ class TaskLookup:
         self._spellings = {word for word, _ in self._words}
         self._names = cache(lambda task_id: benchmark.notation.goals.list_object_names(self._tasks[task_id]))
         self._states = cache(self._find_plan_states)
-        self.features = cache(self._read_features)
+        self.features = cache(self._compute_task_features)
         self.reason = cache(self._find_wrong_goal_reason)
 
-    def _read_features(self, task_id: str) -> Mapping[str, int | str | None]:
+    def _compute_task_features(self, task_id: str) -> Mapping[str, int | str | None]:
         """Return the features of a task by the names of table columns; empty if the task is unknown."""
         return (
             asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
@@ -57,7 +57,7 @@ class TaskLookup:
         if call.arguments is None:
             if call.name not in self._domain.operator_arities:
                 return "unknown"
-            return "other" if call.name in self._actions_that_are_goals else "procedural"
+            return "other" if call.name in self._actions_demanded_by_goals else "procedural"
         if call.name not in self._spellings:
             return "unknown"
         held = self._find_truth_in_plan_states(task_id, call)
@@ -68,7 +68,7 @@ class TaskLookup:
         return "final" if held[-1] else "intermediate"
 
     @cached_property
-    def _actions_that_are_goals(self) -> frozenset[str]:
+    def _actions_demanded_by_goals(self) -> frozenset[str]:
         """Names of the actions that are goals of at least one task of the benchmark."""
         goals = (goal for task in self._tasks.values() for goal in task.get_goals_of_kind(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in list_actions_that_meet_goal(goal))
@@ -100,7 +100,7 @@ class TaskLookup:
         return held
 
     def _find_objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
-        """Yield the objects of a task whose full name or name in answers is the given name."""
+        """Yield the objects of a task with a name, in answers or, with its number, in the scene."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:
             full_name = task.scene.objects[index].name

@@ -15,11 +15,11 @@ from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.results.lines import AnswerLine, AtomLine, GoalLine, OperatorClauseLine, StepLine
 from eai.results.record import Record
 from eai.results.summary import (
+    compute_metric_shares_by_task,
     find_answer_outcome,
     find_task_name,
     list_judged_goals,
     list_reported_steps,
-    map_tasks_to_shares,
 )
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class TidyTables:
     def add_records(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
         task_lookup = self._open_cached_lookup(records[0].domain) if self._features else None
-        shares = map_tasks_to_shares(records)
+        shares = compute_metric_shares_by_task(records)
         for record in records:
             key = make_identifying_columns(record)
             self.answers.append(_make_answer_line(record, key, shares.get(record.task_id, {}), task_lookup))

@@ -76,7 +76,7 @@ class RunTotals:
             self.judges[verdict.planner_used] += 1
         if verdict.fallback_planner_outcome is not None:
             self.left[verdict.fallback_planner_outcome] += 1
-        self._add_statuses({record.task_id: _encode_statuses_as_bits(record)})
+        self._add_task_statuses({record.task_id: _encode_statuses_as_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)
             self.void.update(declared.missing_metrics(verdict))
@@ -91,10 +91,10 @@ class RunTotals:
         self.void |= later.void
         self.judges += later.judges
         self.left += later.left
-        self._add_statuses(later.statuses)
+        self._add_task_statuses(later.statuses)
         add_contributions(self.sums, later.sums)
 
-    def _add_statuses(self, statuses: Mapping[str, int]) -> None:
+    def _add_task_statuses(self, statuses: Mapping[str, int]) -> None:
         for task_id, status in statuses.items():
             self.statuses[task_id] = self.statuses.get(task_id, 0) | status
 

@@ -49,15 +49,15 @@ def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 _PROMPTS = "prompts"
-"""Name under which the experiment of a record stores the choice of prompts."""
+"""Name of the study of prompts in the options that a record stores of its run."""
 
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
-"""Reason why a record gives no training data: its task pays no reward."""
+"""Reason why a record gives no training data: answers to its ability get no reward."""
 NO_STEPS = "without a plan of actions that can be read"
 
 AddColumns: TypeAlias = Callable[[Record], "TrainingRow | None"]
-"""Function that returns further columns of a record's row, or None if the record gives no row."""
+"""Function that returns further columns of training data for a record, or None to leave the record out."""
 
 
 def make_reward_rows(
@@ -112,10 +112,12 @@ def _has_unknown_prompt(record: Record) -> bool:
     settings = record.experiment
     if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
         settings = settings.without_study(_PROMPTS)  # the digest already identifies the prompt
-    return settings is not None and not settings.has_no_study_or_rules
+    return settings is not None and not settings.is_run_without_study_or_rules
 
 
-def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counter[str]) -> AddColumns:
+def make_adder_of_distance_and_steps(
+    suite: Suite, search_effort: int, step_counts: Counter[str]
+) -> AddColumns:
     """Return a function that returns the columns ``distance`` and ``steps`` of a record of a suite.
 
     Args:
@@ -126,7 +128,7 @@ def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counte
     """
     labelers: dict[str, StepLabeler] = {}
 
-    def make_distance_and_steps(record: Record) -> TrainingRow | None:
+    def make_goal_distance_and_step_columns(record: Record) -> TrainingRow | None:
         scorer = suite.scorer(record.task_id)
         plan = scorer.read(record.response) if isinstance(scorer, ActionSequencingScorer) else None
         if not isinstance(scorer, ActionSequencingScorer) or not isinstance(plan, WrittenPlan):
@@ -141,7 +143,7 @@ def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counte
         step_counts["exact"] += sum(label.change is not None for label in executed)
         return {"distance": distance, "steps": [label._asdict() for label in labels]}
 
-    return make_distance_and_steps
+    return make_goal_distance_and_step_columns
 
 
 def select_verified_rows(rows: Iterable[TrainingRow], min_reward: float) -> Iterator[TrainingRow]:

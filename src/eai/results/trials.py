@@ -100,7 +100,7 @@ class Conversation:
         return self._ask()
 
     @property
-    def metadata(self) -> Mapping[str, str]:
+    def metadata_on_changed_scene(self) -> Mapping[str, str]:
         """Metadata on the scene of the next question, if the scene has changed."""
         return self._about()
 
@@ -162,7 +162,7 @@ class TrialSet:
         )
 
 
-def replay_answers(
+def replay_attempts_at_task(
     suite: Suite, options: ReplanningOptions, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
     """Execute recorded answers to a task again, and return the attempts with their outcomes.
@@ -239,8 +239,8 @@ def open_trials(
 ) -> TrialSet:
     """Return the trials of some tasks of a suite.
 
-    Some protocols choose one way to read all answers of a model, after the last answer. A trial executes each
-    answer at once. Therefore these protocols choose by the example answers in the questions.
+    Some protocols decide from all answers of a model whether plans name objects with ids. A trial executes
+    each answer at once. Therefore these protocols decide from the example answers in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.

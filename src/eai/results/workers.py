@@ -138,7 +138,14 @@ MAX_DEATHS = 3
 
 @dataclass(slots=True, eq=False)
 class _WorkBatch:
-    """A batch: items of a stream, the pickled function that works on them, and the pickled results."""
+    """A part of a stream of items, for one worker process.
+
+    Attributes:
+        work: the pickled function that works on the items.
+        items: the items.
+        result: the pickled results, or the pickled exception; None before they arrive.
+        deaths: number of workers that died at this batch.
+    """
 
     work: bytes
     items: Sequence[Any]
@@ -146,10 +153,10 @@ class _WorkBatch:
     deaths: int = 0
 
     def results(self) -> Sequence[Any]:
-        """Return the results of the items.
+        """Return the results of the function for the items of this batch, in order.
 
         Raises:
-            Exception: the exception that the work raised.
+            Exception: the exception that the function raised.
         """
         results_or_error = pickle.loads(self.result or b"")  # noqa: S301 - of a process of this program
         if isinstance(results_or_error, Exception):

@@ -58,7 +58,7 @@ _REPLIES_PER_TURN = 3
 _ENDED_BY_LIMIT = {"token": "tokens", "time": "time", "turn": "turns"}
 
 
-class _StoredEpisode(StoreModel):
+class _EpisodeInInspectStore(StoreModel):
     """The episode up to the last command, as Inspect's store holds it."""
 
     episode: dict[str, Any] = Field(default_factory=dict)
@@ -66,7 +66,7 @@ class _StoredEpisode(StoreModel):
 
 def read_episode_text(state: TaskState | EvalSample) -> str:
     """Return the episode in a sample's store as text, or the sample's output if there is no episode."""
-    episode = state.store_as(_StoredEpisode).episode
+    episode = state.store_as(_EpisodeInInspectStore).episode
     return json.dumps(episode, ensure_ascii=False) if episode else state.output.completion
 
 
@@ -86,7 +86,7 @@ def _begin_episode(state: TaskState) -> RecordedGame | None:
     play = EpisodeFactory(benchmark, AgentSetting.from_metadata(metadata)).begin_episode(
         task, state.epoch, int(metadata.get(BEGUN, 1))
     )
-    for turn in state.store_as(_StoredEpisode).episode.get("turns", ()):
+    for turn in state.store_as(_EpisodeInInspectStore).episode.get("turns", ()):
         play.play_command(turn["said"], turn.get("thought", ""))
     return play
 
@@ -95,7 +95,7 @@ def _play_command(state: TaskState, play: RecordedGame, command: str) -> str | l
     """Play a command, store the episode, and return the game's reply with pictures of the scene."""
     last_reply = _read_last_model_reply()
     reply = play.play_command(command, "" if last_reply == command else last_reply)
-    state.store_as(_StoredEpisode).episode = play.to_json("stopped")
+    state.store_as(_EpisodeInInspectStore).episode = play.to_json("stopped")
     return make_message_content(Prompt(reply, images=play.draw_pictures()))
 
 
@@ -121,7 +121,7 @@ def _make_tools(state: TaskState, play: RecordedGame) -> list[ToolDef]:
 
 
 def _make_verifier_tools(state: TaskState) -> Iterator[ToolDef]:
-    """Yield the tools of `eai serve mcp --tools`, restricted to the task."""
+    """Yield the tools of `eai serve mcp --tools`, which check plans and goals, for the sample's task only."""
     open_tools = load_from_extension("verifier_tools", "agent.verifier")
     task = {"benchmark": str(state.metadata["domain"]), "task": str(state.sample_id)}
 
@@ -153,7 +153,7 @@ def offer_task_tools() -> Solver:
         add_epoch_to_metadata(state)
         play = _begin_episode(state)
         if play is not None:
-            state.store_as(_StoredEpisode).episode = play.to_json("stopped")
+            state.store_as(_EpisodeInInspectStore).episode = play.to_json("stopped")
             state.tools.extend([tool.as_tool() for tool in _make_tools(state, play)])
         return state
 
@@ -200,7 +200,7 @@ if registry_info(player).name == "player":
 
 
 def _store_episode_text(state: TaskState, model_stop_reason: StopReason, episode_end_reason: str) -> None:
-    stored = state.store_as(_StoredEpisode)
+    stored = state.store_as(_EpisodeInInspectStore)
     if stored.episode["ended"] == "stopped":
         stored.episode = {**stored.episode, "ended": episode_end_reason}
     state.output = ModelOutput.from_content(str(state.model), read_episode_text(state), model_stop_reason)
@@ -218,7 +218,7 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
         return
 
     async def resumes(agent: AgentState) -> bool:
-        is_over = state.store_as(_StoredEpisode).episode["ended"] in ("done", "steps")
+        is_over = state.store_as(_EpisodeInInspectStore).episode["ended"] in ("done", "steps")
         return bool(agent.output.message.tool_calls) and not is_over
 
     refusal = ""
@@ -228,11 +228,11 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
         if harness != AUTO or not is_refused_parameter(error):
             raise
         refusal = f"the server refused tools: {describe_error(error)}"
-    play = _begin_episode(state)  # the tools have played a copy of the game, and stored its state
+    play = _begin_episode(state)  # the tool calls have played the episode up to here, and stored its commands
     if play is None or play.over or (not refusal and agent.output.message.tool_calls):
         return
     play.without_call = refusal or split_reply(agent.output.completion).answer.strip() or "(an empty reply)"
-    state.store_as(_StoredEpisode).episode = play.to_json("stopped")
+    state.store_as(_EpisodeInInspectStore).episode = play.to_json("stopped")
     if harness == AUTO:
         agent.messages.append(ChatMessageUser(content=f"You called no tool. {BY_TEXT}"))
         await _play_by_text(state, agent, play)
@@ -271,7 +271,7 @@ def play_missing_episodes(run: RunState) -> Solver:
             return state
         if run.stopped is not None:
             return state
-        question, request = recorded.conversation.question, run.hash_next_request(recorded)
+        question, request = recorded.conversation.question, run.hash_request_for_next_answer(recorded)
         state.metadata[BEGUN] = run.journal.record_and_count_episode_starts(key, request)
         with report_failure(run, key):
             state = await perform(await begin(state, generate), generate)

@@ -100,7 +100,7 @@ REMEDIES = (
     "Shorter answers: --max-tokens. Only the tasks that fit: --with requests.too_long=skip. "
     "All tasks: --with requests.too_long=ask"
 )
-"""Ways to run a suite with tasks that do not fit into the model's context."""
+"""End of a message on tasks that do not fit into the model's context: options that help."""
 
 
 class _LongTasks(NamedTuple):

@@ -1,9 +1,10 @@
 """The journal of a run, which is a file of all answers so far, and the state of a run with open questions.
 
 A run resumes from its journal. A line that a crash cut off is ignored. Inspect's own resume is not used,
-because it takes over whole samples by id and epoch, even if the question has changed. An experiment would ask
-its first attempts twice. A changed prompt would keep its old answer. A run of fewer tasks would ask all of
-them again. Samples that are not yet in the log are lost when the process is killed.
+because it takes over whole samples by id and epoch, even if the question has changed. If a model has several
+attempts at a task, it would have to repeat the first ones. A changed prompt would keep its old answer. A run
+of fewer tasks would ask all of them again. Samples that are not yet in the log are lost when the process is
+killed.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ answered, without their tokens. A task has failed if a request failed after all 
 """
 
 
-class _RecordedConversation(NamedTuple):
+class _ConversationInJournal(NamedTuple):
     """The conversation about a task in an epoch, with its answers in order."""
 
     key: AnswerKey
@@ -129,8 +130,8 @@ class RunState:
         job: the job.
         journal: the journal for new answers.
         last_answers: mapping from task and epoch to the last answer, for each finished task.
-        attempts: mapping from task and epoch to attempts at a finished task; empty if answers are not
-            executed.
+        attempts: mapping from task and epoch to attempts at a finished task; empty unless the run executes
+            each answer and asks again after an error.
         failures: mapping from task and epoch to the reason why the answer is missing.
         stopped: reason why the run sends no more questions; None while the run goes on.
         answer_limit: maximum number of tokens of further answers by default; None for no limit.
@@ -155,27 +156,27 @@ class RunState:
         return all(key in self.last_answers for key in product(job.prompts, range(1, job.epochs + 1)))
 
     @property
-    def _question_count(self) -> int:
+    def _number_of_questions_to_ask(self) -> int:
         return len(self.job.prompts) * self.job.epochs
 
-    def open_conversation(self, key: AnswerKey) -> _RecordedConversation:
+    def open_conversation(self, key: AnswerKey) -> _ConversationInJournal:
         """Return the conversation about a task in an epoch, continued with the answers in the journal."""
-        recorded = _RecordedConversation(key, self.job.start_conversation(*key), [])
+        recorded = _ConversationInJournal(key, self.job.start_conversation(*key), [])
         while not recorded.conversation.is_over:
             answer = self.journal.find_answer(
-                key, self.hash_next_request(recorded), len(recorded.answers) + 1
+                key, self.hash_request_for_next_answer(recorded), len(recorded.answers) + 1
             )
             if answer is None:
                 break
             self._add_to_conversation(recorded, answer)
         return recorded
 
-    def hash_next_request(self, recorded: _RecordedConversation) -> str:
+    def hash_request_for_next_answer(self, recorded: _ConversationInJournal) -> str:
         """Return the digest of everything that decides the next answer of a conversation."""
         task_id, _ = recorded.key
         return self.job.hash_request(task_id, recorded.conversation.question, len(recorded.answers) + 1)
 
-    def add_answer(self, recorded: _RecordedConversation, answer: Answer) -> None:
+    def add_answer(self, recorded: _ConversationInJournal, answer: Answer) -> None:
         """Write an answer to the journal, and add it to its conversation and to the answers of the run.
 
         Raises:
@@ -188,24 +189,26 @@ class RunState:
             raise
         self._add_to_conversation(recorded, answer)
         self._new_tokens += answer.usage.output_tokens or 0
-        self.report_progress()
+        self.call_progress_callback()
 
     def record_failure(self, task_id: str, epoch: int, reason: str) -> None:
         """Record that a request failed after all repetitions, so that its task gets no answer."""
         self.failures[task_id, epoch] = reason
-        self.report_progress()
+        self.call_progress_callback()
 
     def stop_run(self, reason: str) -> None:
         """Record a reason why no request can succeed, so that the run sends no more questions."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
-    def report_progress(self) -> None:
+    def call_progress_callback(self) -> None:
         """Call the progress watch with the numbers of answered and failed tasks, and of output tokens."""
         if self._watch is not None:
-            self._watch(len(self.last_answers), len(self.failures), self._question_count, self._new_tokens)
+            self._watch(
+                len(self.last_answers), len(self.failures), self._number_of_questions_to_ask, self._new_tokens
+            )
 
-    def _add_to_conversation(self, recorded: _RecordedConversation, answer: Answer) -> None:
+    def _add_to_conversation(self, recorded: _ConversationInJournal, answer: Answer) -> None:
         key, conversation, answers = recorded
         answers.append(answer)
         conversation.add_answer(answer.text)

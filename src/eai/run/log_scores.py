@@ -42,7 +42,7 @@ def write_scores(logs: Mapping[str, Path], result: SuiteResult) -> None:
 
     Args:
         logs: mapping from each asked task to its log; tasks of a log are consecutive.
-        result: the scored answers to all requests; it reads the explanations from files.
+        result: the scored answers to all requests.
 
     Raises:
         InputError: a log cannot be read or written.
@@ -103,7 +103,7 @@ def _write_scores_of_log(
             summaries.seek(0)
             with new.open("summaries.json", "w", force_zip64=True) as file:
                 shutil.copyfileobj(summaries, file)
-            _complete_log_header(log, result)
+            _add_metrics_and_data_set_to_log(log, result)
             reductions = [each.model_dump(mode="json", exclude_none=True) for each in log.reductions or ()]
             new.writestr("reductions.json", _dump_json(reductions))
         with raise_write_errors_as_input_errors(path):
@@ -132,7 +132,7 @@ def _make_scored_sample(sample: dict[str, Any], score: Score, record: Record) ->
     )
 
 
-def _complete_log_header(log: EvalLog, result: SuiteResult) -> None:
+def _add_metrics_and_data_set_to_log(log: EvalLog, result: SuiteResult) -> None:
     """Compute the metrics of a log, and complete its header."""
     source, (protocol,) = result.suite.source, {record.protocol.value for record in result.records}
     rules = {"protocol": protocol, "planner": source.planner.value, "errata": source.errata.value}

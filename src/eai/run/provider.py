@@ -166,7 +166,7 @@ class _BuiltInModel(ModelAPI):
         self._open_answers = cache(_ANSWER_OPENERS.get(model_name, open_gold_answers))
         self._find_commands = cache(self._list_episode_commands)
         self._open_random_answers = cache(open_random_answers)
-        self._open_recorded_answers = cache(self._read_recorded_answers)
+        self._open_recorded_answers = cache(self._read_answers_from_response_file)
 
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
@@ -298,7 +298,7 @@ class _BuiltInModel(ModelAPI):
         seed += f" {question.attempt}" if question.attempt > 1 else ""
         return make_noisy_answer(answers, question.task_id, self._arguments.rate, seed)
 
-    def _read_recorded_answers(
+    def _read_answers_from_response_file(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
     ) -> dict[str, str]:
         answers = self._open_answers(benchmark, ability, source)

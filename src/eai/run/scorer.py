@@ -48,7 +48,7 @@ from eai.results.record import Record
 from eai.results.responses import Response
 from eai.results.runs import make_explorer_address
 from eai.results.summary import compute_metric_rates, find_answer_outcome
-from eai.results.trials import make_trial_record, replay_answers
+from eai.results.trials import make_trial_record, replay_attempts_at_task
 from eai.run.acting import read_episode_text
 from eai.run.solver import ANSWERS
 from eai.studies.registry import add_study_summaries
@@ -113,8 +113,8 @@ def make_metric_with_paper_columns(ability: str) -> Metric:
 
     The fractions are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left
     out. For several answers to a task the mean counts, or the answer with the most frequent meaning, as in
-    ``eai run --epochs``. Some protocols choose one way to read all answers of a model, after the last answer.
-    In this case, the answers are scored again.
+    ``eai run --epochs``. Some protocols decide from all answers of a model whether plans name objects with
+    ids. Then the answers are scored again.
     """
 
     def compute_paper_columns(scores: list[SampleScore]) -> Value:
@@ -183,11 +183,11 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
     )
 
 
-def _add_harness_and_game_rules_of_record(log_experiment: Experiment, record: Record) -> Experiment:
-    """Return the experiment of a log with the harness and the game rules of an episode's verdict.
+def _add_agent_harness_and_rules_of_record(log_experiment: Experiment, record: Record) -> Experiment:
+    """Return the options of a log, with harness (program that let the model act) and rules of an episode.
 
-    An episode does not record limits of the log, such as a token limit. The log's rules are kept if they
-    contain all rules of the episode.
+    The rules of the log are kept if all rules of the episode are among them. They may also have limits that
+    an episode does not record, such as a token limit.
     """
     agent = (
         get_declaration(record.ability).read_episode_settings(record.response)
@@ -217,12 +217,12 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
     if written is None:
         return record
     stated = experiment_from_json(written) or Experiment()
-    experiment, task_id = _add_harness_and_game_rules_of_record(stated, record), record.task_id
+    experiment, task_id = _add_agent_harness_and_rules_of_record(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
     options = ReplanningOptions.from_experiment(experiment)
     if options is not None:
-        attempts = replay_answers(suite, options, task_id, metadata[ANSWERS], epoch)
+        attempts = replay_attempts_at_task(suite, options, task_id, metadata[ANSWERS], epoch)
         record = make_trial_record(suite, options, record.model, task_id, attempts)
     return add_study_summaries(replace(record, experiment=experiment), suite, metadata)
 
@@ -232,7 +232,7 @@ LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
 
 
 def make_record_of_logged_answer(
-    suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, plain_record: Record
+    suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, record_without_experiment: Record
 ) -> Record:
     """Return the record of an answer in the log of an experiment.
 
@@ -240,11 +240,15 @@ def make_record_of_logged_answer(
         suite: the suite.
         experiment: the experiment, as the metadata of samples has it.
         samples: the sample of each task whose answer is scored.
-        plain_record: the record, scored as if there were no experiment.
+        record_without_experiment: the record, scored as if there were no experiment.
     """
-    metadata, epoch, question = samples.get(plain_record.task_id, ({EXPERIMENT: experiment}, 1, ""))
-    logged = apply_experiment(plain_record, suite.choose_suite_for_answers([question]), metadata, epoch)
-    return logged.drop_explanations() if plain_record.explanation is None else logged
+    metadata, epoch, question = samples.get(
+        record_without_experiment.task_id, ({EXPERIMENT: experiment}, 1, "")
+    )
+    logged = apply_experiment(
+        record_without_experiment, suite.choose_suite_for_answers([question]), metadata, epoch
+    )
+    return logged.drop_explanations() if record_without_experiment.explanation is None else logged
 
 
 def make_score(record: Record, epoch: int, *, answered: bool) -> Score:

@@ -71,7 +71,7 @@ def split_reply(text: str) -> _ReplyParts:
     return _ReplyParts(answer, reasoning, ("reasoning",) if answer != text else ())
 
 
-def restore_closing_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
+def restore_brace_cut_off_by_stop_sequence(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyParts:
     """Add the closing brace that a stop sequence cut off; the published answers have this brace."""
     if "}" not in stop or parts.answer.count("{") <= parts.answer.count("}"):
         return parts
@@ -177,7 +177,7 @@ def _describe_tasks_beyond_context(run: RunState, error: Exception) -> str | Non
 
 
 @solver(name="eai_ask")
-def ask_unanswered_questions(run: RunState) -> Solver:
+def make_solver_that_asks_questions(run: RunState) -> Solver:
     """Return a solver that asks a run's unanswered questions.
 
     The answers are added to the run. The log gets their texts without reasoning.
@@ -194,7 +194,7 @@ def ask_unanswered_questions(run: RunState) -> Solver:
         while not conversation.is_over:
             if run.stopped is not None:  # the run raises its error once, not once for each sample
                 return state
-            question, request = conversation.question, run.hash_next_request(recorded)
+            question, request = conversation.question, run.hash_request_for_next_answer(recorded)
             messages = transcript.add_question(question, conversation)
             with report_failure(run, key):
                 reply = await _ask_within_limit(run, messages, restrictions(key[0], question.stop))
@@ -255,13 +255,15 @@ class _SampleTranscript:
         """Add a question to the state: all messages of the first question, the last message of later ones.
 
         Returns:
-            the messages to send. Metadata of the last message has the attempt's number and the actions whose
-                effects the world kept from earlier attempts.
+            the messages to send. Metadata of the last message has the attempt's number and the actions of
+                earlier attempts, if this attempt continues in the world that they changed.
         """
         self.attempt += 1
         actions = [[action.operator, *action.arguments] for action in conversation.executed_actions]
         metadata = {"attempt": self.attempt, "done": actions}
-        messages = make_messages(question, {**self._metadata, **conversation.metadata, **metadata})
+        messages = make_messages(
+            question, {**self._metadata, **conversation.metadata_on_changed_scene, **metadata}
+        )
         if self.attempt == 1:
             self._state.messages = list(messages)
         else:
@@ -305,7 +307,10 @@ def make_answer(
     attempt: int = 1,
     parts: _ReplyParts | None = None,
 ) -> Answer:
-    """Return the answer in a sample's state, for the journal; ``parts`` has its reasoning and its repairs."""
+    """Return the answer in a sample's state, for the journal.
+
+    ``parts`` has its reasoning and the names of the corrections of its text.
+    """
     return Answer(
         task_id=str(state.sample_id),
         epoch=state.epoch,
@@ -405,7 +410,7 @@ async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfi
 def _split_output_into_parts(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
     parts = split_reply(output.completion)
     if output.stop_reason == "stop":
-        parts = restore_closing_brace(parts, stop)
+        parts = restore_brace_cut_off_by_stop_sequence(parts, stop)
     return parts._replace(reasoning="\n\n".join(filter(None, [*find_reasoning(output), parts.reasoning])))
 
 

@@ -87,7 +87,7 @@ Texts = Annotated[tuple[str, ...], BeforeValidator(_wrap_text_in_tuple)]
 Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_wrap_text_in_tuple)]
 
 
-class _ChosenModels(Options):
+class _ModelOptions(Options):
     """The models of a run.
 
     Attributes:
@@ -109,7 +109,7 @@ class _ChosenModels(Options):
         return [Endpoint(name, self.args, self.base_url) for name in self.name]
 
 
-class _ChosenTasks(Options):
+class _TaskOptions(Options):
     """The tasks of a run.
 
     Attributes:
@@ -135,7 +135,7 @@ class _ChosenTasks(Options):
     epochs: int = Field(default=1, ge=1)
 
 
-class _ChosenPrompts(Options):
+class _PromptOptions(Options):
     """The prompts.
 
     Attributes:
@@ -173,9 +173,9 @@ class RunSpec(Options):
         InputError: the choices cannot be combined.
     """
 
-    model: _ChosenModels = _ChosenModels()
-    tasks: _ChosenTasks = _ChosenTasks()
-    prompts: _ChosenPrompts = _ChosenPrompts()
+    model: _ModelOptions = _ModelOptions()
+    tasks: _TaskOptions = _TaskOptions()
+    prompts: _PromptOptions = _PromptOptions()
     generation: DecodingOptions = DecodingOptions()
     requests: RequestOptions = RequestOptions()
     scoring: ScoringOptions = ScoringOptions()
@@ -184,7 +184,7 @@ class RunSpec(Options):
 
     @model_validator(mode="after")
     def _check_contradictions(self) -> Self:
-        choice = self.variation.chosen_option
+        choice = self.combined_study_options.chosen_option
         if self.tasks.adaptive and choice:
             reason = "adaptive runs choose tasks by the difficulty of plain questions"
             raise InputError(f"tasks.adaptive: cannot be combined with {choice}; {reason}")
@@ -197,8 +197,8 @@ class RunSpec(Options):
         return self.agent.model_copy(update={"prompts": chosen}) if chosen in VARIANTS else self.agent
 
     @property
-    def variation(self) -> VariationOptions:
-        """The options of all chosen studies, combined into one object.
+    def combined_study_options(self) -> VariationOptions:
+        """The options of all studies of the run (variations of its questions), combined into one object.
 
         Raises:
             InputError: two studies contradict each other.
@@ -213,9 +213,10 @@ class RunSpec(Options):
 
     @property
     def experiment(self) -> Experiment:
-        """The options of studies as records store them.
+        """The options of studies that change the questions of the run, as records store them.
 
-        Left out are options that a stage before the questions records (`PromptBeliefs.experiment`).
+        If a model first states goals or scenes for the questions, that stage records its own options
+        (`ModelBeliefsInPrompts.experiment`). They are left out.
         """
         variations_by_study = {
             variation.name: self.studies.get(variation.name, VariationOptions())

@@ -47,7 +47,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
-from eai.results.epochs import ModelAnswers, PromptBeliefs, SuiteResult, find_majority_index
+from eai.results.epochs import ModelAnswers, ModelBeliefsInPrompts, SuiteResult, find_majority_index
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import TrialSet, open_trials
@@ -58,10 +58,10 @@ from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.request_errors import limit_tries_of_refused_connections
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
 from eai.run.solver import (
-    ask_unanswered_questions,
     ask_without_journal,
     drop_unreadable_token_usage,
     make_messages,
+    make_solver_that_asks_questions,
 )
 from eai.run.spec import find_study_of_option, read_spec
 from eai.studies.prompts.choice import make_prompt_name_experiment
@@ -93,7 +93,7 @@ _MAX_BUFFERED_SAMPLES = 50
 """Maximum number of finished samples that Inspect holds before it writes them. Each write copies the log."""
 
 
-class _SampleFeed(SampleSource):
+class _SamplesFedToInspect(SampleSource):
     """Hands the samples of a job to Inspect while it runs, so that memory does not grow with their number.
 
     Args:
@@ -118,7 +118,7 @@ class _SampleFeed(SampleSource):
         return self._take_samples()
 
     async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
-        """Return the samples that Inspect can begin because a sample was abandoned."""
+        """Return the samples that Inspect can begin because a waiting or running sample was cancelled."""
         self._unfinished -= 1
         return self._take_samples()
 
@@ -225,19 +225,19 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
             solver = ask_without_journal(None)
-            stage = spec.variation.make_stage_before_questions(
+            stage = spec.combined_study_options.make_stage_before_questions(
                 library, {suite.domain: asked}, _raise_instead_of_asking_model
             )
             if takes_turns:
                 asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
                 experiment, solver = Experiment(), player()
-            elif spec.variation.chosen_option:
-                spec.variation.select_abilities([ability])
+            elif spec.combined_study_options.chosen_option:
+                spec.combined_study_options.select_abilities([ability])
                 beliefs = None
                 if stage is not None:
-                    asked, beliefs = _run_goal_or_scene_stage(stage, asked, suite)
+                    asked, beliefs = _make_prompts_that_state_beliefs(stage, asked, suite)
                     about = beliefs.metadata
-                trials = make_trials(spec.variation.replanning, library, suite, asked, beliefs)
+                trials = make_trials(spec.combined_study_options.replanning, library, suite, asked, beliefs)
                 solver = ask_without_journal(trials)
                 experiment = combine_experiments(
                     [experiment, None if beliefs is None else beliefs.experiment]
@@ -265,7 +265,7 @@ def make_trials(
     library: PromptLibrary,
     suite: Suite,
     prompts: Mapping[str, Prompt],
-    beliefs: PromptBeliefs | None,
+    beliefs: ModelBeliefsInPrompts | None,
 ) -> TrialSet | None:
     """Return the trials that execute answers and ask again; None if each question is sent once.
 
@@ -294,10 +294,11 @@ def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
 def _sort_arguments_into_sections(
     ability: Ability, arguments: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Return the options of agents and studies, as a mapping by section of a specification.
+    """Return the arguments of an Inspect task as options, by their section of a run's specification.
 
     Raises:
-        InputError: an option is unknown, or needs a second model, which Inspect's tasks cannot ask.
+        InputError: an option is unknown, or would make the run ask a second model. Inspect's tasks ask only
+            one model.
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
@@ -316,9 +317,9 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
     )
 
 
-def _run_goal_or_scene_stage(
+def _make_prompts_that_state_beliefs(
     stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
-) -> tuple[Mapping[str, Prompt], PromptBeliefs]:
+) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
     """Return questions that state the beliefs (goals or scenes) of an earlier stage, and these beliefs.
 
     Raises:
@@ -420,7 +421,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     )
 
 
-def make_experiment_adder(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
+def make_adder_of_experiment_in_log(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
     """Return a function that adds a log's experiment to a record of an answer in the log.
 
     Return None if the log has no experiment, or if the ability's results are means over epochs.
@@ -483,7 +484,7 @@ def request_missing_answers(
         EaiError: the whole run failed: unknown model, or missing or wrong key.
     """
     run = RunState(job, AnswerJournal(journal), watch)
-    run.report_progress()
+    run.call_progress_callback()
     if calls_server(job.endpoint) and not run.has_all_answers(job):
         require_server(find_model(job.endpoint))
     logs: dict[str, Path] = {}
@@ -535,11 +536,11 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
         job.prompts,
         play_missing_episodes(run)
         if get_declaration(job.suite.ability).takes_turns
-        else ask_unanswered_questions(run),
+        else make_solver_that_asks_questions(run),
         metadata={JOB: job.sha256, ANSWER_LIMIT: job.answer_limit},
         experiment=job.experiment,
         question_metadata=job.metadata,
-        open_dataset=partial(_SampleFeed, epochs=job.epochs, ahead=ahead),
+        open_dataset=partial(_SamplesFedToInspect, epochs=job.epochs, ahead=ahead),
     )
 
 

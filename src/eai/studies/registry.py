@@ -82,7 +82,7 @@ def add_study_summaries(record: Record, suite: Suite, question_metadata: Mapping
     if record.unanswered is not None:
         return record
     summaries = {**record.summaries}
-    for name in record.study.keys() & _find_study_entry_points().keys() - summaries.keys():
+    for name in record.settings_by_study.keys() & _find_study_entry_points().keys() - summaries.keys():
         summarize = find_study(name).summarize
         summary = None if summarize is None else summarize(record, suite, question_metadata)
         if summary:

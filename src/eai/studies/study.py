@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.base.errors import InputError
 from eai.benchmarks.registry import get_title
-from eai.results.lines import SuiteKey
+from eai.results.lines import SuiteIdentity
 from eai.results.paper_tables import PaperTable, read_paper_protocol_and_tables
 from eai.results.plots import add_title, clip_label
 from eai.studies.variation import VariationOptions
@@ -81,12 +81,12 @@ class Study:
     included_in_all: bool = False
 
 
-def format_suite_heading(suite: SuiteKey) -> str:
+def format_suite_heading(suite: SuiteIdentity) -> str:
     """Return the heading of a suite, with the title of its benchmark."""
     return str(suite._replace(domain=get_title(suite.domain)))
 
 
-def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+def add_suite_title(suite: SuiteIdentity, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
     """Give a figure the title of a suite. Return the name of the figure's file, and the figure.
 
     The figure may be None (nothing to show), and stays None.

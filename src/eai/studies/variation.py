@@ -19,7 +19,7 @@ from eai.tasks.options import Options
 if TYPE_CHECKING:
     from eai.benchmarks.prompt_library import PromptLibrary
     from eai.benchmarks.suite import Suite
-    from eai.results.epochs import PromptBeliefs, SuiteResult
+    from eai.results.epochs import ModelBeliefsInPrompts, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
 
 
@@ -64,14 +64,14 @@ class StageBeforeQuestions:
     library: PromptLibrary
     task_ids: Mapping[str, Collection[str]]
     ask: AskModel
-    believe: Callable[[StageBeforeQuestions, Endpoint, Suite], PromptBeliefs]
+    believe: Callable[[StageBeforeQuestions, Endpoint, Suite], ModelBeliefsInPrompts]
     previous: StageBeforeQuestions | None = None
     results: list[SuiteResult] = field(default_factory=list, init=False)
-    found_beliefs: dict[tuple[str, ...], PromptBeliefs] = field(default_factory=dict, init=False)
+    found_beliefs: dict[tuple[str, ...], ModelBeliefsInPrompts] = field(default_factory=dict, init=False)
 
     def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
-    ) -> tuple[Mapping[str, Prompt], PromptBeliefs]:
+    ) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
         """Return the prompts for a model by task, and the goals or scenes (beliefs) that they state.
 
         Tasks without a belief are left out.
@@ -82,7 +82,7 @@ class StageBeforeQuestions:
         beliefs = self.collect_beliefs(endpoint, suite)
         return beliefs.make_prompts(self.library, suite, task_ids), beliefs
 
-    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
+    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
         """Return the goals and scenes that a model found at this stage and at all stages before it.
 
         The questions of the run state these goals and scenes instead of the true ones.
@@ -154,7 +154,8 @@ class VariationOptions(Options):
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
         """Return the settings that records state: the options that differ from their defaults.
 
-        A study returns None if a stage before the questions records them (`PromptBeliefs.experiment`).
+        A study returns None if the stage in which a model states goals or scenes for the questions records
+        them (`ModelBeliefsInPrompts.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])

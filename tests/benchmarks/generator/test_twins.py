@@ -138,9 +138,9 @@ def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) ->
         episode = RecordedGame(stage, 0, 1)
         episode.play_command("IMPOSSIBLE(something is missing)")
         suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
-        verdict = suite.score(stage.task.id, episode.to_text("stopped"))
+        verdict = suite.score(stage.task.id, episode.write_as_json_text("stopped"))
         assert isinstance(verdict, PlanVerdict)
-        assert (verdict.success, verdict.refused, verdict.declines_task) == (
+        assert (verdict.success, verdict.refused, verdict.is_task_declined_by_answer) == (
             is_right,
             "something is missing",
             True,

@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.extensions.contamination.study import StratifiedCase, match_tasks_in_strata
-from eai.results.certainty import RateCase, compute_difference_intervals
+from eai.results.certainty import TaskContribution, compute_difference_intervals
 from eai.results.table import Estimate
 
 
@@ -16,7 +16,7 @@ def placed(which: str, *strata: tuple[str, int, int]) -> list[StratifiedCase]:
     """Tasks of strata: the name of each, how many succeed and how many do not, all of unlike names."""
     return [
         (
-            RateCase(
+            TaskContribution(
                 f"{which}{stratum}{i}", f"{which}{stratum}{i}", make_rate_contribution_of_answer(i < right)
             ),
             stratum,
@@ -33,7 +33,7 @@ def test_a_stratum_weighs_what_it_weighs_in_the_first_set() -> None:
     assert (len(ones), len(others)) == (40, 64)
     assert Estimate.from_cases(ones).value == pytest.approx(100 * 19 / 40)
     assert Estimate.from_cases(others).value == pytest.approx(100 * (10 * 0.5 + 30 * 0.25) / 40)
-    difference = Estimate.from_difference(ones, others)
+    difference = Estimate.estimate_rate_difference(ones, others)
     assert difference.low < difference.value < difference.high  # type: ignore[operator]
 
 
@@ -60,7 +60,7 @@ def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
         sets = [
             [
                 (
-                    RateCase(
+                    TaskContribution(
                         f"{w}{i}", f"{w}{i}", make_rate_contribution_of_answer(rng.random() < chances[s])
                     ),
                     s,

@@ -14,7 +14,7 @@ from by_path import ROOT
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.agents.episode_server import find_journal_path, open_episode_server
-from eai.agents.journal import read_sealing_key
+from eai.agents.journal import read_key_that_seals_journals
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.harbor.verify import compute_episode_rewards, compute_rewards, read_answer
@@ -115,7 +115,7 @@ def test_a_forged_journal_is_worth_nothing(
 ) -> None:
     """Most are sealed with the right key, which no agent can read."""
     folder = world(suite, tmp_path / "journal", PLAN)
-    path, key = find_journal_path(folder, LIGHT), read_sealing_key(folder)
+    path, key = find_journal_path(folder, LIGHT), read_key_that_seals_journals(folder)
     lines = [json.loads(line.partition(b" ")[2]) for line in path.read_bytes().splitlines()]
     path.write_bytes(sealed(lines, key))
     assert compute_episode_rewards(suite, "light", folder)["reward"] == 1

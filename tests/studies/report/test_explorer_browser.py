@@ -270,7 +270,7 @@ def write_episodes(folder: Path, background: ExplorerDomainData) -> str:
     data = ExplorerData(lambda domain: background)
     logs: Mapping[str, LogSamples] = {"good": ({"both": "a.eval"}, {"both": 2}), "poor": ("b.eval", 1)}
     for name, play in plays.items():
-        answer = [Response("both", play.to_text("stopped"))]
+        answer = [Response("both", play.write_as_json_text("stopped"))]
         records = tuple(Scoring().score_records(suite, name, answer, explanations=True))
         key = RunKey(suite.protocol, suite.domain, ACTING, name)
         data.add_run(Run(key, records, logs.get(name)))

@@ -34,7 +34,7 @@ def records(harness: str, commands: Sequence[str]) -> list[Record]:
     play = EpisodeFactory(SWITCHES, AgentSetting(harness=harness)).begin_episode(SUITE.tasks["both"])
     for command in commands:
         play.play_command(command)
-    answers = ResponseFile("model", (Response("both", play.to_text("stopped")),))
+    answers = ResponseFile("model", (Response("both", play.write_as_json_text("stopped")),))
     return score_run(SUITE, answers, {"greet": "it crashed"}, ScoringOptions())
 
 

@@ -109,10 +109,10 @@ class ActionSequencingScorer(PlanScorer):
     def _add_repair_to_verdict(self, text: str, verdict: Verdict, max_tried_steps: int) -> Verdict:
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
-        if verdict.declines_task and verdict.success:
+        if verdict.is_task_declined_by_answer and verdict.success:
             return replace(verdict, repair=Repair(at_most=0))
         plan = self.read(text)
-        if verdict.declines_task or isinstance(plan, Unreadable):
+        if verdict.is_task_declined_by_answer or isinstance(plan, Unreadable):
             return replace(verdict, repair=Repair(why_null="unreadable"))
         return replace(verdict, repair=self.repairer.find_smallest_repair(plan, verdict, max_tried_steps))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Literal, TypeAlias
 
-from eai.results.lines import SuiteKey
+from eai.results.lines import SuiteIdentity
 
 Flag: TypeAlias = Literal[
     "saturated", "unsolved", "unsolved: no plan", "unsolved: plan exists", "negative", "ambiguous names"
@@ -20,5 +20,5 @@ Flag: TypeAlias = Literal[
 - ambiguous names: the task's goals require the same of several objects that have one name in answers.
 """
 
-FlagReader = Callable[[SuiteKey, str, bool], Iterator[Flag]]
+FlagReader = Callable[[SuiteIdentity, str, bool], Iterator[Flag]]
 """Yields signs that a task may be wrong, given its suite, its id, and whether no model solves it."""

@@ -19,7 +19,14 @@ from eai.extensions.adaptive.rasch import (
     fit_rasch,
 )
 from eai.results.certainty import LEVEL, compute_student_quantile
-from eai.results.lines import SUITE, AnswerLine, SuiteKey, compute_main_score_share, group_by_suite, make_case
+from eai.results.lines import (
+    SUITE,
+    AnswerLine,
+    SuiteIdentity,
+    compute_contribution_to_main_score,
+    group_by_suite,
+    make_task_contribution,
+)
 from eai.results.paper_tables import is_trivial_baseline
 from eai.results.plots import (
     COLUMN,
@@ -91,7 +98,7 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     for answer in answers:
         if answer.outcome != AnswerOutcome.EXCLUDED.value:
             by_model.setdefault(answer.agent, {})[answer.task] = (
-                Rate(*compute_main_score_share(answer)).share or 0.0
+                Rate(*compute_contribution_to_main_score(answer)).share or 0.0
             )
             names[answer.task] = answer.name
     tasks = [task for task in names if all(task in scores for scores in by_model.values())]
@@ -99,7 +106,7 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     return SuiteScores(tuple(by_model), tuple(tasks), tuple(names[task] for task in tasks), matrix)
 
 
-_ScoredSuites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerLine], SuiteScores]]
+_ScoredSuites: TypeAlias = Mapping[SuiteIdentity, tuple[Sequence[AnswerLine], SuiteScores]]
 
 
 def make_item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
@@ -254,7 +261,9 @@ def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
             cases = [
-                make_case(line, compute_main_score_share(line)) for line in answers if line.agent == model
+                make_task_contribution(line, compute_contribution_to_main_score(line))
+                for line in answers
+                if line.agent == model
             ]
             yield (*suite, model, estimate_ability_above_mean(scores, place), Estimate.from_cases(cases))
 

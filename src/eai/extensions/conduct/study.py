@@ -210,7 +210,7 @@ def _make_refusals_table(runs: Sequence[Run]) -> Iterator[Row]:
 
 def _make_refusal_cells(answers: _JudgedAnswers) -> list[Cell]:
     """Return the cells of one row of the table of refusals, in the columns from `success` to `reason`."""
-    answered = [answer for answer in answers if not answer[1].declines_task]
+    answered = [answer for answer in answers if not answer[1].is_task_declined_by_answer]
     plain = [answer for answer in answers if not answer[0].is_declining_right]
     special = [answer for answer in answers if answer[0].is_declining_right]
     refused = [answer for answer in special if answer[1].refused is not None and answer[0].missing]
@@ -219,10 +219,10 @@ def _make_refusal_cells(answers: _JudgedAnswers) -> list[Cell]:
     return [
         _estimate_share(answers, [bool(verdict.success) for _, verdict, _ in answers]),
         100 * never,
-        _estimate_share(answers, [not verdict.declines_task for _, verdict, _ in answers]),
+        _estimate_share(answers, [not verdict.is_task_declined_by_answer for _, verdict, _ in answers]),
         _estimate_share(answered, [not verdict.success for _, verdict, _ in answered]),
-        _estimate_share(plain, [verdict.declines_task for _, verdict, _ in plain]),
-        _estimate_share(special, [verdict.declines_task for _, verdict, _ in special]),
+        _estimate_share(plain, [verdict.is_task_declined_by_answer for _, verdict, _ in plain]),
+        _estimate_share(special, [verdict.is_task_declined_by_answer for _, verdict, _ in special]),
         _estimate_share(refused, named),
     ]
 

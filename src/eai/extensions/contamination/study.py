@@ -14,7 +14,7 @@ from typing import TypeAlias
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import PlanVerdict, make_rate_contribution_of_answer
 from eai.base.errors import InputError
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
@@ -43,13 +43,13 @@ _REMARKS = (
 )
 
 
-StratifiedCase: TypeAlias = tuple[RateCase, Hashable]
+StratifiedCase: TypeAlias = tuple[TaskContribution, Hashable]
 """The contribution of one task to a rate, and the task's stratum (group of similar tasks)."""
 
 
 def match_tasks_in_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
-) -> tuple[list[RateCase], list[RateCase]]:
+) -> tuple[list[TaskContribution], list[TaskContribution]]:
     """Return the tasks of two sets, except those in strata (groups of similar tasks) of one set only.
 
     Weights make each stratum of the second set as heavy as in the first set. Names of tasks get a prefix, so
@@ -67,9 +67,9 @@ def match_tasks_in_strata(
     )
 
 
-def _prefix_case_names(case: RateCase, prefix: str, weight: float = 1) -> RateCase:
+def _prefix_case_names(case: TaskContribution, prefix: str, weight: float = 1) -> TaskContribution:
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
-    return RateCase(f"{prefix} {case.task}", f"{prefix} {case.name}", share)
+    return TaskContribution(f"{prefix} {case.task}", f"{prefix} {case.name}", share)
 
 
 RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
@@ -103,7 +103,7 @@ def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
         rates = [Estimate.from_cases([case for case, _ in each]) for each in placed]
         ones, others = match_tasks_in_strata(*placed)
         percents = [compute_rate(case.share for case in cases).percent for cases in (ones, others)]
-        difference = Estimate.from_difference(ones, others)
+        difference = Estimate.estimate_rate_difference(ones, others)
         yield (model, suite, *rates, *percents, difference, len(ones), len(others))
 
 
@@ -114,7 +114,9 @@ def _assign_strata(records: Sequence[Record]) -> Iterator[StratifiedCase]:
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
             kinds = () if verdict.goals is None else tuple([share.denominator > 0 for share in verdict.goals])
             steps = None if task.annotated_steps is None else _find_bin(task.annotated_steps, STEP_BOUNDS)
-            case = RateCase(record.task_id, task.name, make_rate_contribution_of_answer(verdict.success))
+            case = TaskContribution(
+                record.task_id, task.name, make_rate_contribution_of_answer(verdict.success)
+            )
             yield case, (steps, _find_bin(task.goals, GOAL_BOUNDS), kinds)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from eai.abilities.declaration import AnswerOutcome, get_declaration
 from eai.abilities.verdict import RAISED, UNREPLAYABLE, Verdict
 from eai.agents.episode_server import HARNESS, find_journal_path
-from eai.agents.journal import read_journal, read_sealing_key
+from eai.agents.journal import read_journal, read_key_that_seals_journals
 from eai.agents.play import EpisodeFactory, RecordedGame
 from eai.agents.setting import STANDARD
 from eai.base.errors import InputError
@@ -84,7 +84,9 @@ def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
         return ""
     stage = EpisodeFactory(suite.benchmark).make_setup(suite.tasks[task_id])
     return read_journal(
-        path, read_sealing_key(folder), RecordedGame(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS)
+        path,
+        read_key_that_seals_journals(folder),
+        RecordedGame(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS),
     )
 
 

@@ -114,7 +114,7 @@ class _EpisodeFile:
         """
         if self._read_file() != self._written:
             raise InputError(f"{self._path}: another program has written this file; give another --out")
-        self._texts[play.task.id] = play.to_text("stopped")
+        self._texts[play.task.id] = play.write_as_json_text("stopped")
         responses = [Response(task_id, text) for task_id, text in self._texts.items()]
         write_responses(self._path.parent, ResponseFile(self._model, responses))
         self._written = self._read_file()

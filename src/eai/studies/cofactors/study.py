@@ -19,7 +19,7 @@ from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.grouping import group_pairs
 from eai.benchmarks.features import TaskStatistics
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.lines import (
     MEASURES,
     MODEL,
@@ -28,12 +28,12 @@ from eai.results.lines import (
     AnswerMeasure,
     GoalLine,
     StepLine,
-    SuiteKey,
+    SuiteIdentity,
     TidyTableLine,
     group_by_model,
     group_by_run,
     group_by_suite,
-    make_case,
+    make_task_contribution,
 )
 from eai.results.plots import (
     COLUMN,
@@ -71,7 +71,7 @@ Left out are a feature that always equals another feature, labels, and features 
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""
 
-_AnswersBySuite: TypeAlias = Mapping[SuiteKey, Sequence[AnswerLine]]
+_AnswersBySuite: TypeAlias = Mapping[SuiteIdentity, Sequence[AnswerLine]]
 _ShareGetter: TypeAlias = Callable[[AnswerLine], Share]
 
 _MAX_BINS = 8
@@ -158,12 +158,14 @@ def _make_score_curves(
                 bin_of = make_bin_function(feature, values, width)
                 for model, lines in models.items():
                     pairs = [(value, a) for a in lines if (value := getattr(a, feature)) is not None]
-                    binned = group_pairs((bin_of(value), make_case(a, get_share(a))) for value, a in pairs)
+                    binned = group_pairs(
+                        (bin_of(value), make_task_contribution(a, get_share(a))) for value, a in pairs
+                    )
                     yield from [(*suite, model, feature, *row) for row in _make_score_curve_rows(binned, few)]
 
 
 def _make_score_curve_rows(
-    cases_by_bin: Mapping[tuple[int, int], Sequence[RateCase]], few_tasks: int
+    cases_by_bin: Mapping[tuple[int, int], Sequence[TaskContribution]], few_tasks: int
 ) -> Iterator[Row]:
     for (low, high), cases in sorted(cases_by_bin.items()):
         tasks = len({case.task for case in cases})
@@ -272,7 +274,7 @@ def _compute_success_rates(
     """Yield the share of table lines with a success, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
-            (name, make_case(line, make_rate_contribution_of_answer(is_success(line))))
+            (name, make_task_contribution(line, make_rate_contribution_of_answer(is_success(line))))
             for line in of_run
             for name in get_names(line)
         )

@@ -15,7 +15,7 @@ from eai.abilities.declaration import RUNTIME_FAULTS, AnswerOutcome
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
@@ -25,7 +25,7 @@ from eai.results.lines import (
     group_by_model,
     group_by_run,
     group_by_suite,
-    make_case,
+    make_task_contribution,
 )
 from eai.results.plots import (
     COLUMN,
@@ -164,7 +164,8 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
     """
     for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
         cases = [
-            make_case(line, make_rate_contribution_of_answer(bool(line.additional_steps))) for line in lines
+            make_task_contribution(line, make_rate_contribution_of_answer(bool(line.additional_steps)))
+            for line in lines
         ]
         yield (*key, Estimate.from_cases(cases), sum(a.additional_steps or 0 for a in lines))
 
@@ -193,7 +194,7 @@ def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseLine]) ->
     cases = []
     for (task, name), verdicts in by_task.items():
         written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
-        cases.append(RateCase(task, name, Share(written, gold)))
+        cases.append(TaskContribution(task, name, Share(written, gold)))
     return Estimate.from_cases(cases)
 
 

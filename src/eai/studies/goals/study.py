@@ -8,7 +8,7 @@ from typing import get_args
 
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.grouping import group_pairs
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
@@ -17,7 +17,7 @@ from eai.results.lines import (
     estimate_share_of_each_kind,
     group_by_run,
     group_by_suite,
-    make_case,
+    make_task_contribution,
 )
 from eai.results.plots import draw_rate_matrix, draw_rates_by_name, group_rows_by_suite
 from eai.results.table import Estimate, Row, Table, make_table
@@ -70,8 +70,8 @@ def _estimate_precision_and_recall(lines: Sequence[AtomLine]) -> tuple[Estimate,
     )
 
 
-def _make_rate_case_of_goal(line: AtomLine) -> RateCase:
-    return make_case(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
+def _make_rate_case_of_goal(line: AtomLine) -> TaskContribution:
+    return make_task_contribution(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
 
 
 @make_table("reasons", (*SUITE, MODEL, "reason", "share"))

@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
-from eai.results.epochs import PromptBeliefs
+from eai.results.epochs import ModelBeliefsInPrompts
 from eai.studies.perception.belief import apply_scene_graph, open_scene_graph_vocabulary
 from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
 from eai.studies.perception.errors import find_perception_errors
@@ -43,16 +43,16 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 
 def _make_beliefs_about_scenes(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
-) -> PromptBeliefs:
-    """Return scenes for questions to state (`PromptBeliefs`), with the scene format that records store."""
+) -> ModelBeliefsInPrompts:
+    """Return the scenes that questions state, with the scene format that records store."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
-    return PromptBeliefs(beliefs, experiment, lacking, **further_fields)
+    return ModelBeliefsInPrompts(beliefs, experiment, lacking, **further_fields)
 
 
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
-) -> PromptBeliefs:
+) -> ModelBeliefsInPrompts:
     """Return the scenes of scene graphs, which questions state instead of the true scenes.
 
     Args:
@@ -71,7 +71,7 @@ def make_scene_beliefs(
     )
 
 
-def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> PromptBeliefs:
+def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> ModelBeliefsInPrompts:
     """Read scene graphs, and return their scenes, which questions state instead of the true scenes.
 
     Args:
@@ -88,7 +88,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Pr
 
 def make_beliefs_by_scene_options(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
-) -> PromptBeliefs:
+) -> ModelBeliefsInPrompts:
     """Return the scenes that questions state, for every scene format but ``predicted``.
 
     Raises:
@@ -285,7 +285,7 @@ def _refuse_published_prompts_of_scene(options: SceneOptions, library: PromptLib
 
 def collect_scene_beliefs(
     options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
-) -> PromptBeliefs:
+) -> ModelBeliefsInPrompts:
     """Return the scenes that the questions of a run state.
 
     The scenes of a domain are found once for all models.
@@ -310,7 +310,7 @@ def collect_scene_beliefs(
     return stage.found_beliefs[key]
 
 
-def _ask_captioner(options: SceneOptions, stage: StageBeforeQuestions, suite: Suite) -> PromptBeliefs:
+def _ask_captioner(options: SceneOptions, stage: StageBeforeQuestions, suite: Suite) -> ModelBeliefsInPrompts:
     """Ask a second model (the captioner) to list the scenes in pictures, and return the listed scenes."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = StageBeforeQuestions(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.results.certainty import RateCase, RateCases
+from eai.results.certainty import TaskContribution, TaskContributions
 from eai.results.codec import read_study_summary
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, make_figure
 from eai.results.plots import read_denominator as tasks_in
@@ -79,7 +79,7 @@ class _TaskWithPerceptionErrors:
     """
 
     perceived: PerceptionErrors
-    case: RateCase
+    case: TaskContribution
 
     @property
     def percent_of_facts_missing(self) -> float:
@@ -103,7 +103,7 @@ class _TaskWithPerceptionErrors:
         """Names of the predicates of true facts that the scene graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
-    def make_rate_case(self, share: Share) -> RateCase:
+    def make_rate_case(self, share: Share) -> TaskContribution:
         """Return the case of this task in another rate, with the given numerator and denominator."""
         return self.case._replace(share=share)
 
@@ -139,13 +139,13 @@ class _RunsBySceneFormat:
             and record.task_id in cases
         ]
 
-    def make_rate_cases(self, scene_format: str) -> RateCases:
+    def make_rate_cases(self, scene_format: str) -> TaskContributions:
         """Return the numerator and denominator that each task of a run adds to the metric."""
         records = self.runs[scene_format]
         return make_cases_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
-    def rate_cases_with_true_scene(self) -> dict[str, RateCase]:
+    def rate_cases_with_true_scene(self) -> dict[str, TaskContribution]:
         """Task id -> the task's part in the metric, in the run whose questions list the true scene."""
         return {case.task: case for case in self.make_rate_cases(PLAIN)} if PLAIN in self.runs else {}
 
@@ -163,7 +163,7 @@ class _RunsBySceneFormat:
         ]
         if not without or len(without) < len(cases):
             return (len(cases), Estimate.from_cases(cases), Estimate(None), Estimate(None))
-        cost = Estimate.from_difference(cases, without)
+        cost = Estimate.estimate_rate_difference(cases, without)
         return (len(cases), Estimate.from_cases(cases), Estimate.from_cases(without), cost)
 
 
@@ -189,7 +189,7 @@ def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> lis
 
 
 def _name_scene_format(records: Sequence[Record]) -> str:
-    choice = records[0].study.get(STUDY)
+    choice = records[0].settings_by_study.get(STUDY)
     return PLAIN if choice is None else str(choice.options["scene"])
 
 
@@ -388,7 +388,7 @@ def _summarize_perception_errors(
     if SCENE not in question_metadata:
         return {}
     scenes = {record.task_id: question_metadata[SCENE]}
-    beliefs = read_scene_beliefs(record.study[STUDY].options["scene"], suite, scenes)
+    beliefs = read_scene_beliefs(record.settings_by_study[STUDY].options["scene"], suite, scenes)
     return beliefs.summaries[record.task_id][STUDY]
 
 

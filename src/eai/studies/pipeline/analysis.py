@@ -26,9 +26,9 @@ from eai.benchmarks.gold_answers import open_answers_of_planner, replace_goals_b
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
-from eai.results.certainty import RateCase, RateCases
+from eai.results.certainty import TaskContribution, TaskContributions
 from eai.results.comparison import compare_runs
-from eai.results.lines import SuiteKey
+from eai.results.lines import SuiteIdentity
 from eai.results.paper_tables import map_files_to_paper_models, read_paper_table
 from eai.results.rate import compute_rate
 from eai.results.record import Record
@@ -89,9 +89,9 @@ class _ModularAndPipelineRuns:
     paper: Mapping[str, tuple[float | None, float | None]]
 
     @property
-    def suite(self) -> SuiteKey:
+    def suite(self) -> SuiteIdentity:
         record = self.modular[0]
-        return SuiteKey(record.protocol.value, record.domain, record.ability.value)
+        return SuiteIdentity(record.protocol.value, record.domain, record.ability.value)
 
     @property
     def pipeline_label(self) -> str:
@@ -132,7 +132,7 @@ class _ModularAndPipelineRuns:
         }
         for link in (*_LINKS, "nowhere"):
             shares = [
-                RateCase(
+                TaskContribution(
                     record.task_id,
                     find_task_name(record),
                     make_rate_contribution_of_answer(breaks[record.task_id] == link),
@@ -245,7 +245,7 @@ class _ModularAndPipelineRuns:
             record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
         }
         by_condition = group_pairs(
-            (condition, RateCase(task, name, make_rate_contribution_of_answer(missed)))
+            (condition, TaskContribution(task, name, make_rate_contribution_of_answer(missed)))
             for task, name in names.items()
             for condition, missed in self.conditions.get(task, ())
         )
@@ -262,7 +262,7 @@ class _ModularAndPipelineRuns:
             solved = [int(side.numerator) for side in sides]
             yield condition, Estimate.from_cases(by_condition[condition]), len(tasks), *solved
 
-    def _make_main_metric_cases(self, records: Sequence[Record]) -> Sequence[RateCase]:
+    def _make_main_metric_cases(self, records: Sequence[Record]) -> Sequence[TaskContribution]:
         return make_cases_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
     def _select_common_records(self, run_records: Sequence[Record]) -> list[Record]:
@@ -286,7 +286,7 @@ _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
 """Abilities of a chain of answers, in order: goals, then subgoals, then a plan."""
 
 
-def _find_first_failing_ability(record: Record, success: RateCase) -> str:
+def _find_first_failing_ability(record: Record, success: TaskContribution) -> str:
     """Return the first ability of a chain whose answer fails, or "nowhere" if every answer is right."""
     stated = record.summaries.get(STUDY)
     fails = (
@@ -298,10 +298,14 @@ def _find_first_failing_ability(record: Record, success: RateCase) -> str:
 
 
 def _estimate_both_rates_and_difference(
-    first: RateCases, second: RateCases
+    first: TaskContributions, second: TaskContributions
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Return three estimates: the rates of two runs in percent, and the second minus the first in points."""
-    return Estimate.from_cases(first), Estimate.from_cases(second), Estimate.from_difference(first, second)
+    return (
+        Estimate.from_cases(first),
+        Estimate.from_cases(second),
+        Estimate.estimate_rate_difference(first, second),
+    )
 
 
 def pool_pipeline_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
@@ -404,7 +408,7 @@ def _make_pipeline_pair(
     reachable: Mapping[str, bool] = {}
     if goals is not None:
         benchmark = find_benchmark(key.domain)
-        model = pipeline.records[0].study[STUDY].options["goals_from"]
+        model = pipeline.records[0].settings_by_study[STUDY].options["goals_from"]
         answers = read_interpretations(goals, benchmark, source, model)[1]
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
         conditions = {

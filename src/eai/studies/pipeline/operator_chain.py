@@ -24,7 +24,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
@@ -267,7 +267,9 @@ def _estimate_share_of_end(
 ) -> Estimate:
     """Return the percentage of tasks whose chain has a given end."""
     cases = [
-        RateCase(record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == end))
+        TaskContribution(
+            record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == end)
+        )
         for record, actual in zip(records, ends, strict=True)
         if actual is not None
     ]

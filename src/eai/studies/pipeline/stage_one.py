@@ -26,7 +26,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import find_files_of_suite
 from eai.results.codec import hash_text
-from eai.results.epochs import STATED, SUBGOALS, PromptBeliefs
+from eai.results.epochs import STATED, SUBGOALS, ModelBeliefsInPrompts
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
@@ -52,7 +52,7 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 
 def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
-) -> PromptBeliefs:
+) -> ModelBeliefsInPrompts:
     """Return the goals that questions shall state, from the answers of a file or folder.
 
     Raises:
@@ -74,7 +74,7 @@ def make_goal_beliefs(
     benchmark: Benchmark,
     source: Source,
     scenes: Mapping[str, BelievedTask] | None = None,
-) -> PromptBeliefs:
+) -> ModelBeliefsInPrompts:
     """Return the goals in a model's answers, for later questions to state, with counts of right goals.
 
     The answers are scored under the default protocol.
@@ -96,7 +96,7 @@ def make_goal_beliefs(
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = BelievedTask(replace(scene.task, goals=goals), answer)
             stated[task_id] = _summarize_goals_stated_in_answer(answer, task_id, suite)
-    return PromptBeliefs(
+    return ModelBeliefsInPrompts(
         beliefs,
         Experiment({STUDY: make_settings_with_option("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
@@ -186,7 +186,7 @@ def _read_answers_from_responses(
 
 def find_interpreted_goals(
     goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
-) -> PromptBeliefs:
+) -> ModelBeliefsInPrompts:
     """Return the goals that a model interpreted, as beliefs that later questions state.
 
     The model is asked, or a file is read, once per model and domain.
@@ -216,7 +216,7 @@ def find_interpreted_goals(
     return stage.found_beliefs[key]
 
 
-def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
+def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
     """Return the subgoals that a model lists for the goals that it interpreted.
 
     Each model is asked once for each domain.
@@ -244,8 +244,8 @@ def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Sui
 
 
 def add_subgoals_to_beliefs(
-    goal_beliefs: PromptBeliefs | None, subgoal_answers: Interpretations, suite: Suite
-) -> PromptBeliefs:
+    goal_beliefs: ModelBeliefsInPrompts | None, subgoal_answers: Interpretations, suite: Suite
+) -> ModelBeliefsInPrompts:
     """Return goals for questions to state, with subgoals from answers. Unreadable answers add no subgoals.
 
     Args:
@@ -264,7 +264,7 @@ def add_subgoals_to_beliefs(
         beliefs[task_id] = replace(goal_beliefs.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
         summaries[task_id] = {STUDY: {"subgoals_sha256": hash_text(answer), "subgoals_success": success}}
-    return PromptBeliefs(
+    return ModelBeliefsInPrompts(
         beliefs,
         Experiment({STUDY: make_settings_with_option("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
@@ -283,7 +283,7 @@ def summarize_stated_goals(
         suite: the suite of the question.
         question_metadata: the metadata of the question, with the answers whose goals and subgoals it stated.
     """
-    task_id, models = record.task_id, record.study[STUDY].options
+    task_id, models = record.task_id, record.settings_by_study[STUDY].options
     if STATED not in question_metadata:
         return {}
     beliefs = make_goal_beliefs(

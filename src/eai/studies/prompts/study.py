@@ -18,7 +18,7 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.results.certainty import RateCases
+from eai.results.certainty import TaskContributions
 from eai.results.comparison import compare_runs
 from eai.results.plots import add_title, clip_label, draw_rate_matrix, read_estimate
 from eai.results.rate import Rate, compute_rate
@@ -149,7 +149,7 @@ class _PromptMatrix:
     models: tuple[str, ...]
     records: Mapping[tuple[str, str], Sequence[Record]]
 
-    def make_cases(self, prompt: str, model: str) -> RateCases:
+    def make_cases(self, prompt: str, model: str) -> TaskContributions:
         records = self.records[prompt, model]
         return make_cases_by_metric(records, records[0].ability)[self.metric]
 
@@ -402,7 +402,7 @@ def sort_prompt_rows(cells: Table, model: str) -> list[dict[str, Cell]]:
 
 
 def _name_prompts(run: Run) -> str:
-    choice = run.records[0].study.get(STUDY)
+    choice = run.records[0].settings_by_study.get(STUDY)
     return PLAIN if choice is None else str(choice.options["prompt_name"])
 
 

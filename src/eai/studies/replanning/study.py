@@ -31,7 +31,7 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.protocols import make_replanning_options_of_protocol
-from eai.results.certainty import RateCase
+from eai.results.certainty import TaskContribution
 from eai.results.paper_tables import PaperTable, read_paper_table
 from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_figure
 from eai.results.rate import compute_rate
@@ -96,7 +96,7 @@ class _ReplanningArm:
             drop_later_attempts(record, max_attempts) for records in self.runs.values() for record in records
         ]
 
-    def make_cases(self, metric: str, attempts: int) -> list[RateCase]:
+    def make_cases(self, metric: str, attempts: int) -> list[TaskContribution]:
         """Return the numerator and denominator of each task in a metric after some attempts, seed by seed."""
         return [
             case
@@ -105,7 +105,9 @@ class _ReplanningArm:
         ]
 
 
-def _make_cases_after_attempts(records: Sequence[Record], metric: str, attempts: int) -> list[RateCase]:
+def _make_cases_after_attempts(
+    records: Sequence[Record], metric: str, attempts: int
+) -> list[TaskContribution]:
     stopped = [drop_later_attempts(record, attempts) for record in records]
     return make_cases_by_metric(stopped, stopped[0].ability).get(metric, [])
 
@@ -226,7 +228,7 @@ def _make_feedback_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
             estimates = (
                 Estimate.from_cases(one),
                 Estimate.from_cases(other),
-                Estimate.from_difference(one, other),
+                Estimate.estimate_rate_difference(one, other),
             )
             yield (arm.label, number, *estimates)
 
@@ -259,9 +261,9 @@ def _make_outcomes_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
 
 def _pair_cases(
     control: _ReplanningArm, arm: _ReplanningArm, attempts: int
-) -> tuple[list[RateCase], list[RateCase]]:
+) -> tuple[list[TaskContribution], list[TaskContribution]]:
     """Return two lists, of the control arm and of another arm: success on the tasks and seeds of both."""
-    pairs: list[tuple[RateCase, RateCase]] = []
+    pairs: list[tuple[TaskContribution, TaskContribution]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
         before = {
             case.task: case for case in _make_cases_after_attempts(control.runs[seed], SUCCESS, attempts)

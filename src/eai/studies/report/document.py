@@ -13,7 +13,7 @@ from operator import itemgetter
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
-from eai.results.certainty import Interval, RateCases, compute_mean_rate_over_task_names
+from eai.results.certainty import Interval, TaskContributions, compute_mean_rate_over_task_names
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.model_cards import make_model_table
 from eai.results.paper_tables import (
@@ -207,7 +207,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield format_markdown_table(table)
 
 
-def _list_successes_of_epoch(summary: RunSummary) -> Iterator[tuple[RunKey, RateCases]]:
+def _list_successes_of_epoch(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
     """Yield the key of the whole run and the successes, or nothing if the summary is not of one epoch.
 
     In each epoch of a run, all questions are asked once.

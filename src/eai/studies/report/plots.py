@@ -21,7 +21,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results import plots
 from eai.results.batch import ProgressCallback
-from eai.results.certainty import RateCase, RateCases
+from eai.results.certainty import TaskContribution, TaskContributions
 from eai.results.lines import MODEL
 from eai.results.markdown import escape_markdown
 from eai.results.plots import FEW_CASES, LINES, OUTCOME_COLORS, RULE, clip_label, draw_line, make_figure
@@ -61,7 +61,7 @@ _STYLES = ("-", "--", ":", "-.")
 _MODEL_DISTANCE = 0.09
 """Horizontal distance between the points of models with intervals, as a share of a bin's width."""
 
-Bins = Mapping[int, RateCases]
+Bins = Mapping[int, TaskContributions]
 """Successes of one model's tasks by index of the bin (a range of goals or plan lengths); no empty bins."""
 
 
@@ -180,8 +180,8 @@ def draw_success_by_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _group_cases_by_bin(
-    table: Mapping[int, RateCases], bin_of: Callable[[int], int]
-) -> dict[int, list[RateCase]]:
+    table: Mapping[int, TaskContributions], bin_of: Callable[[int], int]
+) -> dict[int, list[TaskContribution]]:
     return group_pairs((bin_of(number), case) for number, cases in table.items() for case in cases)
 
 

@@ -22,15 +22,15 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results import paper_tables
-from eai.results.certainty import ConfidenceIntervals, RateCases, compute_mean_intervals
+from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_mean_intervals
 from eai.results.coverage import TaskCoverage, combine_coverage
 from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
 from eai.results.rate import Rate
 from eai.results.summary import (
     AVERAGE,
     AbilityMetric,
+    choose_and_weigh_averaged_metrics,
     compute_average_performance,
-    make_weights_of_average_score,
 )
 from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Label, Table
 from eai.studies.report.run_summary import RunSummary
@@ -306,9 +306,9 @@ def make_run_rows(
         if any(score.value is not None for score in row.values()):
             shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
             remarks = [
-                f"{format_ability_title(run.key.ability)}: {run.coverage.remark}"
+                f"{format_ability_title(run.key.ability)}: {run.coverage.remark_on_missing_answers}"
                 for run in shown
-                if run.coverage.remark
+                if run.coverage.remark_on_missing_answers
             ]
             if len(planners) > 1 or with_paper:
                 judged = [", ".join(run.planners) for run in shown if run.planners]
@@ -346,13 +346,15 @@ def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, ScoresByMetric
 
 
 def _average_scores_over_abilities(
-    scores: ScoresByMetric, cases: Mapping[AbilityMetric, RateCases], coverage: TaskCoverage | None
+    scores: ScoresByMetric, cases: Mapping[AbilityMetric, TaskContributions], coverage: TaskCoverage | None
 ) -> RankedScore:
     percents = _get_percents(scores)
     percent = compute_average_performance(percents)
     if percent is None:
         return RankedScore(None, coverage=coverage)
-    weighted = [(weight, cases[metric]) for metric, weight in make_weights_of_average_score(percents).items()]
+    weighted = [
+        (weight, cases[metric]) for metric, weight in choose_and_weigh_averaged_metrics(percents).items()
+    ]
     return _make_score(percent, compute_mean_intervals(weighted), coverage)
 
 
@@ -558,7 +560,7 @@ def make_experiment_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
-    models = {item.key.model for item in runs if not item.key.has_no_study_or_rules}
+    models = {item.key.model for item in runs if not item.key.is_run_without_study_or_rules}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import get_declaration
-from eai.results.certainty import ConfidenceIntervals, RateCases, compute_rate_intervals
+from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_rate_intervals
 from eai.results.cost import Spending, map_cost_units_to_rate_cases, sum_spending
 from eai.results.coverage import TaskCoverage, TasksChangedByErrata
 from eai.results.rate import Rate
@@ -45,16 +45,16 @@ class RunSummary:
     data_sha256: tuple[str, ...]
     rates: Mapping[str, Rate]
     certainties: Mapping[str, ConfidenceIntervals | None]
-    cases: Mapping[str, RateCases]
+    cases: Mapping[str, TaskContributions]
     spent: Spending
-    per_success: Mapping[str, RateCases]
+    per_success: Mapping[str, TaskContributions]
     unnamed: int
     breakdown: AnswerBreakdown
 
 
 def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options, which are ranked and compared with the paper's tables."""
-    return [item for item in runs if item.key.has_no_study_or_rules]
+    return [item for item in runs if item.key.is_run_without_study_or_rules]
 
 
 def summarize_run(run: Run) -> RunSummary:

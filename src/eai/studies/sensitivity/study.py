@@ -25,8 +25,15 @@ from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
-from eai.results.certainty import RateCase
-from eai.results.lines import MODEL, SUITE, TidyTableLine, group_by_model, group_by_suite, make_case
+from eai.results.certainty import TaskContribution
+from eai.results.lines import (
+    MODEL,
+    SUITE,
+    TidyTableLine,
+    group_by_model,
+    group_by_suite,
+    make_task_contribution,
+)
 from eai.results.plots import draw_rate_matrix, group_rows_by_suite, read_numerator
 from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, make_table
@@ -140,7 +147,7 @@ def make_operator_sensitivity_tables(trials: Sequence[OperatorReplacementTrial])
 
 def group_cases_by_operator(
     trials: Iterable[OperatorReplacementTrial],
-) -> dict[tuple[str, str], list[RateCase]]:
+) -> dict[tuple[str, str], list[TaskContribution]]:
     """Return a mapping from operator and category of tasks to the successes and failures of trials.
 
     For each operator, the category `OVERALL` comes first.
@@ -148,7 +155,7 @@ def group_cases_by_operator(
     return group_pairs(
         (
             (trial.operator, category),
-            make_case(trial, make_rate_contribution_of_answer(trial.outcome == _SOLVED)),
+            make_task_contribution(trial, make_rate_contribution_of_answer(trial.outcome == _SOLVED)),
         )
         for trial in trials
         for category in (OVERALL, *trial.categories.split())
@@ -235,7 +242,10 @@ def _make_errors_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[R
 def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Yield each error of an operator, most frequent first, with the failures with and without this error."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
-    cases = [make_case(trial, make_rate_contribution_of_answer(trial.outcome != _SOLVED)) for trial in trials]
+    cases = [
+        make_task_contribution(trial, make_rate_contribution_of_answer(trial.outcome != _SOLVED))
+        for trial in trials
+    ]
     counts = Counter(error for of_trial in errors for error in of_trial)
     for error in sorted(counts, key=lambda error: (-counts[error], error)):
         split = list(zip(cases, errors, strict=True))
