@@ -108,16 +108,16 @@ EAI_EVAL = PackageArchive(
 """The wheel of the paper's package. It has annotations, scene graphs and the official prompts."""
 
 RESOURCES = "virtualhome_resources"
-"""Name of the pack with VirtualHome's vocabularies, PDDL problems and operators."""
+"""Name of the pack (data file) with VirtualHome's vocabularies, PDDL problems and operators."""
 
 BEHAVIOR_PDDL = "behavior_pddl"
-"""Name of the pack with BEHAVIOR's PDDL problems and operators."""
+"""Name of the pack (data file) with BEHAVIOR's PDDL problems and operators."""
 
 PROMPTS = "prompts"
-"""Name of the pack with the official prompts of VirtualHome and BEHAVIOR."""
+"""Name of the pack (data file) with the official prompts of VirtualHome and BEHAVIOR."""
 
 TEMPLATES = "prompt_templates"
-"""Name of the pack with the official template, from which goal interpretation prompts are rendered."""
+"""Name of the pack (data file) with the official template of VirtualHome's goal interpretation prompts."""
 
 PUBLISHED = (
     DataPack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, RESOURCES, "virtualhome")),

@@ -29,13 +29,13 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome of the answer.
-        goals_elsewhere: whether the verdict counts the goals of another branch of the search, because the
-            reported branch reaches fewer goals.
-        errors: kinds of all errors in the reported branch, in order.
+        goals_elsewhere: whether the verdict counts the goals of another way to execute the subgoals than the
+            reported way, which reaches fewer goals.
+        errors: kinds of all errors in the reported way to execute the subgoals, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.
         tried_actions: number of actions that the search tried.
-        refined: number of subgoals for which actions were executed in the reported branch.
+        refined: number of subgoals for which actions were executed in the reported way.
         added_actions: number of actions that the search added: executed actions minus ``refined``.
     """
 

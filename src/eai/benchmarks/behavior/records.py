@@ -21,10 +21,10 @@ PACK = "behavior"
 """Name of the pack (file of the data store) with the records of BEHAVIOR."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Name of the file in the pack with one task a line, in data set order."""
+"""Name of the file in the pack `PACK` with one task a line, in data set order."""
 
 OPTIONS_MEMBER = "goal_options.jsonl"
-"""Name of the file in the pack with the right goals for goal interpretation.
+"""Name of the file in the pack `PACK` with the right goals for goal interpretation.
 
 It has one task a line, in data set order.
 """

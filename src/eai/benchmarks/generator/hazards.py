@@ -153,7 +153,7 @@ def add_goals_against_hazards(
 
     Args:
         task: the task. Its goals are about states.
-        start: the task's initial state in the domain of usual actions.
+        start: the task's initial state in the domain that contains only usual actions, those of public plans.
         hazard_goals: the hazards of the scene.
         planners: a pair: a planner with all actions, and a planner with usual actions only.
         rng: the random generator.
