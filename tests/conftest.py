@@ -8,6 +8,7 @@ import signal
 import tempfile
 from collections import Counter
 from collections.abc import Generator, Iterator, Mapping
+from functools import _lru_cache_wrapper
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -83,7 +84,7 @@ def pytest_collection() -> Generator[None, object, object]:
 def pytest_runtest_teardown(
     item: pytest.Item, nextitem: pytest.Item | None
 ) -> Generator[None, object, object]:
-    """Collect garbage after each module, in a large process also garbage among the frozen objects.
+    """Collect garbage after each module. In a large process also thaw frozen objects and empty the caches.
 
     Collect it also after a test that ignores warnings: then warnings of unclosed files are not attributed to
     the next test.
@@ -92,9 +93,17 @@ def pytest_runtest_teardown(
     is_last_of_module = nextitem is None or nextitem.path != item.path
     if is_last_of_module and is_process_large():
         gc.unfreeze()
+        _empty_bounded_caches()
     if is_last_of_module or any("ignore" in mark.args for mark in item.iter_markers("filterwarnings")):
         gc.collect()
     return outcome
+
+
+def _empty_bounded_caches() -> None:
+    """Empty all caches of bounded size. Those of the planners hold 100 MiB for a few tasks."""
+    for each in gc.get_objects():
+        if isinstance(each, _lru_cache_wrapper) and each.cache_parameters()["maxsize"] is not None:
+            each.cache_clear()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from itertools import islice, pairwise, product
+from itertools import pairwise, product
 from pathlib import Path
 
 import pytest
@@ -136,7 +136,7 @@ def test_certificates_are_valid_by_val(like: str, monkeypatch: pytest.MonkeyPatc
     except DataError as error:
         pytest.skip(str(error))
     domain = find_benchmark(like).domain
-    for task in (made.task for made in tasks(like)[:3]):
+    for task in (made.task for made in tasks(like)[:2]):
         assert validate_with_val(val, domain, task, task.script) == VALID, task.id
         assert validate_with_val(val, domain, task, task.script[:-1]) == "not valid", task.id
 
@@ -243,11 +243,10 @@ SHORT = [
 def test_tiers_are_lengths_of_certificates(like: str, tier: PlanLengthTier) -> None:
     made = generator(like, tier)
     sound = (each for each in map(made.generate_task, map(str, range(60))) if isinstance(each, GeneratedTask))
-    found = list(islice(sound, 3))
+    found = next(sound)
     least, most = LENGTHS[tier]
-    assert found
-    assert all(least <= len(each.task.script) <= most for each in found)
-    assert {each.about["tier"] for each in found} == {tier.value}
+    assert least <= len(found.task.script) <= most
+    assert found.about["tier"] == tier.value
 
 
 def test_all_shapes_of_goals_are_made() -> None:
