@@ -24,11 +24,11 @@ from eai.results.trials import make_trial_record
 from eai.studies.records import StudyRecords
 from eai.studies.replanning.study import (
     _analyze_replanning,
-    _AttemptCountingOptions,
+    _ErrorCountingOptions,
     estimate_success_by_attempt,
-    group_runs_into_arms,
+    group_runs_by_replanning_options,
     make_replanning_tables,
-    write_remarks,
+    write_remarks_on_missing_runs,
 )
 from record_files import write_records
 from studies.told import told_tables
@@ -68,8 +68,8 @@ def test_the_answers_of_each_attempt_are_read_from_a_file(tmp_path: Path) -> Non
 
 
 def test_success_by_the_number_of_attempts_never_falls() -> None:
-    untold, told = group_runs_into_arms([TOLD, UNTOLD])  # the control comes first
-    assert (untold.label, told.label) == ("replans-2-restart-none", "replans-2-restart-explained")
+    untold, told = group_runs_by_replanning_options([TOLD, UNTOLD])  # the control comes first
+    assert (untold.options_label, told.options_label) == ("replans-2-restart-none", "replans-2-restart-explained")
     assert numerators(estimate_success_by_attempt(told)) == [1, 2, 3]
     assert numerators(estimate_success_by_attempt(untold)) == [1, 1, 2]
     assert [each["task_success"].numerator for each in compute_rates_by_attempt(TOLD)] == [1, 2, 3]
@@ -77,17 +77,17 @@ def test_success_by_the_number_of_attempts_never_falls() -> None:
 
 
 def test_arms_with_feedback_are_compared_with_arms_without() -> None:
-    _, worth, _ = make_replanning_tables(group_runs_into_arms([TOLD, UNTOLD]))
+    _, worth, _ = make_replanning_tables(group_runs_by_replanning_options([TOLD, UNTOLD]))
     differences = [row[-1] for row in worth.rows]
     assert [each.value for each in differences if isinstance(each, Estimate)] == [0, 25, 25]
-    assert write_remarks(group_runs_into_arms([TOLD, UNTOLD])) == []
-    (alone,) = write_remarks(group_runs_into_arms([TOLD]))
-    assert alone.startswith("No resampling arm stands beside replans-2-restart-explained")
-    assert make_replanning_tables(group_runs_into_arms([TOLD]))[1].rows == ()
+    assert write_remarks_on_missing_runs(group_runs_by_replanning_options([TOLD, UNTOLD])) == []
+    (alone,) = write_remarks_on_missing_runs(group_runs_by_replanning_options([TOLD]))
+    assert alone.startswith("No runs without feedback stand beside replans-2-restart-explained")
+    assert make_replanning_tables(group_runs_by_replanning_options([TOLD]))[1].rows == ()
 
 
 def test_outcomes_are_counted_by_the_first_failure() -> None:
-    *_, mended = make_replanning_tables(group_runs_into_arms([TOLD, UNTOLD]))
+    *_, mended = make_replanning_tables(group_runs_by_replanning_options([TOLD, UNTOLD]))
     counts = {
         row[:2]: (row[2], row[3].numerator if isinstance(row[3], Estimate) else None, *row[4:])
         for row in mended.rows
@@ -104,11 +104,13 @@ def test_outcomes_are_counted_by_the_first_failure() -> None:
 def test_several_seeds_form_one_arm_with_tasks_as_units() -> None:
     slipping = ReplanningOptions(1, "continue", "state", slip=0.2)
     one, two = (run_of(replace(slipping, slip_seed=seed), [[plan(*BOTH)]]) for seed in (1, 2))
-    (arm,) = group_runs_into_arms([one, two])
-    assert list(arm.runs) == [1, 2]
-    assert len(arm.list_records_up_to_attempt(1)) == 2
-    assert {case.name for case in arm.make_cases("task_success", 2)} == {"0"}
-    assert "One seed of slips" in "".join(write_remarks(group_runs_into_arms([one])))
+    (group,) = group_runs_by_replanning_options([one, two])
+    assert list(group.runs) == [1, 2]
+    assert len(group.list_records_up_to_attempt(1)) == 2
+    assert {case.name for case in group.list_task_contributions_to_metric("task_success", 2)} == {"0"}
+    assert "One seed of slips" in "".join(
+        write_remarks_on_missing_runs(group_runs_by_replanning_options([one]))
+    )
 
 
 def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
@@ -133,4 +135,4 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
 def test_plain_records_are_refused_by_the_analysis_of_replanning(tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", [replace(TOLD[0], experiment=None)])
     with pytest.raises(InputError, match="found no records of runs with further attempts"):
-        list(_analyze_replanning(StudyRecords((tmp_path,)), _AttemptCountingOptions()))
+        list(_analyze_replanning(StudyRecords((tmp_path,)), _ErrorCountingOptions()))

@@ -21,7 +21,7 @@ from eai.extensions.questions.setting import (
 from eai.extensions.questions.shortcuts import (
     SHORTCUTS,
     ClosedQuestion,
-    StatementTraitCounts,
+    SurfaceCueCounts,
     compute_guess_probabilities,
     compute_shortcut_rates,
     draw_closed_question,
@@ -61,11 +61,11 @@ def posed(
     ],
 )
 def test_a_shortcut_is_scored_on_a_question(question: ClosedQuestion, shortcut: str, share: float) -> None:
-    assert StatementTraitCounts().add_question_and_score_shortcuts(question)[shortcut] == pytest.approx(share)
+    assert SurfaceCueCounts().add_question_and_score_shortcuts(question)[shortcut] == pytest.approx(share)
 
 
 def test_shortcuts_learn_from_earlier_questions() -> None:
-    ledger = StatementTraitCounts()
+    ledger = SurfaceCueCounts()
     for place in range(4):
         ledger.add_question_and_score_shortcuts(
             posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0)
@@ -76,7 +76,7 @@ def test_shortcuts_learn_from_earlier_questions() -> None:
         )["operator"]
         == 1
     )
-    closed = StatementTraitCounts()
+    closed = SurfaceCueCounts()
     for _ in range(3):
         closed.add_question_and_score_shortcuts(posed(["on(cup)"], None, "the cup"))
     hits = closed.add_question_and_score_shortcuts(posed(["on(pan)"], 0, "the pan"))
@@ -86,7 +86,7 @@ def test_shortcuts_learn_from_earlier_questions() -> None:
 def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     shown = ["A(1)", "B(1)", "C(1)", "nothing"]
     glance = make_feature_reader("", (), {"nothing": ()})
-    ledger = StatementTraitCounts()
+    ledger = SurfaceCueCounts()
     for right in (0, 1, 2):
         ledger.add_question_and_score_shortcuts(ClosedQuestion(shown, right, glance))
     learned = ledger.add_question_and_score_shortcuts(
@@ -95,23 +95,23 @@ def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     assert learned["operator"] == 1, "one in three was right, and by chance one in four"
 
 
-def test_a_question_that_reduces_imbalance_has_no_excess() -> None:
-    ledger = StatementTraitCounts()
-    assert ledger.compute_excess_imbalance(posed(["on(cup)"], 0)) == 0
-    while not ledger.compute_excess_imbalance(posed(["on(cup)"], 0)):
+def test_a_question_that_reduces_bias_has_no_excess() -> None:
+    ledger = SurfaceCueCounts()
+    assert ledger.compute_shortcut_bias_above_limit(posed(["on(cup)"], 0)) == 0
+    while not ledger.compute_shortcut_bias_above_limit(posed(["on(cup)"], 0)):
         ledger.add_question_and_score_shortcuts(posed(["on(cup)"], 0))
-    assert ledger.compute_excess_imbalance(posed(["on(cup)"], None)) == 0
+    assert ledger.compute_shortcut_bias_above_limit(posed(["on(cup)"], None)) == 0
 
 
-def test_the_tolerated_imbalance_grows_with_every_ten_questions() -> None:
+def test_the_tolerated_bias_grows_with_every_ten_questions() -> None:
     right, wrong = posed(["on(cup)"], 0), posed(["on(cup)"], None)
 
     def excess(number: int) -> int:
         """That of one question more of a kind of which there were eight too many among so many."""
-        ledger = StatementTraitCounts()
+        ledger = SurfaceCueCounts()
         for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
             ledger.add_question_and_score_shortcuts(question)
-        return ledger.compute_excess_imbalance(right)
+        return ledger.compute_shortcut_bias_above_limit(right)
 
     assert excess(8) > 0
     assert excess(10) < excess(8)
@@ -157,7 +157,7 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
         item = replace(item, yes_no_texts=asked)
         drawn = [
             draw_closed_question(
-                item, world, QuestionForm.YES_NO, "", StatementTraitCounts(), random.Random(n), turn
+                item, world, QuestionForm.YES_NO, "", SurfaceCueCounts(), random.Random(n), turn
             )
             for n in range(20)
         ]

@@ -128,7 +128,10 @@ def _print_answer_balance(questions: Sequence[Question]) -> None:
 def _print_best_rates_without_knowledge(
     questions: Sequence[Question], shortcut_rates: Mapping[_KindAndForm, Mapping[str, Rate]]
 ) -> None:
-    """Print the best rate of guessing and shortcuts for each kind and form."""
+    """Print, for each kind and form of question, the best rate of rules that need no knowledge of the world.
+
+    These rules are random guessing and the shortcuts, such as to take the longest choice.
+    """
     best = {group: find_best_shortcut(rates) for group, rates in shortcut_rates.items()}
     columns = {
         replace(PERCENT, name="chance"): lambda group: (

@@ -49,7 +49,7 @@ MIN_DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
 """Headings of columns of rates by depth (number of actions to consider), with the minimum depth."""
 
 GUESS_AND_SHORTCUTS = (GUESS, *SHORTCUTS)
-"""Names of guessing, and of the shortcuts (rules that answer without knowledge of the world)."""
+"""Names of ways to answer without knowledge of the world: to guess at random, and to use a shortcut rule."""
 
 
 class _AskedQuestion(NamedTuple):
@@ -124,9 +124,10 @@ def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation
 def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     """Return the share that one answer adds to each rate, by the name of the rate.
 
-    ``right``, each kind, each form, and each kind and depth: whether the answer is right. ``chance``: the
-    probability that guessing or a shortcut is right. ``f1``: the F1 score of the listed items, for open form
-    only. ``parsing``: whether the answer could not be read.
+    ``right``, and the rates of the question's kind, form, and kind with depth: whether the answer is right.
+    Depth is the number of actions to consider. ``chance``: the probability that guessing, or a shortcut rule
+    such as "take the longest choice", is right. ``f1``: the F1 score of the listed items, for open form only.
+    ``parsing``: whether the answer could not be read.
     """
     right = make_rate_contribution_of_answer(verdict.success)
     is_open = verdict.form is QuestionForm.OPEN
@@ -164,7 +165,10 @@ def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
-    """Whether two verdicts are about one question, even if only one prompt showed the rules of actions."""
+    """Whether two verdicts judge answers to one question.
+
+    A prompt with the rules of actions and a prompt without them ask one question.
+    """
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 

@@ -90,7 +90,7 @@ def make_question_about_action_for_fact(
     return _make_which_action_question(setting, rng, state, action, {fact.predicate}, is_right, values)
 
 
-def make_question_about_action_of_changes(
+def make_question_about_action_with_given_changes(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which single action changed exactly the facts that the question lists.
@@ -173,7 +173,7 @@ def make_why_not_question(
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # gives requirements that are rarely unmet an equal chance
+    one = rng.choice(seen)  # a requirement that is rarely unmet is drawn as often as any other
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)

@@ -36,27 +36,29 @@ _TEMPTING_PROBABILITY = 0.5
 _MAX_DRAWS = 24
 """Maximum number of times that choices are drawn for a question.
 
-If each draw favours a shortcut, the question uses the draw with the smallest imbalance.
+Choices are drawn again if shortcuts would be right too often. After the last draw, the best draw is used.
 """
 
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
-_TRAIT_WEIGHT = 12
-"""Unit in which the balance of a trait (a label that a shortcut relies on) is counted.
+_CUE_WEIGHT = 12
+"""Unit of the balance of a cue (a mark of statements that a shortcut relies on, such as being the longest).
 
-A wrong statement lowers the balance of its trait by this number. A right statement raises it, by this number
-for each wrong choice. Statements of one question with the same trait share the number equally.
+The balance of a cue tells how much more often statements with the cue were right than chance predicts.
+A wrong statement lowers the balance of its cue by this number. A right statement raises it, by this number
+for each wrong choice, so that random choices leave it unchanged on average. Statements of one question with
+the same cue share the number equally.
 """
 
-_TOLERATED_IMBALANCE = 6
-"""Tolerated imbalance of the first questions: a maximum for the sum of the squared balances of all traits.
+_TOLERATED_BIAS = 6
+"""Tolerated bias of the first questions: a maximum for the sum of the squared balances of all cues.
 
-The balance of a trait tells how much more often statements with the trait were right than chance predicts.
-Here, the unit of balance is one question whose right statement is the only statement with the trait.
+The balance of a cue tells how much more often statements with the cue were right than chance predicts.
+Here, the unit of balance is one question whose right statement is the only statement with the cue.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
-"""Number of questions after which the tolerated imbalance of traits grows by one."""
+"""Number of questions after which the tolerated bias grows by one."""
 
 _MAX_OCCURRENCES = 5
 """Maximum count of a statement's names in a question's text. Higher counts are treated as this count."""
@@ -77,8 +79,8 @@ Similar means: the same operator (``operator``), number of names in the text (``
 """
 
 
-class _SurfaceFeatures(NamedTuple):
-    """Superficial features of a statement.
+class _StatementTextFeatures(NamedTuple):
+    """Superficial features of a statement of a question, which need no knowledge of the world.
 
     Attributes:
         names: the names of objects, operators and predicates in the statement.
@@ -99,20 +101,21 @@ class _SurfaceFeatures(NamedTuple):
 
 def make_feature_reader(
     question_text: str, initial_facts: Collection[str], labels: Mapping[str, Sequence[str]]
-) -> Callable[[str], _SurfaceFeatures]:
+) -> Callable[[str], _StatementTextFeatures]:
     """Return a function that reads the superficial features of a statement.
 
     Args:
         question_text: the text of the question without the statements.
         initial_facts: texts of the facts that hold before the actions.
-        labels: labels of texts that do not begin with their operator or predicate.
+        labels: for a statement that does not begin with an operator or predicate, the labels to use instead.
+            The shortcut `operator` treats statements with equal labels alike.
     """
     mentioned = Counter(_NAME_PATTERN.findall(question_text))
 
     @cache
-    def read_features(text: str) -> _SurfaceFeatures:
+    def read_features(text: str) -> _StatementTextFeatures:
         names = frozenset(_NAME_PATTERN.findall(text))
-        return _SurfaceFeatures(
+        return _StatementTextFeatures(
             names,
             sum([name in mentioned for name in names]),
             sum([mentioned[name] for name in names]),
@@ -135,42 +138,40 @@ class ClosedQuestion(NamedTuple):
 
     shown: Sequence[str]
     right: int | None
-    read_features: Callable[[str], _SurfaceFeatures]
+    read_features: Callable[[str], _StatementTextFeatures]
 
 
-_Trait: TypeAlias = tuple[str, str]
-"""The name of a shortcut, and a label that marks statements which the shortcut treats alike."""
+_SurfaceCue: TypeAlias = tuple[str, str]
+"""A cue: the name of a shortcut, and a label of the statements that the shortcut treats alike."""
 
 
-class StatementTraitCounts:
-    """Counts how often statements with each trait were right in earlier questions of one kind and form.
+class SurfaceCueCounts:
+    """Counts how often the statements that shortcuts take were right in earlier questions of a kind and form.
 
-    A trait is a label that a shortcut relies on. A trait is in balance if statements with it are right as
-    often as random guesses are.
+    A cue is a mark of statements that a shortcut relies on, such as being the longest. It is in balance if
+    statements with it are right as often as random guesses are.
     """
 
     def __init__(self) -> None:
-        self._balance: Counter[_Trait] = Counter()
-        self._right: Counter[_Trait] = Counter()
-        self._times: Counter[_Trait] = Counter()
+        self._balance: Counter[_SurfaceCue] = Counter()
+        self._right: Counter[_SurfaceCue] = Counter()
+        self._times: Counter[_SurfaceCue] = Counter()
         self._lengths: list[int] = []
         self._questions = 0
-        self._imbalance = 0
+        self._bias = 0
 
-    def compute_excess_imbalance(self, question: ClosedQuestion) -> int:
-        """Return by how much the imbalance after a question would exceed the tolerated one, or 0.
+    def compute_shortcut_bias_above_limit(self, question: ClosedQuestion) -> int:
+        """Return by how much the bias after a question would exceed the tolerated bias, or 0.
 
-        The imbalance is the sum of the squared balances of all traits.
+        The bias is the sum of the squared balances of all cues. It is 0 if no shortcut beats a random guess.
         """
-        step = self._compute_trait_imbalance_change(question)
+        step = self._compute_change_of_shortcut_bias(question)
         if step <= 0:
             return 0
-        one = (_TRAIT_WEIGHT * (_count_options(question) - 1)) ** 2
+        one = (_CUE_WEIGHT * (_count_options(question) - 1)) ** 2
         return max(
             0,
-            self._imbalance
-            + step
-            - one * (_TOLERATED_IMBALANCE + self._questions // _QUESTIONS_PER_TOLERANCE),
+            self._bias + step - one * (_TOLERATED_BIAS + self._questions // _QUESTIONS_PER_TOLERANCE),
         )
 
     def add_question_and_score_shortcuts(self, question: ClosedQuestion) -> Mapping[str, float]:
@@ -181,71 +182,68 @@ class StatementTraitCounts:
             computed from the counts before this question. It is a fraction if the shortcut cannot decide and
             guesses.
         """
-        traits = self._find_traits_of_each_statement(question)
-        hits = {shortcut: self._score_shortcut(shortcut, question, traits) for shortcut in SHORTCUTS}
-        self._imbalance += self._compute_trait_imbalance_change(question)
-        self._balance.update(_compute_trait_balance_changes(question, traits))
-        for position, statement_traits in enumerate(traits):
-            self._times.update(statement_traits.keys())
-            self._right.update(statement_traits.keys() if position == question.right else ())
+        cues = self._find_cues_of_each_statement(question)
+        hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}
+        self._bias += self._compute_change_of_shortcut_bias(question)
+        self._balance.update(_compute_excess_right_counts_by_cue(question, cues))
+        for position, statement_cues in enumerate(cues):
+            self._times.update(statement_cues.keys())
+            self._right.update(statement_cues.keys() if position == question.right else ())
         insort(self._lengths, len(question.shown[0]))
         self._questions += 1
         return hits
 
-    def _compute_trait_imbalance_change(self, question: ClosedQuestion) -> int:
-        weights = _compute_trait_balance_changes(question, self._find_traits_of_each_statement(question))
-        return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
+    def _compute_change_of_shortcut_bias(self, question: ClosedQuestion) -> int:
+        weights = _compute_excess_right_counts_by_cue(question, self._find_cues_of_each_statement(question))
+        return sum([weight * (2 * self._balance[cue] + weight) for cue, weight in weights.items()])
 
     def _score_shortcut(
-        self, shortcut: str, question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]
+        self, shortcut: str, question: ClosedQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
     ) -> float:
-        seen = [
-            next((trait for trait in statement_traits if trait[0] == shortcut), None)
-            for statement_traits in traits
-        ]
+        seen = [next((cue for cue in statement_cues if cue[0] == shortcut), None) for statement_cues in cues]
         if not any(seen):
             return _compute_share(1, _count_options(question))
         if len(seen) == 1:
-            yes = self._compute_rate_of_right_statements(seen[0], 2)
+            yes = self._compute_success_rate_of_surface_cue(seen[0], 2)
             scores, right = [yes, 1 - yes], 1 if question.right is None else 0
         else:
             learned = shortcut == "operator"
-            unlabelled_trait = (shortcut, "")
+            unlabelled_cue = (shortcut, "")
             scores = [
-                self._compute_rate_of_right_statements(trait, len(seen))
+                self._compute_success_rate_of_surface_cue(cue, len(seen))
                 if learned
-                else unlabelled_trait in statement_traits
-                for trait, statement_traits in zip(seen, traits, strict=True)
+                else unlabelled_cue in statement_cues
+                for cue, statement_cues in zip(seen, cues, strict=True)
             ]
             right = question.right or 0
         best = max(scores)
         return _compute_share(scores[right] == best, scores.count(best))
 
-    def _compute_rate_of_right_statements(self, trait: _Trait | None, option_count: int) -> float:
-        """Return how often statements with a trait were right: a share from 0 to 1.
+    def _compute_success_rate_of_surface_cue(self, cue: _SurfaceCue | None, option_count: int) -> float:
+        """Return how often statements with a cue were right: a share from 0 to 1.
 
-        One fictitious observation at the rate of guessing is added, so that rare traits stay near that rate.
+        One fictitious observation at the rate of guessing is added, so that rare cues stay near that rate.
         """
-        if trait is None:
+        if cue is None:
             return _compute_share(1, option_count)
-        return _compute_share(self._right[trait] * option_count + 1, (self._times[trait] + 1) * option_count)
+        return _compute_share(self._right[cue] * option_count + 1, (self._times[cue] + 1) * option_count)
 
-    def _find_traits_of_each_statement(self, question: ClosedQuestion) -> list[dict[_Trait, int]]:
+    def _find_cues_of_each_statement(self, question: ClosedQuestion) -> list[dict[_SurfaceCue, int]]:
         features = [question.read_features(text) for text in question.shown]
-        all_traits = [
-            dict.fromkeys([("operator", label) for label in statement.labels], _TRAIT_WEIGHT)
+        all_cues = [
+            dict.fromkeys([("operator", label) for label in statement.labels], _CUE_WEIGHT)
             for statement in features
         ]
         if len(features) == 1:
             (statement,) = features
-            all_traits[0] |= {
-                ("text", f"{statement.mentioned_names} of {len(statement.names)}"): _TRAIT_WEIGHT,
-                ("text", f"{min(statement.mentions, _MAX_OCCURRENCES)} times"): _TRAIT_WEIGHT,
-                ("longest", self._classify_length(statement.length)): _TRAIT_WEIGHT,
-                ("unchanged", str(statement.holds)): _TRAIT_WEIGHT,
+            all_cues[0] |= {
+                ("text", f"{statement.mentioned_names} of {len(statement.names)}"): _CUE_WEIGHT,
+                ("text", f"{min(statement.mentions, _MAX_OCCURRENCES)} times"): _CUE_WEIGHT,
+                ("longest", self._compare_length_with_earlier_statements(statement.length)): _CUE_WEIGHT,
+                ("unchanged", str(statement.holds)): _CUE_WEIGHT,
             }
-            return all_traits
-        marked: Mapping[_Trait, Sequence[int]] = {
+            return all_cues
+        marked: Mapping[_SurfaceCue, Sequence[int]] = {
             ("names", ""): [
                 sum([len(one.names & other.names) for other in features]) - len(one.names) for one in features
             ],
@@ -255,34 +253,34 @@ class StatementTraitCounts:
             ("text", "all times"): [statement.mentions for statement in features],
             ("unchanged", ""): [statement.holds for statement in features],
         }
-        for trait, marks in marked.items():
+        for cue, marks in marked.items():
             best = max(marks)
-            weight = _TRAIT_WEIGHT // marks.count(best)
-            for traits, mark in zip(all_traits, marks, strict=True):
+            weight = _CUE_WEIGHT // marks.count(best)
+            for cues, mark in zip(all_cues, marks, strict=True):
                 if mark == best:
-                    traits[trait] = weight
-        return all_traits
+                    cues[cue] = weight
+        return all_cues
 
-    def _classify_length(self, length: int) -> str:
+    def _compare_length_with_earlier_statements(self, length: int) -> str:
         """Return ``long``, ``short`` or ``medium``: a statement's length compared with earlier ones."""
         shorter = bisect_left(self._lengths, length)
         longer = len(self._lengths) - bisect_right(self._lengths, length)
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _compute_trait_balance_changes(
-    question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]
-) -> dict[_Trait, int]:
-    """Return the change that a question makes to the balance of each trait.
+def _compute_excess_right_counts_by_cue(
+    question: ClosedQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
+) -> dict[_SurfaceCue, int]:
+    """Return the change that a question makes to the balance of each cue.
 
-    A right statement raises the balance of its traits, and a wrong statement lowers it. If the right choice
+    A right statement raises the balance of its cues, and a wrong statement lowers it. If the right choice
     is random, the expected change is 0.
     """
-    weights: dict[_Trait, int] = {}
-    for position, statement_traits in enumerate(traits):
-        for trait, part in statement_traits.items():
+    weights: dict[_SurfaceCue, int] = {}
+    for position, statement_cues in enumerate(cues):
+        for cue, part in statement_cues.items():
             weight = part * (_count_options(question) - 1) if position == question.right else -part
-            weights[trait] = weights.get(trait, 0) + weight
+            weights[cue] = weights.get(cue, 0) + weight
     return weights
 
 
@@ -299,22 +297,22 @@ def draw_closed_question(
     setting: QuestionSetting,
     form: QuestionForm,
     question_text: str,
-    ledger: StatementTraitCounts,
+    ledger: SurfaceCueCounts,
     rng: random.Random,
     turn: int,
 ) -> tuple[int, ClosedQuestion] | None:
     """Draw choices (or the statement of a yes-no question) so that no shortcut beats guessing.
 
-    Return a pair: by how much the imbalance after the question exceeds the tolerated imbalance of traits
-    (`StatementTraitCounts.compute_excess_imbalance`), and the question. Return None if there are too few
-    right or wrong texts.
+    Return a pair: by how much the bias after the question exceeds the tolerated bias
+    (`SurfaceCueCounts.compute_shortcut_bias_above_limit`), and the question. Return None if there are
+    too few right or wrong texts.
 
     Args:
         item: the right and wrong texts from which the question is made.
         setting: the task, with its states and its names of objects.
         form: yes or no, or multiple choice.
         question_text: the text of the question without the choices.
-        ledger: how often statements with each trait were right in earlier questions.
+        ledger: how often the statements that shortcuts take were right in earlier questions.
         rng: the random generator.
         turn: a number that selects the right letter, or whether yes or no is right.
     """
@@ -336,11 +334,13 @@ def draw_closed_question(
     for _ in range(_MAX_DRAWS):
         if form is QuestionForm.YES_NO:
             question = ClosedQuestion(
-                [_draw_statement_often_the_first(candidates, rng)], 0 if is_right else None, read_features
+                [_draw_statement_often_most_misleading(candidates, rng)],
+                0 if is_right else None,
+                read_features,
             )
         else:
             question = ClosedQuestion(_draw_choices(item, rng, position), position, read_features)
-        excess = ledger.compute_excess_imbalance(question)
+        excess = ledger.compute_shortcut_bias_above_limit(question)
         if best is None or excess < best[0]:
             best = excess, question
         if not excess:
@@ -348,7 +348,7 @@ def draw_closed_question(
     return best
 
 
-def _draw_statement_often_the_first(statements: Sequence[str], rng: random.Random) -> str:
+def _draw_statement_often_most_misleading(statements: Sequence[str], rng: random.Random) -> str:
     return rng.choice(statements[:1] if rng.random() < _TEMPTING_PROBABILITY else statements)
 
 
@@ -383,7 +383,7 @@ def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) ->
 
 
 GUESS = "guess"
-"""Name of guessing, which tables list beside the shortcuts."""
+"""Name of the row for random guessing, in tables that list how often each shortcut is right."""
 
 
 def compute_answer_entropy(
@@ -398,14 +398,14 @@ def compute_answer_entropy(
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
         return None
-    counts = Counter(map(_classify_gold_answer, chosen))
+    counts = Counter(map(_shorten_gold_outcome_to_first_word, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
 
-def _classify_gold_answer(question: Question) -> tuple[str, ...]:
+def _shorten_gold_outcome_to_first_word(question: Question) -> tuple[str, ...]:
     """Return the class of a gold answer: the whole answer, or the first word of a plan's outcome."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,

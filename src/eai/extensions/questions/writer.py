@@ -24,7 +24,7 @@ from eai.extensions.questions.setting import (
 from eai.extensions.questions.shortcuts import (
     LETTERS,
     ClosedQuestion,
-    StatementTraitCounts,
+    SurfaceCueCounts,
     draw_closed_question,
 )
 from eai.planning.planner import Planner
@@ -35,7 +35,7 @@ from eai.tasks.source import USUAL_SOURCE, Source
 ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
     QuestionKind.FORWARD: one_step.make_question_about_facts_after_action,
     QuestionKind.BACKWARD: one_step.make_question_about_action_for_fact,
-    QuestionKind.INVERSE: one_step.make_question_about_action_of_changes,
+    QuestionKind.INVERSE: one_step.make_question_about_action_with_given_changes,
     QuestionKind.STATE: plans.make_state_tracking_question,
     QuestionKind.APPLICABILITY: one_step.make_applicability_question,
     QuestionKind.WHY_NOT: one_step.make_why_not_question,
@@ -84,13 +84,13 @@ class _QuestionGroupProgress:
     Attributes:
         kind: subject of the questions.
         form: form of the answers.
-        ledger: counts of how often statements with each trait were right.
+        ledger: how often the statements that shortcuts take were right.
         failures: number of failed attempts in a row.
     """
 
     kind: QuestionKind
     form: QuestionForm
-    ledger: StatementTraitCounts
+    ledger: SurfaceCueCounts
     failures: int = 0
 
 
@@ -145,9 +145,7 @@ class QuestionGenerator:
         """
         order = _make_random_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
-        groups = [
-            _QuestionGroupProgress(kind, form, StatementTraitCounts()) for form in forms for kind in kinds
-        ]
+        groups = [_QuestionGroupProgress(kind, form, SurfaceCueCounts()) for form in forms for kind in kinds]
         written, seen = 0, set[str]()
         for turn in count():
             groups = [group for group in groups if group.failures < _MAX_FAILURES]

@@ -35,7 +35,7 @@ from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import find_task_name, make_cases_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.studies.pipeline.operator_chain import analyze_operators
+from eai.studies.pipeline.operator_execution import analyze_operators
 from eai.studies.pipeline.stage_one import STUDY, read_interpretations
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, format_suite_heading, write_paper_remarks

@@ -1,7 +1,7 @@
 """Study the gain of further attempts at a task, the share due to feedback, and actions that fail at random.
 
-More attempts raise success even without feedback. An arm is a way to ask again after failures. Each arm with
-feedback is compared with a control arm: as many attempts, with the same failing actions, but no feedback.
+More attempts raise success even without feedback. So runs with feedback are compared with runs that have as
+many attempts and the same failing actions, but no feedback. Tables call each combination of options an arm.
 Attempts at one task depend on each other, and so do attempts at similar tasks. The unit of every interval is
 therefore the name of the task, over all seeds and attempts; similar tasks share a name.
 """
@@ -55,13 +55,13 @@ _NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_
 
 
 @dataclass(frozen=True, slots=True)
-class _ReplanningArm:
-    """An arm of the study: one way to ask again after failures, with a run for each seed.
+class _ReplanningRunGroup:
+    """Runs with equal options of replanning, one for each seed. Tables call such a group an arm.
 
     Seeds decide which actions fail at random.
 
     Attributes:
-        experiment: the options of the arm's runs, without the seed.
+        experiment: the options of the runs, without the seed.
         runs: the records of each run by its seed, in the order of seeds.
     """
 
@@ -70,12 +70,12 @@ class _ReplanningArm:
 
     @property
     def options(self) -> ReplanningOptions:
-        """Options of the arm: number of attempts, feedback, and failing actions."""
+        """The options of replanning of these runs: number of attempts, feedback, and failing actions."""
         return ReplanningOptions.from_experiment(self.experiment) or ReplanningOptions()
 
     @property
-    def label(self) -> str:
-        """The label of the arm's options, without a seed."""
+    def options_label(self) -> str:
+        """The label of the options of these runs, without a seed."""
         return self.experiment.label
 
     @property
@@ -84,8 +84,8 @@ class _ReplanningArm:
         return self.options.replans + 1
 
     @property
-    def control_experiment(self) -> Experiment:
-        """Options of the control arm: as many attempts, without feedback."""
+    def experiment_without_feedback(self) -> Experiment:
+        """The options of these runs, but without feedback: the options of the runs to compare with."""
         return self.experiment.replace_study_settings(
             replace(self.options, feedback="none", form="prompt").experiment
         )
@@ -96,26 +96,26 @@ class _ReplanningArm:
             drop_later_attempts(record, max_attempts) for records in self.runs.values() for record in records
         ]
 
-    def make_cases(self, metric: str, attempts: int) -> list[TaskContribution]:
+    def list_task_contributions_to_metric(self, metric: str, attempts: int) -> list[TaskContribution]:
         """Return the numerator and denominator of each task in a metric after some attempts, seed by seed."""
         return [
             case
             for records in self.runs.values()
-            for case in _make_cases_after_attempts(records, metric, attempts)
+            for case in _list_contributions_after_attempts(records, metric, attempts)
         ]
 
 
-def _make_cases_after_attempts(
+def _list_contributions_after_attempts(
     records: Sequence[Record], metric: str, attempts: int
 ) -> list[TaskContribution]:
     stopped = [drop_later_attempts(record, attempts) for record in records]
     return make_cases_by_metric(stopped, stopped[0].ability).get(metric, [])
 
 
-def group_runs_into_arms(runs: Sequence[Sequence[Record]]) -> list[_ReplanningArm]:
-    """Return the arms of one model and suite: runs grouped by their way to ask again after failures.
+def group_runs_by_replanning_options(runs: Sequence[Sequence[Record]]) -> list[_ReplanningRunGroup]:
+    """Return the runs of one model and suite, grouped by their options of replanning, whatever their seed.
 
-    Arms without feedback come first. Runs without further attempts are left out.
+    Runs without feedback come first. Runs without further attempts are left out.
     """
     by_experiment = group_pairs(
         (
@@ -126,32 +126,37 @@ def group_runs_into_arms(runs: Sequence[Sequence[Record]]) -> list[_ReplanningAr
         if (experiment := records[0].experiment) is not None
         and (options := ReplanningOptions.from_experiment(experiment)) is not None
     )
-    arms = [
-        _ReplanningArm(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
+    groups = [
+        _ReplanningRunGroup(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
         for experiment, by_seed in by_experiment.items()
     ]
     order = [*get_args(FeedbackLevel)]
-    return sorted(arms, key=lambda arm: (arm.options.slip, order.index(arm.options.feedback), arm.label))
+    return sorted(
+        groups,
+        key=lambda group: (group.options.slip, order.index(group.options.feedback), group.options_label),
+    )
 
 
-def make_replanning_tables(arms: Sequence[_ReplanningArm]) -> list[Table]:
-    """Return the tables that compare arms (ways to ask again after failures)."""
-    return [_make_attempts_table(arms), _make_feedback_table(arms), _make_outcomes_table(arms)]
+def make_replanning_tables(groups: Sequence[_ReplanningRunGroup]) -> list[Table]:
+    """Return the tables that compare runs with different options of replanning."""
+    return [_make_attempts_table(groups), _make_feedback_table(groups), _make_outcomes_table(groups)]
 
 
-def write_remarks(arms: Sequence[_ReplanningArm]) -> list[str]:
-    """Return remarks for readers: which arms have no control arm, and which have runs of only one seed."""
-    experiments = {arm.experiment for arm in arms}
-    lone_arms = [
-        arm.label for arm in arms if arm.max_attempts > 1 and arm.control_experiment not in experiments
+def write_remarks_on_missing_runs(groups: Sequence[_ReplanningRunGroup]) -> list[str]:
+    """Return remarks for readers: which groups lack runs without feedback, or runs of a second seed."""
+    experiments = {group.experiment for group in groups}
+    lone_groups = [
+        group.options_label
+        for group in groups
+        if group.max_attempts > 1 and group.experiment_without_feedback not in experiments
     ]
     texts = []
-    if lone_arms:
+    if lone_groups:
         texts.append(
-            f"No resampling arm stands beside {', '.join(lone_arms)}: what feedback is worth is not known. "
-            "`eai run` with the same options and `replanning.feedback=none` makes it."
+            f"No runs without feedback stand beside {', '.join(lone_groups)}: what feedback is worth is "
+            "not known. `eai run` with the same options and `replanning.feedback=none` makes it."
         )
-    once = [arm.label for arm in arms if arm.options.slip and len(arm.runs) == 1]
+    once = [group.options_label for group in groups if group.options.slip and len(group.runs) == 1]
     if once:
         texts.append(
             f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
@@ -160,9 +165,12 @@ def write_remarks(arms: Sequence[_ReplanningArm]) -> list[str]:
     return texts
 
 
-def estimate_success_by_attempt(arm: _ReplanningArm) -> list[Estimate]:
+def estimate_success_by_attempt(group: _ReplanningRunGroup) -> list[Estimate]:
     """Return the success rate after at most 1, 2, ... attempts at each task."""
-    return [Estimate.from_cases(arm.make_cases(SUCCESS, number)) for number in range(1, arm.max_attempts + 1)]
+    return [
+        Estimate.from_cases(group.list_task_contributions_to_metric(SUCCESS, number))
+        for number in range(1, group.max_attempts + 1)
+    ]
 
 
 @make_table(
@@ -173,32 +181,32 @@ def estimate_success_by_attempt(arm: _ReplanningArm) -> list[Estimate]:
         *("slip", "attempts used", "tokens"),
     ),
 )
-def _make_attempts_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
+def _make_attempts_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]:
     """Results by the number of attempts.
 
-    The result of each arm (way to ask again) after a number of attempts, in percent, with 95 % intervals
+    The result of each arm (options of replanning) after a number of attempts, in percent, with 95 % intervals
     whose units are names of tasks. Errors are those of the last attempt. A slip (an action that was possible
     but had no effect) is not an error of the model. Success cannot fall, because a success ends the attempts.
     A rise from row to row is therefore no finding by itself. Attempts used and tokens are means per task, up
     to the attempt of the row.
     """
-    for arm, number in ((item, number) for item in arms for number in range(1, item.max_attempts + 1)):
+    for group, number in ((item, number) for item in groups for number in range(1, item.max_attempts + 1)):
         records = [
-            record for record in arm.list_records_up_to_attempt(number) if record.verdict.excluded is None
+            record for record in group.list_records_up_to_attempt(number) if record.verdict.excluded is None
         ]
         slipped = [r.verdict.error is not None and r.verdict.error.kind is FaultKind.SLIP for r in records]
-        cases = [arm.make_cases(metric, number) for metric in _ERRORS]
+        cases = [group.list_task_contributions_to_metric(metric, number) for metric in _ERRORS]
         errors = [compute_rate(case.share for case in of_kind).percent for of_kind in cases]
         tokens = [
             sum([attempt.usage.tokens or 0 for attempt in record.attempts if attempt.usage])
             for record in records
         ]
         yield (
-            arm.label,
+            group.options_label,
             number,
-            len(arm.runs),
-            Estimate.from_cases(arm.make_cases(SUCCESS, number)),
-            Estimate.from_cases(arm.make_cases(EXECUTION, number)),
+            len(group.runs),
+            Estimate.from_cases(group.list_task_contributions_to_metric(SUCCESS, number)),
+            Estimate.from_cases(group.list_task_contributions_to_metric(EXECUTION, number)),
             *errors,
             estimate_share(records, slipped).value,
             fmean([len(record.attempts) for record in records]) if records else None,
@@ -211,26 +219,26 @@ def _make_attempts_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
 )
-def _make_feedback_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
-    """Compare each arm with feedback with the arm without feedback.
+def _make_feedback_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]:
+    """Compare runs with feedback with runs without feedback.
 
-    Task success of the resampling arm, which gets no feedback, and of an arm with feedback, after as many
-    attempts on the same tasks and seeds. The difference is in percentage points. Both arms ask the same
+    Task success of runs without feedback (resampling), and of the runs with feedback, after as many
+    attempts on the same tasks and seeds. The difference is in percentage points. Both ask the same
     question in the first attempt, so a difference after one attempt is due to chance.
     """
-    controls = {arm.experiment: arm for arm in arms if arm.options.feedback == "none"}
-    for arm in arms:
-        control = controls.get(arm.control_experiment)
-        if control is None or control is arm:
+    controls = {group.experiment: group for group in groups if group.options.feedback == "none"}
+    for group in groups:
+        control = controls.get(group.experiment_without_feedback)
+        if control is None or control is group:
             continue
-        for number in range(1, arm.max_attempts + 1):
-            one, other = _pair_cases(control, arm, number)
+        for number in range(1, group.max_attempts + 1):
+            one, other = _pair_success_with_and_without_feedback(control, group, number)
             estimates = (
                 Estimate.from_cases(one),
                 Estimate.from_cases(other),
                 Estimate.estimate_rate_difference(one, other),
             )
-            yield (arm.label, number, *estimates)
+            yield (group.options_label, number, *estimates)
 
 
 @make_table(
@@ -238,17 +246,17 @@ def _make_feedback_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
 )
-def _make_outcomes_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
+def _make_outcomes_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]:
     """Count the outcomes of tasks by the outcome of their first answers.
 
     Tasks are grouped by the error of their first answer. Shown are the percentage of tasks solved in the end,
-    and the numbers of tasks that ended with the same error and with another error. The percentage that the
-    arm without feedback (resampling) solves is due to chance.
+    and the numbers of tasks that ended with the same error and with another error. Without feedback
+    (resampling), later attempts succeed only by chance.
     """
-    for arm in arms:
+    for group in groups:
         by_kind = group_pairs(
             (find_answer_outcome(drop_later_attempts(record, 1)), record)
-            for record in arm.list_records_up_to_attempt(arm.max_attempts)
+            for record in group.list_records_up_to_attempt(group.max_attempts)
         )
         for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _NOT_FAILED]:
             ended = Counter(find_answer_outcome(record) for record in by_kind[kind])
@@ -256,19 +264,20 @@ def _make_outcomes_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
             same, tried = ended[kind], len(mended)
             other = tried - same - ended[AnswerOutcome.SUCCESS]
             label = kind.value.replace("_", " ")
-            yield (arm.label, label, tried, estimate_share(by_kind[kind], mended), same, other)
+            yield (group.options_label, label, tried, estimate_share(by_kind[kind], mended), same, other)
 
 
-def _pair_cases(
-    control: _ReplanningArm, arm: _ReplanningArm, attempts: int
+def _pair_success_with_and_without_feedback(
+    without: _ReplanningRunGroup, with_feedback: _ReplanningRunGroup, attempts: int
 ) -> tuple[list[TaskContribution], list[TaskContribution]]:
-    """Return two lists, of the control arm and of another arm: success on the tasks and seeds of both."""
+    """Return two lists, for the tasks and seeds of both groups: success without, and with feedback."""
     pairs: list[tuple[TaskContribution, TaskContribution]] = []
-    for seed in [seed for seed in arm.runs if seed in control.runs]:
+    for seed in [seed for seed in with_feedback.runs if seed in without.runs]:
         before = {
-            case.task: case for case in _make_cases_after_attempts(control.runs[seed], SUCCESS, attempts)
+            case.task: case
+            for case in _list_contributions_after_attempts(without.runs[seed], SUCCESS, attempts)
         }
-        after_it = _make_cases_after_attempts(arm.runs[seed], SUCCESS, attempts)
+        after_it = _list_contributions_after_attempts(with_feedback.runs[seed], SUCCESS, attempts)
         pairs += [(before[case.task], case) for case in after_it if case.task in before]
     return [one for one, _ in pairs], [other for _, other in pairs]
 
@@ -378,8 +387,8 @@ class _ReplanningRunOptions(VariationOptions):
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
 
-class _AttemptCountingOptions(Options):
-    """How attempts are counted.
+class _ErrorCountingOptions(Options):
+    """How errors are counted.
 
     Attributes:
         published_counts: Count errors only in tasks that used all attempts, as the published script does.
@@ -388,7 +397,7 @@ class _AttemptCountingOptions(Options):
     published_counts: bool = False
 
 
-def _analyze_replanning(records: StudyRecords, chosen: _AttemptCountingOptions) -> Iterator[Analysis]:
+def _analyze_replanning(records: StudyRecords, chosen: _ErrorCountingOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
     They are the runs with feedback, and the run with replanning.feedback=none. The latter shows the gain of
@@ -402,42 +411,42 @@ def _analyze_replanning(records: StudyRecords, chosen: _AttemptCountingOptions) 
         for run in records.read_runs()
         if ReplanningOptions.from_experiment(run.key.experiment) is not None
     )
-    groups = list(group_runs_by_suite_and_model(acting).values())
-    if not groups:
+    runs_of_models = list(group_runs_by_suite_and_model(acting).values())
+    if not runs_of_models:
         raise InputError(
             "found no records of runs with further attempts or slips; eai run "
             "--with replanning.replans=3 makes some"
         )
-    for group in groups:
-        key = group[0].key
+    for model_runs in runs_of_models:
+        key = model_runs[0].key
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
-        counted = map(recount_errors_as_in_paper, group) if chosen.published_counts else group
-        arms = group_runs_into_arms([run.records for run in counted])
-        made, notes = _make_tables(arms, key)
+        counted = map(recount_errors_as_in_paper, model_runs) if chosen.published_counts else model_runs
+        groups = group_runs_by_replanning_options([run.records for run in counted])
+        made, notes = _make_tables(groups, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
         yield Analysis(
             made,
-            _draw_success_by_attempt_figure(arms, key),
-            [*write_remarks(arms), *notes],
-            place if len(groups) > 1 else "",
+            _draw_success_by_attempt_figure(groups, key),
+            [*write_remarks_on_missing_runs(groups), *notes],
+            place if len(runs_of_models) > 1 else "",
             [first.select_columns(_SCREEN_COLUMNS), made[1].select_columns(_SCREEN_COLUMNS)],
         )
 
 
-def _make_tables(arms: Sequence[_ReplanningArm], key: RunKey) -> tuple[list[Table], list[str]]:
+def _make_tables(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> tuple[list[Table], list[str]]:
     """Return all tables, and remarks on the paper's figures, if the paper has figures for the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
     if not papers:
-        return make_replanning_tables(arms), []
-    return [*make_replanning_tables(arms), _make_paper_table(papers, key.domain)], write_paper_remarks(
+        return make_replanning_tables(groups), []
+    return [*make_replanning_tables(groups), _make_paper_table(papers, key.domain)], write_paper_remarks(
         papers, key.protocol
     )
 
 
-def _draw_success_by_attempt_figure(arms: Sequence[_ReplanningArm], key: RunKey) -> Figures:
-    yield add_run_title(key, "success_by_attempt", draw_success_by_attempt(arms))
+def _draw_success_by_attempt_figure(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> Figures:
+    yield add_run_title(key, "success_by_attempt", draw_success_by_attempt(groups))
 
 
 @make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
@@ -459,25 +468,30 @@ def _make_paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row
 _SIZE = (3.5, 2.8)
 """Width and height of the figure without its legend, in inches: one column of a page."""
 _LEGEND_ROW = 0.17
-_ARM_DISTANCE = 0.05
-"""Horizontal distance between the points of two arms, in attempts, so that intervals do not overlap."""
+_GROUP_DISTANCE = 0.05
+"""Horizontal distance between the points of two groups of runs, so that their intervals do not overlap.
+
+One attempt on the axis is the unit.
+"""
 
 
-def draw_success_by_attempt(arms: Sequence[_ReplanningArm]) -> Figure | None:
+def draw_success_by_attempt(groups: Sequence[_ReplanningRunGroup]) -> Figure | None:
     """Draw success by attempt with its 95 % intervals; return None if no task had a second attempt."""
-    shown = [arm for arm in arms if arm.max_attempts > 1]
+    shown = [group for group in groups if group.max_attempts > 1]
     if not shown:
         return None
     figure = make_figure(_SIZE[0], _SIZE[1] + _LEGEND_ROW * len(shown))
     panel = figure.subplots()
-    for number, arm in enumerate(shown):
-        estimates = estimate_success_by_attempt(arm)
-        places = [k + _ARM_DISTANCE * (number - (len(shown) - 1) / 2) for k in range(1, arm.max_attempts + 1)]
-        has_feedback = arm.options.feedback != "none"
+    for number, group in enumerate(shown):
+        estimates = estimate_success_by_attempt(group)
+        places = [
+            k + _GROUP_DISTANCE * (number - (len(shown) - 1) / 2) for k in range(1, group.max_attempts + 1)
+        ]
+        has_feedback = group.options.feedback != "none"
         color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
-        label = f"{clip_label(arm.label)}, n = {estimates[0].denominator:,.0f}"
+        label = f"{clip_label(group.options_label)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)
-    ticks = range(1, max(arm.max_attempts for arm in shown) + 1)
+    ticks = range(1, max(group.max_attempts for group in shown) + 1)
     panel.set(xlabel="attempts", xticks=ticks, ylabel="task success in percent", ylim=(0, 100))
     panel.grid(axis="y", color=RULE, linewidth=0.6)
     figure.legend(loc="outside lower center", ncols=1, frameon=False, fontsize=7)
@@ -488,6 +502,6 @@ REPLANNING = Study(
     "replanning",
     "Replanning and actions that fail (action sequencing).",
     _ReplanningRunOptions,
-    choices=_AttemptCountingOptions,
+    choices=_ErrorCountingOptions,
     analyze=_analyze_replanning,
 )

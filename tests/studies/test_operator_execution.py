@@ -15,13 +15,13 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.studies.pipeline.operator_chain import (
+from eai.studies.pipeline.operator_execution import (
     CONDITIONS_MISSED,
     ONLY_ACTIONS_MISSED,
     SUCCESS,
     UNTRANSLATED,
-    ChainOutcome,
-    _OperatorExecutionChain,
+    FailedStageAndReason,
+    _OperatorTesterInWorld,
 )
 from eai.tasks.source import Source
 from results.verdicts import record
@@ -46,15 +46,15 @@ def operators(name: str, store: Store, task_id: str) -> str:
     return str(json.loads(text)["output"])
 
 
-def end(
+def find_outcome(
     name: str, store: Store, task_id: str, written: str, planner: PlannerChoice = PlannerChoice.BUILT_IN
-) -> ChainOutcome | None:
-    """The end of the chain of operators, as an answer that scoring judges first."""
-    chain = _OperatorExecutionChain.open_for_benchmark(name, Source(store, planner=planner))
+) -> FailedStageAndReason | None:
+    """The outcome of the test of operators, as an answer that scoring judges first."""
+    tester = _OperatorTesterInWorld.open_operator_tester(name, Source(store, planner=planner))
     answer = json.dumps({"output": written})
-    verdict = chain.operators.score(task_id, answer)
+    verdict = tester.operators.score(task_id, answer)
     assert isinstance(verdict, OperatorVerdict)
-    return chain.find_chain_outcome(task_id, answer, verdict)
+    return tester.find_failed_stage_and_reason(task_id, answer, verdict)
 
 
 @pytest.mark.parametrize(
@@ -71,14 +71,14 @@ def end(
         ("behavior", LUNCHES, CONDITIONS_MISSED),
     ],
 )
-def test_the_true_operators_succeed_or_break_at_a_link(
-    data_store: Store, name: str, task_id: str, expected: ChainOutcome | None
+def test_the_true_operators_succeed_or_fail_at_a_stage(
+    data_store: Store, name: str, task_id: str, expected: FailedStageAndReason | None
 ) -> None:
-    assert end(name, data_store, task_id, operators(name, data_store, task_id)) == expected
-    chain = _OperatorExecutionChain.open_for_benchmark(
+    assert find_outcome(name, data_store, task_id, operators(name, data_store, task_id)) == expected
+    tester = _OperatorTesterInWorld.open_operator_tester(
         name, Source(data_store, planner=PlannerChoice.BUILT_IN)
     )
-    assert chain.find_outcome_with_gold_operators(task_id) == expected
+    assert tester.find_outcome_with_gold_operators(task_id) == expected
 
 
 @pytest.mark.parametrize(
@@ -99,12 +99,12 @@ def test_the_true_operators_succeed_or_break_at_a_link(
         ("(and (next_to ?char ?obj) (forall", f"(and {EVERYTHING} (forall", CONDITIONS_MISSED),
     ],
 )
-def test_a_damaged_operator_breaks_the_chain_at_the_link_that_it_damages(
-    data_store: Store, old: str, new: str, expected: ChainOutcome
+def test_a_damaged_operator_fails_at_the_stage_that_it_damages(
+    data_store: Store, old: str, new: str, expected: FailedStageAndReason
 ) -> None:
     written = operators("virtualhome", data_store, FOOD)
     assert old in written
-    assert end("virtualhome", data_store, FOOD, written.replace(old, new)) == expected
+    assert find_outcome("virtualhome", data_store, FOOD, written.replace(old, new)) == expected
 
 
 @pytest.mark.parametrize(
@@ -115,35 +115,35 @@ def test_a_damaged_operator_breaks_the_chain_at_the_link_that_it_damages(
         ("(?obj - object ?agent - agent)", "(?thing - object)", UNTRANSLATED),
     ],
 )
-def test_a_damaged_operator_of_behavior_breaks_the_chain(
-    data_store: Store, old: str, new: str, expected: ChainOutcome
+def test_a_damaged_operator_of_behavior_fails(
+    data_store: Store, old: str, new: str, expected: FailedStageAndReason
 ) -> None:
     written = operators("behavior", data_store, DOORS)
     assert old in written
     changed = written.replace(old, new)
     if "?thing" in new:
         changed = changed.replace("?obj)", "?thing)").replace(" (not (handsfull ?agent))", "")
-    assert end("behavior", data_store, DOORS, changed) == expected
+    assert find_outcome("behavior", data_store, DOORS, changed) == expected
 
 
-def test_operators_without_a_planner_have_no_end_of_chain(data_store: Store) -> None:
+def test_operators_without_a_planner_have_no_outcome(data_store: Store) -> None:
     written = operators("virtualhome", data_store, FOOD)
-    assert end("virtualhome", data_store, FOOD, written, PlannerChoice.NONE) is None
+    assert find_outcome("virtualhome", data_store, FOOD, written, PlannerChoice.NONE) is None
 
 
 @pytest.mark.parametrize("answer", ["", '{"output": "(:action fly :parameters () :effect ())"}'])
 def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(data_store: Store, answer: str) -> None:
-    chain = _OperatorExecutionChain.open_for_benchmark(
+    tester = _OperatorTesterInWorld.open_operator_tester(
         "virtualhome", Source(data_store, planner=PlannerChoice.BUILT_IN)
     )
     text = answer_book("virtualhome", Ability.TRANSITION_MODELING, data_store)[FOOD].text
-    verdict = chain.operators.score(FOOD, text)
+    verdict = tester.operators.score(FOOD, text)
     assert isinstance(verdict, OperatorVerdict)
     with pytest.raises(InputError, match=rf"task {FOOD}: the plan in the record .* score the answer again"):
-        chain.find_chain_outcome(FOOD, answer, verdict)
+        tester.find_failed_stage_and_reason(FOOD, answer, verdict)
 
 
-def test_the_analysis_counts_ends_of_answers_and_of_true_operators(
+def test_the_analysis_counts_outcomes_of_answers_and_of_true_operators(
     eai: Command, data_store: Store, tmp_path: Path
 ) -> None:
     ability = Ability.TRANSITION_MODELING

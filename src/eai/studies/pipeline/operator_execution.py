@@ -1,8 +1,8 @@
-"""Plan with a model's operators, execute the plan in the world, and find the step of this chain that fails.
+"""Test a model's operators: plan with them, execute the plan in the world, and find the stage that fails.
 
-The plan of an answer to transition modeling is translated to actions of the world, and scored as an answer to
-action sequencing. The planner's problems leave out some goals and preconditions of the world. So even the
-data set's own operators can fail, and each model's chain is compared with the chain of these operators.
+The plan is translated to actions of the world, and scored as an answer to action sequencing. The planner's
+problems leave out some goals and preconditions of the world. So even the data set's own operators can fail.
+They are tested too, for comparison.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from eai.studies.study import Analysis
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
-ChainOutcome: TypeAlias = tuple[str, str]
-"""How the chain from a model's operators to an executed plan ends: the stage that fails, and the reason.
+FailedStageAndReason: TypeAlias = tuple[str, str]
+"""Outcome of a test of operators (to plan with them, and to execute the plan): failed stage and reason.
 
 The stage is `NOWHERE`, without a reason, if the plan succeeds. The reason is the planner's outcome, the kind
 of error, or the kind of missed goals.
@@ -44,20 +44,23 @@ of error, or the kind of missed goals.
 
 OPERATORS, PLANNER, TRANSLATION = "operators", "planner", "translation"
 EXECUTION, GOAL, NOWHERE = "execution", "goal", "nowhere"
-_LINKS = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
-"""The stages of a chain, in order, then `NOWHERE` for a plan that succeeds."""
+_STAGES = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
+"""Stages at which a test of operators can fail, in order; then `NOWHERE`, the value if no stage fails."""
 
-SUCCESS: ChainOutcome = (NOWHERE, "")
-UNTRANSLATED: ChainOutcome = (TRANSLATION, "no_action")
-"""Outcome of a chain if a step of the planner's plan corresponds to no action of the world."""
-ONLY_ACTIONS_MISSED: ChainOutcome = (GOAL, "only_actions")
-"""Outcome of a chain if the plan misses only goals that ask for actions; the planner is not given them."""
-CONDITIONS_MISSED: ChainOutcome = (GOAL, "conditions")
+SUCCESS: FailedStageAndReason = (NOWHERE, "")
+UNTRANSLATED: FailedStageAndReason = (TRANSLATION, "no_action")
+"""Outcome of a test of operators if a step of the planner's plan corresponds to no action of the world."""
+ONLY_ACTIONS_MISSED: FailedStageAndReason = (GOAL, "only_actions")
+"""Outcome of a test of operators if the plan misses only goals that ask for actions.
+
+The planner is not given such goals.
+"""
+CONDITIONS_MISSED: FailedStageAndReason = (GOAL, "conditions")
 
 
 @dataclass(frozen=True, slots=True)
-class _OperatorExecutionChain:
-    """Executes the plans that a planner found with the operators in answers.
+class _OperatorTesterInWorld:
+    """Tests operators in answers: executes the plans that a planner found with these operators.
 
     Attributes:
         operators: the suite of transition modeling, in which models write operators.
@@ -70,17 +73,19 @@ class _OperatorExecutionChain:
     _readings: OperatorCache = field(default_factory=ResultCache)
 
     @staticmethod
-    def open_for_benchmark(domain: str, source: Source) -> _OperatorExecutionChain:
-        """Open the suites of a benchmark under the default protocol, and return a chain that uses them."""
+    def open_operator_tester(domain: str, source: Source) -> _OperatorTesterInWorld:
+        """Open the suites of a benchmark under the default protocol, and return a tester of operators."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
-        return _OperatorExecutionChain(
+        return _OperatorTesterInWorld(
             open_suite(benchmark, ability, source=source),
             open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source),
             open_gold_answers(benchmark, ability, source),
         )
 
-    def find_chain_outcome(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainOutcome | None:
-        """Return the stage at which the chain of an answer's operators fails, and the reason.
+    def find_failed_stage_and_reason(
+        self, task_id: str, answer: str, verdict: OperatorVerdict
+    ) -> FailedStageAndReason | None:
+        """Return the first stage at which an answer's operators fail, and the reason.
 
         The result is None if the task is excluded, or if no planner was run to score the answer.
 
@@ -105,10 +110,12 @@ class _OperatorExecutionChain:
             return (OPERATORS, outcome.value)
         if outcome is not None and outcome is not PlannerOutcome.SOLVED:
             return (PLANNER, outcome.value)
-        plan = self.translate_plan(task_id, answer, verdict)
-        return UNTRANSLATED if plan is None else self._find_plan_end(task_id, plan)
+        plan = self.write_planner_plan_as_world_actions(task_id, answer, verdict)
+        return UNTRANSLATED if plan is None else self._execute_plan_and_find_failed_stage(task_id, plan)
 
-    def translate_plan(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
+    def write_planner_plan_as_world_actions(
+        self, task_id: str, answer: str, verdict: OperatorVerdict
+    ) -> str | None:
         """Return the planner's plan in a verdict as an answer to action sequencing, or None.
 
         The result is None if a step corresponds to no action, or if a step and its operator differ in the
@@ -142,8 +149,8 @@ class _OperatorExecutionChain:
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
-    def _find_plan_end(self, task_id: str, plan: str) -> ChainOutcome:
-        """Execute a translated plan in the world, and return the outcome of the chain."""
+    def _execute_plan_and_find_failed_stage(self, task_id: str, plan: str) -> FailedStageAndReason:
+        """Execute a translated plan in the world, and return the outcome of the test of operators."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:
             return (EXECUTION, verdict.error.kind.value)
@@ -155,14 +162,14 @@ class _OperatorExecutionChain:
         missed = {goal.kind for goal, is_reached in goals if not is_reached}
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
-    def find_outcome_with_gold_operators(self, task_id: str) -> ChainOutcome | None:
-        """Return the outcome of the chain of the data set's own operators.
+    def find_outcome_with_gold_operators(self, task_id: str) -> FailedStageAndReason | None:
+        """Return the outcome of the test for the data set's own operators.
 
         The result is None if the task is excluded, or if no planner was run.
         """
         suite = self.operators
         answer = self._true_answers[task_id].text
-        return self.find_chain_outcome(
+        return self.find_failed_stage_and_reason(
             task_id, answer, _require_operator_verdict(suite.score(task_id, answer))
         )
 
@@ -174,30 +181,32 @@ def _require_operator_verdict(verdict: object) -> OperatorVerdict:
 
 
 @dataclass(frozen=True, slots=True)
-class _RunWithChainOutcomes:
-    """A run of transition modeling, with the end of the chain of each answer.
+class _RunWithFailedStages:
+    """A run of transition modeling, with an operator test of each answer.
 
     Attributes:
         key: model, protocol, domain and ability of the run.
         records: its records, without excluded tasks.
-        ends: the end of the chain of each record.
-        true_ends: for each record, the end of the chain of the data set's own operators; None if no planner
-            was run.
+        outcomes: the outcome of the test of each record's operators.
+        gold_outcomes: for each record, the outcome for the data set's own operators; None if no planner was
+            run.
     """
 
     key: RunKey
     records: Sequence[Record]
-    ends: Sequence[ChainOutcome]
-    true_ends: Sequence[ChainOutcome | None]
+    outcomes: Sequence[FailedStageAndReason]
+    gold_outcomes: Sequence[FailedStageAndReason | None]
 
 
-def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithChainOutcomes]:
-    """Yield runs of transition modeling, each with the ends of its answers' chains.
+def _find_failed_stages_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithFailedStages]:
+    """Yield runs of transition modeling, each with the outcomes of the tests of its operators.
 
     The user gets a note on runs of other protocols, which are left out.
     """
-    chain_of = cache(lambda domain: _OperatorExecutionChain.open_for_benchmark(domain, records.source))
-    true_end_of = cache(lambda domain, task_id: chain_of(domain).find_outcome_with_gold_operators(task_id))
+    tester_of = cache(lambda domain: _OperatorTesterInWorld.open_operator_tester(domain, records.source))
+    gold_outcome_of = cache(
+        lambda domain, task_id: tester_of(domain).find_outcome_with_gold_operators(task_id)
+    )
     for run in sorted(runs, key=lambda run: run.key.sort_key):
         key = run.key
         if key.ability is not Ability.TRANSITION_MODELING:
@@ -205,33 +214,33 @@ def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iter
         if key.protocol is not DEFAULT_PROTOCOL:
             records.note(f"left out, because operators are only executed under strict: {key}")
             continue
-        chain = chain_of(key.domain)
-        ends = [
+        tester = tester_of(key.domain)
+        outcomes = [
             (
                 record,
-                chain.find_chain_outcome(
+                tester.find_failed_stage_and_reason(
                     record.task_id, record.response, _require_operator_verdict(record.verdict)
                 ),
             )
             for record in run.records
         ]
-        carried_out = [(record, end) for record, end in ends if end is not None]
-        if not carried_out:
+        planned = [(record, outcome) for record, outcome in outcomes if outcome is not None]
+        if not planned:
             records.note(f"left out, because no planner was run: {key}")
             continue
-        yield _RunWithChainOutcomes(
+        yield _RunWithFailedStages(
             key,
-            [record for record, _ in carried_out],
-            [end for _, end in carried_out],
-            [true_end_of(key.domain, record.task_id) for record, _ in carried_out],
+            [record for record, _ in planned],
+            [outcome for _, outcome in planned],
+            [gold_outcome_of(key.domain, record.task_id) for record, _ in planned],
         )
 
 
 def analyze_operators(runs: Sequence[Run], records: StudyRecords) -> Iterator[Analysis]:
     """Yield one analysis of all runs of transition modeling, or nothing without such runs."""
-    chained = list(_find_chain_ends_of_runs(runs, records))
-    if chained:
-        table = _make_operators_table(chained)
+    tested = list(_find_failed_stages_of_runs(runs, records))
+    if tested:
+        table = _make_operators_table(tested)
         yield Analysis([table], screen_tables=[_replace_rates_by_counts(table)])
 
 
@@ -245,8 +254,8 @@ def _format_count_cell(cell: Cell) -> Cell:
 
 
 @make_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
-def _make_operators_table(runs: Sequence[_RunWithChainOutcomes]) -> Iterator[Row]:
-    """Chains of operators.
+def _make_operators_table(runs: Sequence[_RunWithFailedStages]) -> Iterator[Row]:
+    """Tests of operators.
 
     A planner finds a plan with the model's operators, and the plan is executed in the world. Tasks are
     counted by the stage that fails, in percent. operators: they cannot be read or used for planning. planner:
@@ -256,21 +265,24 @@ def _make_operators_table(runs: Sequence[_RunWithChainOutcomes]) -> Iterator[Row
     nowhere: success. true operators: tasks with the data set's operators instead of the model's.
     """
     for run in runs:
-        ends = {*run.ends, *[end for end in run.true_ends if end is not None], SUCCESS}
-        for end in sorted(ends, key=lambda end: (_LINKS.index(end[0]), end[1])):
-            shares = [_estimate_share_of_end(run.records, side, end) for side in (run.ends, run.true_ends)]
-            yield (*run.key.table_cells, *end, *shares)
+        outcomes = {*run.outcomes, *[each for each in run.gold_outcomes if each is not None], SUCCESS}
+        for outcome in sorted(outcomes, key=lambda outcome: (_STAGES.index(outcome[0]), outcome[1])):
+            shares = [
+                _estimate_share_of_outcome(run.records, side, outcome)
+                for side in (run.outcomes, run.gold_outcomes)
+            ]
+            yield (*run.key.table_cells, *outcome, *shares)
 
 
-def _estimate_share_of_end(
-    records: Sequence[Record], ends: Sequence[ChainOutcome | None], end: ChainOutcome
+def _estimate_share_of_outcome(
+    records: Sequence[Record], outcomes: Sequence[FailedStageAndReason | None], outcome: FailedStageAndReason
 ) -> Estimate:
-    """Return the percentage of tasks whose chain has a given end."""
+    """Return the percentage of records whose test of operators has a given outcome."""
     cases = [
         TaskContribution(
-            record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == end)
+            record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == outcome)
         )
-        for record, actual in zip(records, ends, strict=True)
+        for record, actual in zip(records, outcomes, strict=True)
         if actual is not None
     ]
     return Estimate.from_cases(cases)
