@@ -78,7 +78,7 @@ def write_explorer(
             (run,) = read_runs([file])
             data.add_run(replace(run, key=run.key._replace(model=f"model-{number:03}")))
             count += len(run.records)
-    write_files_atomically({page: build_explorer_page(data.format_lines())})
+    write_files_atomically({page: build_explorer_page(data.format_data_as_base64_lines())})
     return count
 
 

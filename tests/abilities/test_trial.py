@@ -73,22 +73,22 @@ def test_a_further_attempt_restarts_or_continues_the_world(
 def test_a_trial_ends_with_a_success_or_after_the_last_attempt() -> None:
     trial = Trial(scorer(), ReplanningOptions(2))
     trial.try_answer(plan(LAMP))
-    assert not trial.is_over
+    assert not trial.has_no_attempt_left
     trial.try_answer(plan(*BOTH))
-    assert trial.is_over
+    assert trial.has_no_attempt_left
     with pytest.raises(ValueError, match="over"):
         trial.try_answer(plan(*BOTH))
     lost = Trial(scorer(), ReplanningOptions(2))
     for _ in range(3):
-        assert not lost.is_over
+        assert not lost.has_no_attempt_left
         lost.try_answer("no plan")
-    assert lost.is_over
+    assert lost.has_no_attempt_left
 
 
 def test_an_excluded_task_gets_one_attempt() -> None:
     trial = Trial(scorer("none"), ReplanningOptions(3))
     attempt = trial.try_answer(plan(LAMP))
-    assert trial.is_over
+    assert trial.has_no_attempt_left
     assert attempt.verdict.excluded is not None
     assert attempt.goal_held_at is None
 

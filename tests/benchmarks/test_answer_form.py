@@ -183,7 +183,7 @@ def test_an_answer_that_may_decline_a_task_may_have_any_form(
 
 def test_a_notation_without_a_schema_requires_none(data_store: Store) -> None:
     class Terse(type(benchmark("lamps").notation.plans)):  # type: ignore[misc]
-        make_schema = PlanNotation.make_schema
+        make_json_schema_of_answer = PlanNotation.make_json_schema_of_answer
 
     terse = replace(benchmark("lamps"), notation=Notation(Terse()))
     task = terse.tasks(Source(data_store))["light"]

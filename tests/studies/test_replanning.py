@@ -69,7 +69,10 @@ def test_the_answers_of_each_attempt_are_read_from_a_file(tmp_path: Path) -> Non
 
 def test_success_by_the_number_of_attempts_never_falls() -> None:
     untold, told = group_runs_by_replanning_options([TOLD, UNTOLD])  # the control comes first
-    assert (untold.options_label, told.options_label) == ("replans-2-restart-none", "replans-2-restart-explained")
+    assert (untold.options_label, told.options_label) == (
+        "replans-2-restart-none",
+        "replans-2-restart-explained",
+    )
     assert numerators(estimate_success_by_attempt(told)) == [1, 2, 3]
     assert numerators(estimate_success_by_attempt(untold)) == [1, 1, 2]
     assert [each["task_success"].numerator for each in compute_rates_by_attempt(TOLD)] == [1, 2, 3]

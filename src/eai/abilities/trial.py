@@ -64,7 +64,7 @@ class Trial:
         return self.scorer.task
 
     @property
-    def is_over(self) -> bool:
+    def has_no_attempt_left(self) -> bool:
         """Whether the trial ended. A task that is excluded from scoring gets one attempt."""
         if not self.attempts:
             return False
@@ -100,7 +100,7 @@ class Trial:
         Raises:
             ValueError: the trial is over.
         """
-        if self.is_over:
+        if self.has_no_attempt_left:
             raise ValueError(f"the trial of {self.task.id} is over: no further answer can be tried")
         if self.attempts and self.options.world == "restart":
             self.episode = self.start_episode()

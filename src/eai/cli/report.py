@@ -113,7 +113,7 @@ def report(
             format_tables_latex, models=split_names(models), columns=split_names(columns), intervals=intervals
         )
         written = write_report(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
-        write_files_atomically({out / EXPLORER: build_explorer_page(explorer.format_lines())})
+        write_files_atomically({out / EXPLORER: build_explorer_page(explorer.format_data_as_base64_lines())})
         drawn = _draw_plots(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}

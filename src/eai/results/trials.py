@@ -92,7 +92,7 @@ class Conversation:
     @property
     def is_over(self) -> bool:
         """Whether the conversation has no further questions."""
-        return bool(self.asked) if self._trial is None else self._trial.is_over
+        return bool(self.asked) if self._trial is None else self._trial.has_no_attempt_left
 
     @property
     def question(self) -> Prompt:

@@ -162,7 +162,7 @@ def test_an_entry_that_is_not_a_condition_has_no_meaning(entry: object) -> None:
 def test_the_form_of_goals_has_the_words_of_the_task(
     words: tuple[str, ...] | None, refused: list[Any]
 ) -> None:
-    schema = NOTATION.make_schema(DOMAIN, words)
+    schema = NOTATION.make_json_schema_of_answer(DOMAIN, words)
     rest = {"edge goals": [], "action goals": []}
     for literal in (["open", "box"], ["not", ["open", "box"]]):
         jsonschema.validate({"node goals": [literal], **rest}, schema)

@@ -113,10 +113,10 @@ def test_two_objects_without_known_words_may_be_any_text() -> None:
     x, y = Variable("x"), Variable("y")
     domain = Domain("shop", Vocabulary(()), (Operator("SWAP", (x, y), (), ()),))
     step = {"action": "SWAP", "object": "lamp, cup"}
-    jsonschema.validate({"plan": [step]}, NOTATION.make_schema(domain, None))
-    jsonschema.validate({"plan": [step]}, NOTATION.make_schema(domain, ("cup", "lamp")))
+    jsonschema.validate({"plan": [step]}, NOTATION.make_json_schema_of_answer(domain, None))
+    jsonschema.validate({"plan": [step]}, NOTATION.make_json_schema_of_answer(domain, ("cup", "lamp")))
     with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate({"plan": [step]}, NOTATION.make_schema(domain, ("cup",)))
+        jsonschema.validate({"plan": [step]}, NOTATION.make_json_schema_of_answer(domain, ("cup",)))
 
 
 PICK, DROP = ("pick", ("ball1", "rooma", "left")), ("drop", ("ball1", "roomb", "left"))

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.extensions.adaptive.flag import Flag
 from eai.extensions.adaptive.item_flags import make_task_flag_reader
-from eai.extensions.adaptive.study import make_item_tables
+from eai.extensions.adaptive.study import make_task_difficulty_tables
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
 from eai.results.lines import SuiteIdentity
@@ -42,7 +42,7 @@ def rows(table: Table) -> list[dict[str, Any]]:
 @pytest.fixture(scope="module")
 def nine() -> dict[str, list[dict[str, Any]]]:
     answers = tables("behavior", Ability.ACTION_SEQUENCING, MODELS).answers
-    return {table.name: rows(table) for table in make_item_tables(answers, unflagged)}
+    return {table.name: rows(table) for table in make_task_difficulty_tables(answers, unflagged)}
 
 
 def test_the_table_of_tests_counts_the_tasks_of_a_suite(nine: dict[str, list[dict[str, Any]]]) -> None:
@@ -58,8 +58,8 @@ def test_null_models_are_left_out_of_item_tables() -> None:
     known = [each for each in answers if each.model == MODELS[0]]
     assert known
     more = [*answers, *(replace(each, model="eai_copy") for each in known)]
-    assert [table.rows for table in make_item_tables(more, unflagged)] == [
-        table.rows for table in make_item_tables(answers, unflagged)
+    assert [table.rows for table in make_task_difficulty_tables(more, unflagged)] == [
+        table.rows for table in make_task_difficulty_tables(answers, unflagged)
     ]
 
 

@@ -36,7 +36,7 @@ def tried(experiment: ReplanningOptions, *answers: str) -> tuple[list[Attempt], 
     trial = (Trial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
     for text in answers:
         trial.try_answer(text)
-    return trial.attempts, trial.is_over
+    return trial.attempts, trial.has_no_attempt_left
 
 
 def test_the_preset_is_an_experiment_of_its_own() -> None:

@@ -104,7 +104,7 @@ def test_the_explorer_shows_each_attempt_as_an_answer(tmp_path: Path) -> None:
     data = ExplorerData()
     for run in read_runs([tmp_path / "runs"]):
         data.add_run(run)
-    content = read_explorer("".join(build_explorer_page(data.format_lines())))
+    content = read_explorer("".join(build_explorer_page(data.format_data_as_base64_lines())))
     attempts = [answer.get("A", []) for answer in content["runs"][0]["answers"]]
     assert [[each["o"] for each in of_task] for of_task in attempts][:2] == [["wrong_order", "success"], []]
     assert [each["r"] for each in attempts[0]] == ["first", "answer 0"]

@@ -33,7 +33,7 @@ def data(tmp_path: Path) -> ExplorerData:
 
 @pytest.fixture
 def page(data: ExplorerData) -> str:
-    return "".join(build_explorer_page(data.format_lines()))
+    return "".join(build_explorer_page(data.format_data_as_base64_lines()))
 
 
 def test_no_text_in_the_data_can_end_the_script_element(page: str) -> None:
@@ -66,7 +66,7 @@ def test_each_answer_is_present_and_the_index_has_no_details(page: str) -> None:
 
 
 def test_the_data_are_the_same_each_time_they_are_asked_for(data: ExplorerData) -> None:
-    assert [*data.format_lines()] == [*data.format_lines()]
+    assert [*data.format_data_as_base64_lines()] == [*data.format_data_as_base64_lines()]
 
 
 def test_runs_that_share_a_chunk_keep_the_order_of_their_answers(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_runs_that_share_a_chunk_keep_the_order_of_their_answers(tmp_path: Path)
     data = ExplorerData()
     for run in read_runs([write_runs(tmp_path, [*runs, *all_runs()[3:]])]):
         data.add_run(run)
-    content = read_explorer("".join(build_explorer_page(data.format_lines())))
+    content = read_explorer("".join(build_explorer_page(data.format_data_as_base64_lines())))
     named = {run["model"]: run["answers"] for run in content["runs"] if run["model"] in sizes}
     for records in runs:
         answers = named[records[0].model]
@@ -111,7 +111,7 @@ def test_a_missed_goal_shows_the_facts_that_hold_instead(tmp_path: Path) -> None
     packed = ExplorerData()
     for run in read_runs([write_runs(tmp_path, [[answer]])]):
         packed.add_run(run)
-    content = read_explorer("".join(build_explorer_page(packed.format_lines())))
+    content = read_explorer("".join(build_explorer_page(packed.format_data_as_base64_lines())))
     (row,) = content["runs"][0]["answers"]
     missed, met = row["G"]
     assert [missed[1], *missed[3:]] == ["ONTOP(a, b)", "got INSIDE(a, b)"]

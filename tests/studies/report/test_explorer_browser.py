@@ -60,7 +60,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     for run in read_runs([write_runs(folder, all_runs())]):
         data.add_run(run)
     page = folder / "explorer.html"
-    page.write_text("".join(build_explorer_page(data.format_lines())), encoding="utf-8")
+    page.write_text("".join(build_explorer_page(data.format_data_as_base64_lines())), encoding="utf-8")
     return page.as_uri()
 
 
@@ -275,7 +275,7 @@ def write_episodes(folder: Path, background: ExplorerDomainData) -> str:
         key = RunKey(suite.protocol, suite.domain, ACTING, name)
         data.add_run(Run(key, records, logs.get(name)))
     page = folder / "explorer.html"
-    page.write_text("".join(build_explorer_page(data.format_lines())), encoding="utf-8")
+    page.write_text("".join(build_explorer_page(data.format_data_as_base64_lines())), encoding="utf-8")
     return page.as_uri()
 
 

@@ -68,7 +68,7 @@ def _get_object_words_and_schema_maker(
     if task is not None and task.may_be_declined:
         return parts.notation.plans.list_words_for_objects(task), lambda words: None
     words = () if task is None else parts.notation.plans.list_words_for_objects(task)
-    return words, lambda words: parts.notation.plans.make_schema(parts.domain, words)
+    return words, lambda words: parts.notation.plans.make_json_schema_of_answer(parts.domain, words)
 
 
 ACTION_SEQUENCING = declare_plan_ability(

@@ -90,7 +90,7 @@ def _get_object_words_and_schema_maker(
     names = () if task is None else parts.notation.goals.list_object_names(task)
     relevant = () if task is None else task.relevant
     words = list(dict.fromkeys([names[i] for i in relevant]))
-    return words, lambda words: parts.notation.goals.make_schema(parts.domain, words)
+    return words, lambda words: parts.notation.goals.make_json_schema_of_answer(parts.domain, words)
 
 
 GOAL_INTERPRETATION = AbilityDeclaration(

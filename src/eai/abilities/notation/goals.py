@@ -338,7 +338,7 @@ class GoalNotation(ABC):
         """Return for each object in the scene the name that answers use. Several objects may share a name."""
         return tuple([scene_object.name for scene_object in task.scene.objects])
 
-    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+    def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return the JSON schema of an answer for providers that enforce schemas, or None for no schema.
 
         Args:
@@ -428,7 +428,7 @@ class JsonGoals(GoalNotation):
             sections[SECTIONS[_get_goal_kind_of_entry(entry)]].append(entry)
         return json.dumps(sections)
 
-    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+    def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the schema of an object with sections: lists of words for literals, names for actions."""
         spelt = self.map_spellings_to_predicate_names(domain)
 

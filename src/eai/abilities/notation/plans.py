@@ -165,7 +165,7 @@ class PlanNotation(ABC):
         """Return the words for objects in questions about a task, each once; empty if they are unknown."""
         return ()
 
-    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+    def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return the JSON schema of an answer for providers that enforce schemas, or None for no schema.
 
         Args:
@@ -221,7 +221,7 @@ class JsonPlans(PlanNotation):
         """Return the names of the objects that matter to the task."""
         return tuple([task.scene.objects[index].name for index in task.relevant])
 
-    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+    def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return the schema of an object that holds the list of steps, since providers require an object.
 
         A subclass returns None if no schema describes its answers.

@@ -156,7 +156,7 @@ class SubgoalNotation:
         """Return the subgoals as one answer."""
         return json.dumps({"output": list(parts)})
 
-    def make_schema(self) -> Schema:
+    def make_json_schema_of_answer(self) -> Schema:
         """Return the JSON schema of an answer, for providers that enforce schemas.
 
         The schema allows any text as a formula.

@@ -83,7 +83,7 @@ def _get_object_words_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = parts.subgoals()
-    return (), lambda words: subgoals.make_schema()
+    return (), lambda words: subgoals.make_json_schema_of_answer()
 
 
 SUBGOAL_DECOMPOSITION = replace(

@@ -124,7 +124,7 @@ class SubgoalDecompositionScorer(Scorer):
         compiled = self.compile_answer(text)
         if isinstance(compiled, RejectedAnswer):
             return self._assess_rejected(compiled, compiled.repairs)
-        outcome = self._explore_program(compiled)
+        outcome = self._explore_executions_of_subgoals(compiled)
         if isinstance(outcome, RejectedAnswer):
             return self._assess_rejected(outcome, compiled.repairs)
         return Assessment(
@@ -146,7 +146,7 @@ class SubgoalDecompositionScorer(Scorer):
             self.temporal_goal or actions, self.task.scene, self.goals.meets_goals_about_states, on_course
         )
 
-    def _explore_program(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         return explore_program(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
 
     def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
@@ -201,11 +201,14 @@ class SubgoalDecompositionScorer(Scorer):
         Decomposition"). Goals are tested in the state in which a sequence stops. So a failed branch counts,
         too.
         """
-        return max(self._list_branches(outcome), key=lambda branch: sum(self._test_goals(branch)))
+        return max(
+            self._select_execution_branches_to_judge(outcome),
+            key=lambda branch: sum(self._test_goals(branch)),
+        )
 
     def _find_share_met_by_best_branch(self, outcome: ExplorationResult) -> Share:
         best = Share(0, 0)
-        for branch in self._list_branches(outcome):
+        for branch in self._select_execution_branches_to_judge(outcome):
             share = self.goals.find_partial_success(
                 branch.state, list_executed_actions(branch), self._test_goals(branch)
             )
@@ -218,7 +221,7 @@ class SubgoalDecompositionScorer(Scorer):
                 break
         return best
 
-    def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
+    def _select_execution_branches_to_judge(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
         """Return all ways to execute the answer. The way whose errors the verdict reports comes first."""
         return (outcome.reported, *outcome.ended)
 

@@ -74,7 +74,7 @@ class VirtualHomeGoals(GoalNotation):
                 sections[key].append(entry)
         return json.dumps(sections, indent=1)
 
-    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+    def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """JSON schema of an answer with three sections.
 
         A goal has the fields of its section; an action also has a description.
@@ -228,7 +228,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
         answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(parts)}
         return json.dumps(answer, indent=1)
 
-    def make_schema(self) -> Schema:
+    def make_json_schema_of_answer(self) -> Schema:
         """Return the schema of the fields for which the published prompts ask."""
         return make_object_schema(
             {

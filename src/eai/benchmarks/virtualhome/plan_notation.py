@@ -111,7 +111,7 @@ class VirtualHomePlans(PlanNotation):
         named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
         return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
 
-    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+    def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the schema of a list of objects with one step each.
 
         A single JSON object could not have two steps with one action, because its keys would be equal.

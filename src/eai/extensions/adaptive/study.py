@@ -109,7 +109,7 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
 _ScoredSuites: TypeAlias = Mapping[SuiteIdentity, tuple[Sequence[AnswerLine], SuiteScores]]
 
 
-def make_item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
+def make_task_difficulty_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
     """Return the tables of the analysis, for suites with answers of at least `MIN_MODELS` models.
 
     Args:
@@ -120,7 +120,12 @@ def make_item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[T
     scored = {suite: (given, collect_scores(given)) for suite, given in of_models.items()}
     suites = {suite: each for suite, each in scored.items() if each[1].has_enough_models}
     items = _make_tasks_table(suites, flags)
-    return [_make_tests_table(suites), _make_abilities_table(suites), _make_flagged_tasks_table(items), items]
+    return [
+        _make_suite_measurement_quality_table(suites),
+        _make_abilities_table(suites),
+        _make_flagged_tasks_table(items),
+        items,
+    ]
 
 
 def compute_held_out_auc_of_rasch_and_means(scores: SuiteScores) -> tuple[float | None, float | None]:
@@ -225,7 +230,7 @@ def _to_int_or_rounded(number: float) -> float:
         *("held_out_rasch", "held_out_mean"),
     ),
 )
-def _make_tests_table(suites: _ScoredSuites) -> Iterator[Row]:
+def _make_suite_measurement_quality_table(suites: _ScoredSuites) -> Iterator[Row]:
     """Suites as tests.
 
     saturated: tasks that all models solve, or all but one; unsolved: tasks that no model solves; negative:
@@ -312,10 +317,12 @@ def _make_tasks_table(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]
             )
 
 
-def _analyze_items(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
+def _analyze_task_difficulties(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     from eai.extensions.adaptive.item_flags import make_task_flag_reader
 
-    tables = make_item_tables(records.make_plain_tables().answers, make_task_flag_reader(records.source))
+    tables = make_task_difficulty_tables(
+        records.make_plain_tables().answers, make_task_flag_reader(records.source)
+    )
     if not tables[0].rows:
         raise InputError(f"expected answers of at least {MIN_MODELS} models to one suite")
     yield Analysis(tables, _draw_figures(tables))
@@ -373,6 +380,6 @@ def draw_difficulties_and_abilities(
 ITEMS = Study(
     "items",
     "Tasks by the answers of many models: difficulty, agreement with other tasks, and odd results.",
-    analyze=_analyze_items,
+    analyze=_analyze_task_difficulties,
     included_in_all=True,
 )

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.abilities.answer_schema import Schema
 from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plan_form import WrittenStep
 from eai.abilities.notation.plans import PddlPlans
@@ -382,5 +383,5 @@ class _TextCommandPlans(PddlPlans):
             ["Write one command a line, and nothing else. The commands of the actions are:", *commands]
         )
 
-    def make_schema(self, domain: Domain, words: Sequence[str] | None) -> None:
+    def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """Return no JSON Schema, because the answer is not JSON."""

@@ -170,7 +170,7 @@ def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
 _FACT_COLUMNS = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_mse", "alpha")
 
 
-def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
+def _analyze_ratings_file(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     """Analyze one CSV file of ratings instead of records."""
     if len(records.paths) > 1:
         raise InputError(f"expected one CSV file of ratings, found {len(records.paths)} paths")
@@ -223,5 +223,5 @@ def draw_rating_histograms(tables: Sequence[Table]) -> Figure:
 ANNOTATIONS = Study(
     "annotations",
     "People's ratings of annotations, in a CSV file: means, spread of raters, Krippendorff's alpha.",
-    analyze=_analyze,
+    analyze=_analyze_ratings_file,
 )

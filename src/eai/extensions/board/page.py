@@ -317,7 +317,7 @@ def _list_row_cells(
         escape(_read_prompt_set_name(submission.specification)),
         *_format_description_cells(submission.description),
         protocol,
-        _describe_errata(submission, table),
+        _describe_errata_of_benchmark_tasks(submission, table),
         _format_logs_link(submission),
     ]
     return [rank, model, *numbers, answered, *submission_cells]
@@ -360,7 +360,7 @@ def _read_prompt_set_name(run_specification: str) -> str:
     return ", ".join([str(named.get("set", "official")), *([str(named["name"])] if "name" in named else [])])
 
 
-def _describe_errata(submission: _ScoredSubmission, table: Ranking) -> str:
+def _describe_errata_of_benchmark_tasks(submission: _ScoredSubmission, table: Ranking) -> str:
     """Return the errata's version and how many tasks of a table they leave out and correct."""
     abilities = {column.ability for column in table.columns}
     errata = [

@@ -115,11 +115,15 @@ def _make_eval_record(metadata: _PublicationMetadata, runs: Sequence[RunSummary]
             "id": model,
             "additional_details": {"deployment_type": "unknown", "model_availability": "unknown"},
         },
-        "evaluation_results": [result for run in runs for result in _make_eval_results(metadata, run)],
+        "evaluation_results": [
+            result for run in runs for result in _make_every_eval_ever_results(metadata, run)
+        ],
     }
 
 
-def _make_eval_results(metadata: _PublicationMetadata, run: RunSummary) -> Iterator[dict[str, Json]]:
+def _make_every_eval_ever_results(
+    metadata: _PublicationMetadata, run: RunSummary
+) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a run as JSON values, each in percent with its confidence interval."""
     key = run.key
     for metric in get_declaration(key.ability).overview_headings:

@@ -168,8 +168,8 @@ class _ObfuscatedWording(SuiteWording):
         )
         return f"{explain_rule_notation(rules)}\n{rules}"
 
-    def write_operators_heading(self, each: str) -> str:
-        return f"what {each} requires and changes"
+    def write_operators_heading(self, action_phrase: str) -> str:
+        return f"what {action_phrase} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
         return _replace_words(self.words, self._rules_with_hidden_facts.write_operator_rule(operator) or "")

@@ -121,6 +121,6 @@ class LoggedEpisode:
         return None if self.best is None or self.best not in shares else shares.index(self.best)
 
     @property
-    def repeats(self) -> int | None:
+    def max_repeats_of_step(self) -> int | None:
         """How often the most frequent pair of action and reply occurs; None if there are no steps."""
         return max(Counter((step.action, step.feedback) for step in self.steps).values(), default=None)

@@ -49,31 +49,33 @@ def make_explorer_page(episodes: Iterable[LoggedEpisode], colors: Mapping[Episod
         episodes: the episodes.
         colors: colours of all outcomes, success first.
     """
-    data = ExplorerData(outcomes={_to_name(outcome.value): color for outcome, color in colors.items()})
+    data = ExplorerData(
+        outcomes={_replace_blanks_by_underscores(outcome.value): color for outcome, color in colors.items()}
+    )
     for episode in episodes:
         index, error = episode.first_error, None
         if index is not None:
             step = episode.steps[index]
-            error = (_to_name(name_result(step)), index, step.feedback)
+            error = (_replace_blanks_by_underscores(name_result(step)), index, step.feedback)
         steps = map(_make_report, episode.steps, (None, *episode.steps))
         protocol = f"{episode.format}'s own, {episode.setting}"
         data.add_logged_episode(
             (episode.format, protocol.removesuffix(", "), episode.agent or NO_AGENT),
             episode.task,
-            _to_name(episode.outcome.value),
+            _replace_blanks_by_underscores(episode.outcome.value),
             error=error,
             lines=[*describe_episode(episode)][0 if error is None else 1 :],
             steps=steps,
         )
-    return "".join(build_explorer_page(data.format_lines()))
+    return "".join(build_explorer_page(data.format_data_as_base64_lines()))
 
 
 def _make_report(step: LoggedStep, before: LoggedStep | None) -> StepReport:
     is_new = step.progress is not None and (before is None or before.progress != step.progress)
     progress = f"{_to_text(step.progress)} of the goal's conditions hold" if is_new else ""
-    name = _to_name(name_result(step))
+    name = _replace_blanks_by_underscores(name_result(step))
     return StepReport(step.action, name, step.feedback, progress, call=parse_statement(step.action))
 
 
-def _to_name(text: str) -> str:
+def _replace_blanks_by_underscores(text: str) -> str:
     return text.replace(" ", "_")

@@ -66,7 +66,9 @@ def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analy
     every = [*chain(*logs.values())]
     groups = group_pairs(((e.format, e.agent, e.setting), e) for e in every)
     outcomes, episodes = _make_outcomes_table(groups), _make_episodes_table(groups)
-    shown = [_drop_constant_names(table.drop_columns(_FILE_ONLY)) for table in (outcomes, episodes)]
+    shown = [
+        _drop_name_columns_with_one_value(table.drop_columns(_FILE_ONLY)) for table in (outcomes, episodes)
+    ]
     twins: list[Table] = []
     if benchmark is not None:
         twins.append(make_twins_table(every, benchmark.tasks(records.source), benchmark))
@@ -80,7 +82,7 @@ def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analy
     )
 
 
-def _drop_constant_names(table: Table) -> Table:
+def _drop_name_columns_with_one_value(table: Table) -> Table:
     rows = table.row_dicts()
     constant = [name for name in _NAMES if len({str(row[name]) for row in rows}) == 1]
     return table.drop_columns(constant[1:] if len(constant) == len(_NAMES) else constant)
@@ -142,7 +144,7 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
                 _to_percent(episode.best),
                 None if best_step is None else best_step + 1,
                 _to_percent(episode.progress),
-                *(episode.repeats, episode.seconds, episode.calls, episode.tokens),
+                *(episode.max_repeats_of_step, episode.seconds, episode.calls, episode.tokens),
                 episode.words[:_MAX_WORDS_CHARACTERS],
             )
 

@@ -76,13 +76,13 @@ def find_state_left_by_aborted_action(state: State, action: Action) -> State:
 
     See `make_transferring_contents_abort`.
     """
-    halves = _make_domain_of_aborted_transfers()
+    halves = _make_domain_with_aborted_content_moves()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
 
 @cache
-def _make_domain_of_aborted_transfers() -> Domain:
-    return replace(domain_in_reference_order(), operators=tuple(make_operators_of_aborted_transfers()))
+def _make_domain_with_aborted_content_moves() -> Domain:
+    return replace(domain_in_reference_order(), operators=tuple(make_operators_of_aborted_content_moves()))
 
 
 def _apply_to_all_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
@@ -156,7 +156,7 @@ def make_transferring_contents_abort(operator: Operator) -> Operator:
     return replace(operator, checks=(*operator.checks, aborts), effects=())
 
 
-def make_operators_of_aborted_transfers() -> Iterator[Operator]:
+def make_operators_of_aborted_content_moves() -> Iterator[Operator]:
     """Yield operators that move only the first content of a container, after which eai-eval aborts."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
@@ -260,10 +260,10 @@ def list_first_dnf_terms(formula: f.Formula, objects: ObjectsByCategory) -> list
     Raises:
         InputError: a variable is not bound, or BDDL has no such formula.
     """
-    return _FirstDnfTermLister(objects).list_dnf_terms(formula, {})
+    return _LimitedDnfConverter(objects).list_dnf_terms(formula, {})
 
 
-class _FirstDnfTermLister:
+class _LimitedDnfConverter:
     def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 

@@ -84,7 +84,7 @@ def extract_operators_like_published_code(answer: str) -> tuple[UnparsedOperator
 
     An answer without any operator gives an empty result, not None.
     """
-    content = _extract_text(answer)
+    content = _extract_text_with_operators(answer)
     if content is None:
         return None
     if ";" in content:
@@ -108,7 +108,7 @@ def extract_operators_like_published_code(answer: str) -> tuple[UnparsedOperator
     return tuple(operators.values())
 
 
-def _extract_text(answer: str) -> str | None:
+def _extract_text_with_operators(answer: str) -> str | None:
     """Return the text in which eai-eval searches operators; None for JSON without such a text."""
     if answer.startswith(_FENCE):
         answer = answer[len(_FENCE) :].strip("`")

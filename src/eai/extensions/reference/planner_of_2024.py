@@ -163,7 +163,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     """
     objects = (*header.constants, *problem.objects)
     names = _UndeclaredConstantRewriter(frozenset(item.name for item in objects))
-    renamed = tuple(map(names.rewrite_action, _make_names_distinct(actions)))
+    renamed = tuple(map(names.move_constants_into_predicate_names, _make_names_distinct(actions)))
     initial = tuple(map(names.rewrite_atom, problem.initial))
     goal = map_leaves(problem.goal, names.rewrite_leaf)
     domain = replace(
@@ -279,7 +279,7 @@ class _UndeclaredConstantRewriter:
     declared: frozenset[str]
     new_predicates: dict[str, m.PddlPredicate] = field(default_factory=dict)
 
-    def rewrite_action(self, action: m.PddlAction) -> m.PddlAction:
+    def move_constants_into_predicate_names(self, action: m.PddlAction) -> m.PddlAction:
         precondition = map_leaves(action.precondition, self.rewrite_leaf)
         effect = m.map_effect(
             action.effect, lambda part: map_leaves(part, self.rewrite_leaf), self.rewrite_atom

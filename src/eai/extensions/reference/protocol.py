@@ -1,7 +1,7 @@
 """The implementation of the protocol `eai-1.0.5`: suites of VirtualHome and BEHAVIOR, and published runs.
 
-For comparison with the paper, `count_goal_removed_after_paper` also counts one goal of one BEHAVIOR task. The
-paper's runs required this goal, but release 1.0.5 does not.
+For comparison with the paper, `count_removed_goal_as_unreached` also counts one goal of one BEHAVIOR task.
+The paper's runs required this goal, but release 1.0.5 does not.
 
 The paper's replanning in VirtualHome used a script that release 1.0.5 lacks (``eval_action.py``,
 ``end_to_end_action_eval``). The script counts errors of the third and last attempt only. An earlier success
@@ -161,7 +161,7 @@ do not include it.
 _REFERENCE_WITH_REMOVED_GOAL = TaskReference("behavior", Ability.ACTION_SEQUENCING, TASK_WITH_REMOVED_GOAL)
 
 
-def count_goal_removed_after_paper(task: TaskReference, verdict: Verdict) -> Verdict:
+def count_removed_goal_as_unreached(task: TaskReference, verdict: Verdict) -> Verdict:
     """Return a verdict in which the goal that only the paper's runs required counts as not reached.
 
     Only one task has this goal. Verdicts on other tasks stay as they are.
@@ -209,9 +209,11 @@ class _TrialWithRandomFailures(Trial):
     """
 
     @property
-    def is_over(self) -> bool:
+    def has_no_attempt_left(self) -> bool:
         """Whether the trial has no further attempt."""
-        return super().is_over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
+        return super().has_no_attempt_left or (
+            bool(self.attempts) and bool(self.attempts[-1].verdict.executable)
+        )
 
     def start_episode(self) -> Episode:
         """Return a new episode in the initial state. Random failures are drawn by `execute_plan`."""
@@ -252,10 +254,10 @@ def remove_errors_of_successful_attempts(
 
     The last possible attempt keeps its errors.
     """
-    return [*map(_remove_errors, verdicts[:replans]), *verdicts[replans:]]
+    return [*map(_remove_errors_if_successful, verdicts[:replans]), *verdicts[replans:]]
 
 
-def _remove_errors(verdict: PlanVerdict) -> PlanVerdict:
+def _remove_errors_if_successful(verdict: PlanVerdict) -> PlanVerdict:
     if not verdict.success:
         return verdict
     counted = verdict.counted and replace(verdict.counted, errors={})
@@ -266,7 +268,7 @@ EAI_1_0_5 = ProtocolImplementation(
     open_suite,
     replanning=make_options_of_published_replanning,
     trial=_TrialWithRandomFailures,
-    as_asked=count_goal_removed_after_paper,
+    as_asked=count_removed_goal_as_unreached,
     as_counted=remove_errors_of_successful_attempts,
     choose_suite_for_answers=choose_suite_opener_for_answers,
 )

@@ -116,10 +116,10 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
-    def _explore_program(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         """Run the search. An exception of eai-eval on any branch of the search rejects the answer."""
         try:
-            outcome = super()._explore_program(compiled)
+            outcome = super()._explore_executions_of_subgoals(compiled)
         except _HaltError as halt:
             return reject_unparseable(str(halt))
         if isinstance(outcome, RejectedAnswer):
@@ -137,7 +137,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
             entries.clear()
         return _set_counted_errors(verdict, entries)
 
-    def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
+    def _select_execution_branches_to_judge(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
         """Return only the branch of the search that eai-eval reports, even if others reach more goals."""
         return (outcome.reported,)
 
@@ -176,7 +176,7 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
         formula, misuses = read_formula(text, signature, "release")
     except ParseError as error:
         return reject_unparseable(str(error))
-    if _has_and_with_then_in_some_operands(formula, signature):
+    if _has_partly_temporal_conjunction(formula, signature):
         return reject_unparseable("an 'and' has parts with 'then' and parts without")
     if not misuses:
         return formula
@@ -186,7 +186,7 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
     return reject_misused_names([*zip(numbers, misuses, strict=True)], ())
 
 
-def _has_and_with_then_in_some_operands(formula: f.Formula, signature: Signature) -> bool:
+def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -> bool:
     """Whether the first error of a formula is an ``and`` with ``then`` in some, but not all, of its operands.
 
     The other possible error is an unknown name. The first error is the one that ends first in the text.

@@ -151,10 +151,10 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _make_goal_progress(self) -> GoalProgress:
         return GoalProgress(self.temporal_goal or FALSE, self.task.scene)
 
-    def _explore_program(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         if self.temporal_goal is None:
             return reject_unparseable("the reference cannot read the goal of this task")
-        return super()._explore_program(compiled)
+        return super()._explore_executions_of_subgoals(compiled)
 
     def _make_planners_with_literal_indices(
         self, literals: Sequence[Formula]

@@ -50,7 +50,7 @@ _WALLS = {
 
 
 def write_mujoco_model(
-    placer: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], away: Vector
+    placer: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], position_of_unplaced_objects: Vector
 ) -> str:
     """Return the MuJoCo model of arranged bodies as XML.
 
@@ -59,7 +59,8 @@ def write_mujoco_model(
         locations: the objects of the state. Only the lamp of the room with most objects casts shadows,
             because shadows take most of the rendering time.
         rooms: the box of each room.
-        away: location of objects that may appear later, and of objects without a pose.
+        position_of_unplaced_objects: location of objects without a pose, and of objects that may appear
+            later.
     """
     text = (files("eai.extensions.scenes") / "world.xml").read_text(encoding="utf-8")
     root = Xml.fromstring(text)  # noqa: S314 - our own text
@@ -74,7 +75,7 @@ def write_mujoco_model(
         world.extend(_make_room(box, placer.names[floor], walls))
         world.append(_make_lamp(box, shadows=floor == locations.fullest_room))
     for thing, body in {**placer.bodies, **locations.absent}.items():
-        pose = placer.poses.get(thing, Pose(away))
+        pose = placer.poses.get(thing, Pose(position_of_unplaced_objects))
         is_fixed = thing in placer.furniture
         states = placer.states.get(thing, frozenset())
         world.append(

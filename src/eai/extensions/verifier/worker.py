@@ -15,7 +15,7 @@ MAX_RESULT = 1_000_000
 """Maximum length of the result of a query, in characters of JSON."""
 
 
-def run() -> None:
+def answer_queries_from_standard_input() -> None:
     """Write a line of JSON for each line of standard input, with the member ``result`` or ``error``."""
     requests = os.fdopen(os.dup(0), encoding="utf-8")
     results = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -44,4 +44,4 @@ def _answer_line(line: str) -> str:
 
 
 if __name__ == "__main__":
-    run()
+    answer_queries_from_standard_input()

@@ -57,7 +57,7 @@ class _FlowBar(NamedTuple):
     height: float
 
     @property
-    def middle(self) -> float:
+    def center_height(self) -> float:
         return self.top - self.height / 2
 
 
@@ -109,7 +109,7 @@ def _draw_flow_of_protocol(
     for (domain, ability), bar in suite_bars.items():
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
         text = f"{get_title(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
-        panel.text(-_WIDTH - 0.03, bar.middle, text, fontsize=6.5, ha="right", va="center", color=INK)
+        panel.text(-_WIDTH - 0.03, bar.center_height, text, fontsize=6.5, ha="right", va="center", color=INK)
     _draw_outcome_bars(panel, outcome_bars, {name: 100 * with_extra_steps[name] / total for name in outcomes})
     panel.set_xlim(-1.0, 2.2)
     return figure
@@ -166,8 +166,8 @@ def _draw_outcome_bars(
         text = f"{get_display_name(outcome).lower()} {bar.height:.1f}"
         if hatched >= _MIN_NAMED_PERCENT:
             text += f", {hatched:.1f} with additional steps"
-        text_top = min(bar.middle, text_top - _LINE)
-        panel.plot([1 + _WIDTH, 1.17], [bar.middle, text_top], color=MUTED, linewidth=0.6)
+        text_top = min(bar.center_height, text_top - _LINE)
+        panel.plot([1 + _WIDTH, 1.17], [bar.center_height, text_top], color=MUTED, linewidth=0.6)
         panel.text(1.19, text_top, text, fontsize=6.5, va="center", color=INK)
 
 

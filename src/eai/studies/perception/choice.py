@@ -127,7 +127,7 @@ class SceneOptions(VariationOptions):
         """Name of the chosen option: the format of the scene, or context added to a list of facts."""
         if self.scene != "text":
             return f"perception.scene {self.scene}"
-        return f"perception.context {self.context}" if self._make_prompt_context_label else ""
+        return f"perception.context {self.context}" if self._label_of_prompt_context else ""
 
     @property
     def results_heading(self) -> str:
@@ -151,14 +151,14 @@ class SceneOptions(VariationOptions):
         """Return why a run cannot combine this choice with another study's choice; empty if it can."""
         acted = other.replanning
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
-            if not self.can_show_changed_scene:
+            if not self.can_later_question_show_changed_scene:
                 return "the scene is only shown at the start, but feedback describes a changed world"
             if self.scene in ("image", "both") and acted.form == "chat":
                 return "a chat cannot show pictures of a changed world"
         return super().explain_conflict(other)
 
     @property
-    def can_show_changed_scene(self) -> bool:
+    def can_later_question_show_changed_scene(self) -> bool:
         """Whether a later question of a run can show the scene that actions have changed.
 
         This is not possible if a second model lists the scene, or with the user's own pictures.
@@ -188,18 +188,18 @@ class SceneOptions(VariationOptions):
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._make_pictures_label}{self._make_prompt_context_label}"
+        return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_prompt_context}"
 
     def copy_with_pictures_only(self) -> Self:
         """Return options with the same pictures and no text, for questions to the model that lists scenes."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
-    def _make_prompt_context_label(self) -> str:
+    def _label_of_prompt_context(self) -> str:
         return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property
-    def _make_pictures_label(self) -> str:
+    def _label_of_pictures(self) -> str:
         if self.images is not None:
             return "-own"
         return "" if self.clutter in (None, "none") else f"-{self.clutter}"

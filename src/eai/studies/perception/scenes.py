@@ -97,7 +97,7 @@ def make_beliefs_by_scene_options(
     """
     look = (
         partial(_perceive_scene_before_attempt, options, benchmark, templates)
-        if options.can_show_changed_scene
+        if options.can_later_question_show_changed_scene
         else None
     )
     if options.noise is not None:

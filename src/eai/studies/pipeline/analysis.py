@@ -107,7 +107,7 @@ class _ModularAndPipelineRuns:
 
     def make_tables(self) -> list[Table]:
         """Return the tables of the pair. Tables and columns without data are left out."""
-        stages, goals = self._make_stages_table(), self._make_goals_table()
+        stages, goals = self._make_modular_and_pipeline_rates_table(), self._make_goals_table()
         made = [
             stages if self.paper else stages.drop_columns(_PAPER),
             goals if self.reachable else goals.drop_columns([_PERFECT]),
@@ -115,7 +115,7 @@ class _ModularAndPipelineRuns:
         ]
         if any("subgoals_sha256" in record.summaries.get(STUDY, {}) for record in self.pipeline):
             made.append(self._make_first_failing_ability_table())
-        return [*made, self._make_conditions_table()] if self.conditions else made
+        return [*made, self._make_missing_goal_conditions_table()] if self.conditions else made
 
     @make_table("chain", ("breaks at", "tasks", "share", "success"))
     def _make_first_failing_ability_table(self) -> Iterator[Row]:
@@ -143,13 +143,13 @@ class _ModularAndPipelineRuns:
             yield link, len(broken), Estimate.from_cases(shares), Estimate.from_cases(broken)
 
     @make_table("stages", ("metric", *_COMPARED, *_PAPER))
-    def _make_stages_table(self) -> Iterator[Row]:
+    def _make_modular_and_pipeline_rates_table(self) -> Iterator[Row]:
         """Modular and pipeline.
 
         Rates in percent, and pipeline minus modular run in percentage points, with 95 % intervals whose units
         are the names of tasks. p is the p value of the exact test that exchanges the answers of the two runs,
         for all tasks of a name together. If each task has its own name, this is McNemar's
-        test.{self._remark_on_paper}
+        test.{self._sentence_about_paper_scores}
         """
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences
@@ -168,7 +168,7 @@ class _ModularAndPipelineRuns:
             )
 
     @property
-    def _remark_on_paper(self) -> str:
+    def _sentence_about_paper_scores(self) -> str:
         return " Beside them the paper's figures for this model." if self.paper else ""
 
     @make_table("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
@@ -178,7 +178,7 @@ class _ModularAndPipelineRuns:
         Tasks are grouped by the verdict on the goals that their questions stated, under protocol strict.
         Shown are the success of the run with true goals and of the run with a model's goals, and the numbers
         of tasks that only one of them solves. The group of other goals has wrong goals, ill-formed goals and
-        goals with unknown names.{self._remark_on_perfect_second_stage}
+        goals with unknown names.{self._sentence_about_perfect_planner}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)
@@ -204,7 +204,7 @@ class _ModularAndPipelineRuns:
                 yield (kind, len(one), *compared, *only, Estimate.from_cases(perfect))
 
     @property
-    def _remark_on_perfect_second_stage(self) -> str:
+    def _sentence_about_perfect_planner(self) -> str:
         return (
             " A perfect stage 2 finds a plan for the stated goals by search, if there is one, and is judged "
             "under strict. It is no upper bound, because a model can also reach goals that its question did "
@@ -235,7 +235,7 @@ class _ModularAndPipelineRuns:
             yield heading, len(cases), Estimate.from_cases(cases)
 
     @make_table("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
-    def _make_conditions_table(self) -> Iterator[Row]:
+    def _make_missing_goal_conditions_table(self) -> Iterator[Row]:
         """Which conditions are missing.
 
         For each condition of the tasks: the share of tasks whose stated goals lack it, the number of these

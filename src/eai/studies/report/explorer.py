@@ -189,7 +189,7 @@ class ExplorerData:
         rows = self._logged_runs.setdefault((protocol, domain, ACTING.value, model), [])
         rows.append(_drop_empty_values(values))
 
-    def format_lines(self) -> Iterator[str]:
+    def format_data_as_base64_lines(self) -> Iterator[str]:
         """Yield all data as lines of base64: chunks of details, chunks of prompts, and the index."""
         for names, rows in self._logged_runs.items():
             self._begin_run(names)
@@ -427,7 +427,7 @@ def build_explorer_page(lines: Iterable[str]) -> Iterator[str]:
     """Yield the HTML page of the explorer in pieces.
 
     Args:
-        lines: lines of data from `ExplorerData.format_lines`.
+        lines: lines of data from `ExplorerData.format_data_as_base64_lines`.
     """
     head, _, tail = build_page("eai.studies.report", "explorer", SCRIPTS, _DATA).partition(_DATA)
     yield head

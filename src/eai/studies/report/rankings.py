@@ -404,24 +404,26 @@ def _find_column_notes(column: PaperColumn, printed_tables: Sequence[PaperTable]
 
 
 def read_rows_of_packaged_scores(
-    source: Literal["published", "floor"], columns: Sequence[MetricColumn], runs: Sequence[RunSummary]
+    columns: Sequence[MetricColumn], runs: Sequence[RunSummary], *, of_null_models: bool
 ) -> Iterator[RankedModel]:
     """Yield the rows of a table of models that the package includes. Notes in the table become footnotes.
 
     Args:
-        source: kind of the rows: the paper's models by scores of their published answers, or null models.
         columns: the columns.
         runs: the runs of one protocol and domain that share a table with these rows. Models without scores
             under that protocol have no rows.
+        of_null_models: whether the rows are null models (baselines such as an empty answer), instead of the
+            paper's models by scores of their published answers.
     """
-    (protocol, domain, *_), floor = runs[0].key, source == "floor"
-    table = (paper_tables.read_trivial_baseline_scores if floor else paper_tables.read_published_scores)(
-        protocol.value
-    )
+    protocol, domain, *_ = runs[0].key
+    source: RowSource = "floor" if of_null_models else "published"
+    table = (
+        paper_tables.read_trivial_baseline_scores if of_null_models else paper_tables.read_published_scores
+    )(protocol.value)
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
-    texts = [_FLOOR if floor else _write_published_note(protocol.value, len(models))]
+    texts = [_FLOOR if of_null_models else _write_published_note(protocol.value, len(models))]
     texts += [note for suite in suites.values() for note in suite.notes]
     pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
     other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
@@ -514,10 +516,10 @@ def make_ranking(
             for name in paper_tables.read_paper_protocol_and_tables().tables[spec.name]
         ]
     elif with_paper:
-        others += read_rows_of_packaged_scores("published", columns, runs)
+        others += read_rows_of_packaged_scores(columns, runs, of_null_models=False)
     others += [
         *make_paper_rows(places, printed_tables),
-        *read_rows_of_packaged_scores("floor", columns, runs),
+        *read_rows_of_packaged_scores(columns, runs, of_null_models=True),
     ]
     on_columns = {column: _find_column_notes(place, printed_tables) for column, place in places.items()}
     notes = _merge_notes(_list_notes_of_rows(ours), *on_columns.values(), _list_notes_of_rows(others))
