@@ -26,7 +26,10 @@ from eai.results.totals import RunTotals
 from eai.tasks.prompts.prompt import Prompt
 
 TASKS_PER_ROUND = 5
-"""Number of tasks that a round adds. Rounds of one task would save almost no tasks in total."""
+"""Number of tasks that a model answers between two estimates of its ability.
+
+To estimate after each task would save almost no tasks in total.
+"""
 
 _FILE = "adaptive.json"
 
@@ -38,9 +41,9 @@ _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
 def open_runs(
     suites: Sequence[Suite], chosen_abilities: Sequence[Ability], runs_folder: Path | None
 ) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
-    """Return the suites with known difficulties of tasks, and the function that runs such a suite.
+    """Return the suites with known difficulties of tasks, and a function that runs such a suite.
 
-    The function is `request_informative_tasks`.
+    The function asks a model the tasks that tell most about its ability (`request_informative_tasks`).
 
     Args:
         suites: the suites that the user asks for.

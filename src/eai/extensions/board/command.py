@@ -24,7 +24,7 @@ from eai.cli.options import RECORDS, AsJson, DataFolder, make_flag, open_data_so
 from eai.extensions.board.submission import build_submission, check_submission
 
 BOARD_FILE = "index.html"
-"""Name of the file with the page of a board."""
+"""Name of the file with the page of a leaderboard."""
 
 
 def submission(

@@ -97,7 +97,7 @@ def write_croissant_files(benchmarks: Sequence[Benchmark], source: Source, out: 
 
 
 def make_task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
-    """Yield a row for each task of a benchmark."""
+    """Yield a row of the exported data set for each task of a benchmark."""
     for task in benchmark.tasks(source).values():
         facts = [fact for fact in task.initial.facts() if {*task.relevant}.issuperset(fact.arguments)]
         yield {

@@ -49,7 +49,10 @@ from eai.tasks.options import Options
 from eai.tasks.source import Source
 
 DESCRIPTION, SPECIFICATION, SEASON = "submission.toml", "run.toml", "season.toml"
-"""Names of the files that describe a submission, the run behind a submission, and a season."""
+"""Names of the files that describe a submission, the run behind a submission, and a season.
+
+A season is a set of new tasks that stays secret until the season opens.
+"""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _MAX_FILES, _MAX_CHARACTERS, _MAX_DESCRIPTION_BYTES = 200, 100_000, 64_000
@@ -76,7 +79,11 @@ class _SubmissionDescription(Options):
 
 
 class _LeaderboardSeasonFile(Options):
-    """The content of ``season.toml``: title, name of the task file and, after the season, the secret."""
+    """The content of ``season.toml``, which describes a season (a set of new tasks that were secret before).
+
+    It has a title and the name of the task file. After the season, it also has the secret number from which
+    anybody can generate the tasks again.
+    """
 
     title: str = Field(min_length=1, max_length=100)
     split: str = "test"

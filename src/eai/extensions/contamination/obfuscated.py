@@ -126,7 +126,10 @@ class _ObfuscatedWording(SuiteWording):
 
     @cached_property
     def _rules_with_hidden_facts(self) -> DomainRules:
-        """The rules of all actions without English remarks. They also state facts that plain prompts hide."""
+        """The requirements and effects of all actions, as rules without English remarks.
+
+        They also name the predicates that the prompts of the original benchmark do not show.
+        """
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
         shown = [
@@ -281,7 +284,10 @@ def open_obfuscated(benchmark_name: str) -> Benchmark:
 
 
 def open_with_rules(benchmark_name: str) -> Benchmark:
-    """Open a benchmark with its true names and with the exact rules of obfuscated prompts."""
+    """Open a benchmark with its true names, and with prompts that list all rules of actions.
+
+    Obfuscated prompts list these rules too, so comparisons show the effect of the names alone.
+    """
     return _make_benchmark_with_rules_in_prompts(find_benchmark(benchmark_name), {}, WITH_RULES)
 
 

@@ -177,7 +177,7 @@ class _HarborFolderMaker:
         )
 
     def _make_template_values(self, reference: str) -> dict[str, str]:
-        """Return a mapping from each placeholder in the templates of all folders to its value."""
+        """Return the values of the placeholders that the templates of all task folders have in common."""
         extra = "[mcp]" if self.expects_episodes else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
@@ -214,7 +214,10 @@ def _write_world_server_command(benchmark_reference: str, task_id: str) -> str:
 
 
 def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
-    """Return a reference to a benchmark with only some tasks, and the files that this reference reads."""
+    """Return the name under which `eai` opens a benchmark with only some tasks, and the files that it needs.
+
+    A benchmark that is part of `eai` keeps its name and needs no files.
+    """
     kind, _, location = reference.partition(":")
     if kind == PDDL:
         if "," not in location:

@@ -271,7 +271,7 @@ def _translate_commands(
             yield "" if step.action.startswith(">") else step.action
         elif step.action[0].lower() in puts:
             yield form.format(*filter(None, put.groups()))
-        else:  # a game reads either put or move, so the log's game did not read this command
+        else:  # every game knows one of the words put and move, and this is not the word of the log's game
             yield "" if puts else None
 
 

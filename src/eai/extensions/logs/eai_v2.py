@@ -131,7 +131,7 @@ def _make_episode(
     if outcome is EpisodeOutcome.WON:
         progress = 1.0
     elif run.benchmark != _BEHAVIOR or outcome is EpisodeOutcome.NOTHING_SUBMITTED:
-        progress = None  # other benchmarks measure something else; without a submission, 0 was not measured
+        progress = None  # only BEHAVIOR reports a share of goals, which is 0 if nothing was submitted
     counts = [count for count in (totals.input, totals.output) if count is not None]
     return LoggedEpisode(
         agent=run.run,

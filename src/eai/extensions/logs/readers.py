@@ -25,8 +25,10 @@ GROUP = "eai.logs"
 M = TypeVar("M", bound=BaseModel)
 
 Share = Annotated[float, Field(ge=0, le=1)]
+"""Type of a share in a log: a number from 0 to 1."""
+
 Count = Annotated[int, Field(ge=0)]
-"""Types of fields of a log."""
+"""Type of a count in a log: an integer that is not negative."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ _EPISODE_COLUMNS = (
     *("task", "outcome", "ending", "kind", "unseen", "actions", "first_error", "best", "best_action", "end"),
     *("repeats", "seconds", "calls", "tokens", "words"),
 )
-"""Columns of the table of episodes after the names of the group."""
+"""Columns of the table of episodes, after the columns for the form of the log, agent and setting."""
 
 _FILE_ONLY = ("ending", "unseen", "best_action", "end", "repeats", "seconds", "calls", "tokens", "words")
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""

@@ -21,9 +21,9 @@ from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""Values of `harness` in a person's record.
+"""Values of the field `harness` in the record of a game that a person played.
 
-`PROMPTED` is for a person who asked which actions are possible, `HARNESS` for any other person.
+`PROMPTED` is the value if the person asked which actions are possible. `HARNESS` is the value otherwise.
 """
 
 POSSIBLE, HELP = "?", "help"

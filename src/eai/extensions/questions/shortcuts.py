@@ -42,7 +42,7 @@ Choices are drawn again if shortcuts would be right too often. After the last dr
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _CUE_WEIGHT = 12
-"""Unit of the balance of a cue (a mark of statements that a shortcut relies on, such as being the longest).
+"""Unit of the balance of a cue (a mark on which a shortcut relies, such as the greatest length).
 
 The balance of a cue tells how much more often statements with the cue were right than chance predicts.
 A wrong statement lowers the balance of its cue by this number. A right statement raises it, by this number
@@ -148,7 +148,7 @@ _SurfaceCue: TypeAlias = tuple[str, str]
 class SurfaceCueCounts:
     """Counts how often the statements that shortcuts take were right in earlier questions of a kind and form.
 
-    A cue is a mark of statements that a shortcut relies on, such as being the longest. It is in balance if
+    A cue is a mark on which a shortcut relies, such as the greatest length. It is in balance if
     statements with it are right as often as random guesses are.
     """
 

@@ -232,7 +232,7 @@ class QuestionGenerator:
                 )
                 answer = (LETTERS[right or 0],)
         accept = item.accept if form is QuestionForm.OPEN else "all"
-        values = self._make_template_values(draft, group, choices, accept)
+        values = self._make_question_template_values(draft, group, choices, accept)
         question = Question(
             id=f"{group.kind.value}-{form.value}-{number}",
             domain=self._benchmark.name,
@@ -249,14 +249,14 @@ class QuestionGenerator:
         needs_rules = (group.kind, form) in _NEED_RULES
         return question, None if needs_rules else self._templates.fill_template("closed_book.txt", values)
 
-    def _make_template_values(
-        self, draft: _QuestionDraft, group: _QuestionGroupProgress, choices: str, accept: Accept
+    def _make_question_template_values(
+        self, draft: _QuestionDraft, group: _QuestionGroupProgress, choices: str, required_answers: Accept
     ) -> Mapping[str, str]:
         setting, item, posed = draft
         operators = item.operators
         if item.are_actions and posed is not None:
             operators = {text.partition("(")[0] for text in posed.shown}
-        form = "any" if accept == "any" else group.form.value
+        form = "any" if required_answers == "any" else group.form.value
         return {
             "objects": _format_objects(setting),
             "facts": _format_facts(setting, item, operators),

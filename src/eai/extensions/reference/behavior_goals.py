@@ -21,9 +21,9 @@ from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
 
-_NO_LIST = Unreadable("a section is not a list")
-_NO_CONDITION = Unreadable("a condition is empty, or not a list")
-"""Errors of answers on which eai-eval (the paper's package) crashes and ends its whole run."""
+_SECTION_IS_NO_LIST = Unreadable("a section is not a list")
+_CONDITION_IS_MALFORMED = Unreadable("a condition is empty, or not a list")
+"""Why an answer cannot be read. On these answers, eai-eval (the paper's package) crashes and ends its run."""
 
 Value: TypeAlias = object
 """Type of a condition in an answer: a JSON value with tuples instead of lists."""
@@ -69,9 +69,9 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     conditions: list[Value] = []
     for section in sections.values():
         if not isinstance(section, list | str):
-            return _NO_LIST
+            return _SECTION_IS_NO_LIST
         conditions += map(_replace_lists_by_tuples, section)
-    return tuple(conditions) if all(map(split_condition, conditions)) else _NO_CONDITION
+    return tuple(conditions) if all(map(split_condition, conditions)) else _CONDITION_IS_MALFORMED
 
 
 class BehaviorGoalInterpretationScorer(Scorer):
@@ -98,7 +98,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             verdict = replace(
                 self._judge(()),
                 error=ErrorReport(FaultKind.PARSING, None, conditions.reason),
-                aborts=conditions in (_NO_LIST, _NO_CONDITION),
+                aborts=conditions in (_SECTION_IS_NO_LIST, _CONDITION_IS_MALFORMED),
             )
             return Assessment(verdict, partial(self._explain, (f"parsing: {conditions.reason}",), ()))
         verdict = self._judge(conditions)

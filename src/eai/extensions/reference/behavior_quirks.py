@@ -199,7 +199,10 @@ def keep_only_latest_relation_of_pair(operator: Operator) -> Operator:
 
 
 def _delete_older_relations_of_pair(effect: Effect) -> tuple[Effect, ...]:
-    """Return effects in which a new label, such as nextto, deletes all other labels of its ordered pair."""
+    """Return effects that keep one label (onfloor, under or nextto) for each ordered pair of objects.
+
+    A new label deletes older labels.
+    """
     match effect:
         case Add(atom):
             labels = [label.name for label in p.LOOSE_RELATIONS]
@@ -264,6 +267,8 @@ def list_first_dnf_terms(formula: f.Formula, objects: ObjectsByCategory) -> list
 
 
 class _LimitedDnfConverter:
+    """Converts conditions to disjunctive normal form, with only those terms that eai-eval tries."""
+
     def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 
@@ -337,7 +342,10 @@ def _conjoin_each_combination(combinations: Iterable[Sequence[DnfTerm]]) -> list
 
 
 def _negate_dnf_terms(options: Sequence[DnfTerm]) -> list[DnfTerm]:
-    """Return the options of a negation. Each of them negates one condition of every given option."""
+    """Return the negation of a disjunction of terms (conjunctions), again as a list of terms.
+
+    Each result negates one condition of every given term.
+    """
     return [
         tuple(choice)
         for choice in product(*[[f.Not(condition) for condition in option] for option in options])
@@ -383,7 +391,8 @@ def _list_index_vectors_of_sum(total: int, length: int) -> Iterator[tuple[int, .
 def make_behavior_goal_test(task: Task) -> GoalTest:
     """Return eai-eval's test of a task's goals.
 
-    `_reduce_to_first_dnf_terms` makes the tested formula of each goal. Goals keep their kinds.
+    A goal counts as reached if one of the few ways to reach it that eai-eval tries is true
+    (`_reduce_to_first_dnf_terms`). It still counts as a goal about states, relations or actions.
     """
     return GoalTest(task, [_reduce_to_first_dnf_terms(goal.formula, task.scene) for goal in task.goals])
 

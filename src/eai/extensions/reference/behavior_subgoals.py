@@ -158,7 +158,7 @@ def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
 def _pair_on_with_next_to_literal(
     first: GroundAtom, second: GroundAtom
 ) -> tuple[GroundAtom, GroundAtom] | None:
-    """Return two literals in order if one action makes both true: the support literal, then ``nextto``.
+    """Return two literals in order if one action makes both true: ``ontop`` or ``onfloor``, then ``nextto``.
 
     Return None if no single action makes both true.
     """
@@ -188,9 +188,9 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     """
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the names that formulas may use, as in the data set.
+        """Return the names of predicates, actions and objects that formulas of subgoals may use.
 
-        The data set has no names for parts of objects.
+        The names are those in the data set. Parts of objects have no names there.
         """
         predicates = dict.fromkeys((*map_predicates_to_categories(scene), *PREDICATE_ARITIES))
         return make_behavior_lexicon(

@@ -169,7 +169,8 @@ class PublishedOperatorRules(OperatorScoringRules):
     def judge_missing_answer(self, task: TransitionTask) -> OperatorJudgement:
         """Return the judgement on a missing answer: all required operators count as missing.
 
-        Without any answer, no gold operators replace the missing operators.
+        No planner is run. If an answer lacks only some operators, the planner uses gold operators in
+        their place.
         """
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [

@@ -46,10 +46,10 @@ Names = frozenset[str]
 
 
 def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
-    """Bind every variable of an operator, or return why the planner of 2024 refused the operator.
+    """Bind every variable of an operator, or return why the published planner refused the operator.
 
-    It refused an unbound variable inside a ``forall`` of a condition. An ``exists`` under ``not`` counts as a
-    ``forall``.
+    That planner (Fast Downward before mid-2024) refused an unbound variable inside a ``forall`` of a
+    condition. An ``exists`` under ``not`` counts as a ``forall``.
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
     leaked: list[f.Variable] = []
@@ -152,9 +152,10 @@ def read_operator(source: UnparsedOperator, header: m.PddlDomain) -> m.PddlActio
 
 
 def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
-    """Return the rewritten domain and problem as a task for a planner.
+    """Return a planning task on which a current planner gives the result of the published planner.
 
-    The atom ``fatal`` in the result marks plans on which the planner of 2024 crashed.
+    The published planner (Fast Downward before mid-2024) crashed on some tasks. In the result, it crashed if
+    a plan can reach the atom ``fatal``.
 
     Args:
         header: the domain without operators.

@@ -54,8 +54,8 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
     """Scores subgoals as eai-eval does in every domain.
 
     All subgoals of an answer form one text. The robot makes the literals of this text true one after the
-    other, without a test whether they hold already. Tasks without goals are scored, too. Each entry of the
-    error report counts as a runtime error, except in answers that execute but miss the goal
+    other, without a test whether they hold already. Tasks without goals are scored, too. All errors
+    that eai-eval lists for an answer count as runtime errors, unless the answer executes but misses the goal
     (``subgoal_eval_utils.py``).
     """
 
@@ -150,7 +150,10 @@ class _HaltError(Exception):
 
 
 def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
-    """Return a planner for a subgoal at which eai-eval stops its whole search."""
+    """Return a planner for a subgoal at which eai-eval raises an exception.
+
+    A search that reaches the subgoal ends, and the answer is rejected for the given reason.
+    """
 
     def plans(state: State) -> SubgoalPlans:
         raise _HaltError(reason)

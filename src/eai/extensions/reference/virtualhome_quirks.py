@@ -108,7 +108,7 @@ def _use_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
 SET_ORDER_VOCABULARY = Vocabulary(
     p.VOCABULARY.predicates, tuple(map(_use_python_set_order, p.VOCABULARY.derived))
 )
-"""Vocabulary whose derived predicates order several objects as a Python set of ids does, as in eai-eval.
+"""Vocabulary (all predicates) in which lookups order objects as eai-eval does: as a Python set of their ids.
 
 It stores the same facts as the vocabulary of protocol `strict`, so both protocols can use the same states.
 """
@@ -131,7 +131,10 @@ SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
     ~p.seat_full(X): (FALSE,),
     ~p.bed_full(X): (FALSE,),
 }
-"""Conditions that eai-eval looks for in earlier states instead of a failed condition, by failed condition."""
+"""Maps a failed condition to the conditions that eai-eval looks for in earlier states to find a wrong order.
+
+It looks for other failed conditions unchanged.
+"""
 
 
 def _apply_to_all_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
@@ -211,8 +214,9 @@ def judge_running_device_as_additional_step(operator: Operator, check: Check) ->
 def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge changing a state that an object lacks as an additional step, not as an affordance error.
 
-    Return None for a check whether an object has such a state; None removes the check. Return any other check
-    unchanged. See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
+    An object lacks a state if, for example, it is neither open nor closed. The checks for such a state are
+    removed (the result is None), and all other checks stay. See ``execution.py``, ``OpenExecutor``,
+    ``SwitchExecutor``, ``PlugExecutor``.
     """
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
 

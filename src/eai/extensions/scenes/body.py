@@ -90,7 +90,10 @@ def find_body_kind(object_name: str, category: str) -> str:
 
 @cache
 def find_body(kind: str) -> Body | None:
-    """Return the body of a kind of object (or of half an object), or None if the table of kinds lacks it."""
+    """Return the body of a kind of object, or None if the table of kinds lacks it.
+
+    The prefix `HALF_PREFIX` of a kind means half of a sliced object. Its body is cut in half.
+    """
     if kind.startswith(HALF_PREFIX):
         whole = find_body(kind.removeprefix(HALF_PREFIX))
         return None if whole is None else _cut_left_half(whole)

@@ -19,7 +19,7 @@ import numpy as np
 from eai.extensions.scenes.body import Array, Box
 
 _HORIZONTAL_REACH, _VERTICAL_REACH = 1.0, 5.0
-"""Maximum lengths of horizontal and of vertical rays in metres."""
+"""Maximum lengths, in metres, of the horizontal and vertical rays that test how two objects lie."""
 
 _AXIS_PAIR_COUNT = 5
 """Number of pairs of perpendicular horizontal axes for rays. The pairs are rotated by 0 to 90 degrees."""

@@ -66,7 +66,9 @@ _UNCOMPARED = frozenset({"ground_action_goals", "containers", "hidden", "labels"
 FEATURES = tuple([field.name for field in fields(TaskStatistics) if field.name not in _UNCOMPARED])
 """Names of the features of a task that are compared with scores.
 
-Left out are a feature that always equals another feature, labels, and features of hidden objects."""
+They are numbers, such as the number of steps. Left out are a number that always equals another number, the
+task's labels (words), and numbers about hidden objects.
+"""
 
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""

@@ -37,9 +37,9 @@ _MIN_NAMED_PERCENT = 0.3
 
 @make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
 def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """From abilities and worlds to outcomes.
+    """Outcomes of answers, by benchmark and ability.
 
-    Numbers of answers of all models by outcome. `with_additional_steps`: those with at least one step that
+    Numbers of answers of all models by outcome. `with_additional_steps`: answers with at least one step that
     was not needed. Such a step does not end a plan, so these answers have other outcomes.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]

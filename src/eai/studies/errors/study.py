@@ -160,7 +160,8 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
     """Additional steps.
 
     Answers with at least one unnecessary step, in percent, and the number of unnecessary steps. An
-    unnecessary step does not end a plan, so the table of outcomes counts these answers at other leaves.
+    unnecessary step does not end a plan, so the table of outcomes counts these answers by their other errors,
+    or as right.
     """
     for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
         cases = [

@@ -52,7 +52,7 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
 def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The scorer's module is imported only here, because reports read this declaration and score nothing.
+    The scorer's module is imported only when this function is called. Reports never call it.
     """
     from eai.studies.perception.errors import make_scorer_factory
 

@@ -199,7 +199,7 @@ class _RunWithFailedStages:
 
 
 def _find_failed_stages_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithFailedStages]:
-    """Yield runs of transition modeling, each with the outcomes of the tests of its operators.
+    """Yield runs of transition modeling, each with the stages at which its operators fail.
 
     The user gets a note on runs of other protocols, which are left out.
     """

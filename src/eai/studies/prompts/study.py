@@ -227,8 +227,8 @@ def _make_cells_table(matrix: _PromptMatrix) -> Iterator[Row]:
     """{matrix.metric} by prompt and model.
 
     {matrix.metric} in percent, of the {matrix.task_count} tasks that all runs have scored answers to;
-    `format_errors`: share of answers that cannot be read, in percent. The units of intervals are names of
-    tasks; similar tasks share a name.
+    `format_errors`: share of answers that cannot be read, in percent. Intervals treat all tasks of one
+    name as one unit, because similar tasks share a name.
     """
     for prompt, model in product(matrix.prompts, matrix.models):
         records = matrix.records[prompt, model]

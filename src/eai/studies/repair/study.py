@@ -18,7 +18,10 @@ from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
 _MAX_DISTANCE = 5
-"""Distances of this many edits and more share one column of the table."""
+"""Number of edits from which all larger distances share one column of the table.
+
+The distance is the number of edits that turn a failed answer into a right answer.
+"""
 
 
 def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
@@ -40,7 +43,10 @@ def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysi
 
 
 def _list_recorded_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
-    """Yield each failed answer of a run that has a recorded repair, with the repair."""
+    """Yield each failed answer of a run, with its repair: the edits that would make the plan right.
+
+    Answers without a repair in their record are left out.
+    """
     for record in run.records:
         repair = record.verdict.repair
         if repair is not None and repair.at_most != 0:

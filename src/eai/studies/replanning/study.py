@@ -70,12 +70,12 @@ class _ReplanningRunGroup:
 
     @property
     def options(self) -> ReplanningOptions:
-        """The options of replanning of these runs: number of attempts, feedback, and failing actions."""
+        """Number of attempts, feedback, and failing actions in these runs."""
         return ReplanningOptions.from_experiment(self.experiment) or ReplanningOptions()
 
     @property
     def options_label(self) -> str:
-        """The label of the options of these runs, without a seed."""
+        """Label of the runs' options, without a seed."""
         return self.experiment.label
 
     @property
@@ -85,7 +85,7 @@ class _ReplanningRunGroup:
 
     @property
     def experiment_without_feedback(self) -> Experiment:
-        """The options of these runs, but without feedback: the options of the runs to compare with."""
+        """Options of the runs to compare with: equal to the options of these runs, but without feedback."""
         return self.experiment.replace_study_settings(
             replace(self.options, feedback="none", form="prompt").experiment
         )

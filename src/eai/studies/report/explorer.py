@@ -1,6 +1,6 @@
 """Make the explorer of answers: one HTML file with all data. It opens from disk without a network.
 
-The data are lines of base64. Each line is a chunk of compressed JSON; ``explorer/data.js`` uses equal keys.
+The data are lines of base64. Each line is a chunk of compressed JSON, whose keys ``explorer/data.js`` reads.
 The last line is the index: the fields that list and filter answers. The other lines have details of answers,
 a few runs each, and the page reads a line when it shows one of its answers. Each field is a column of values,
 with null for empty values.
@@ -190,7 +190,10 @@ class ExplorerData:
         rows.append(_drop_empty_values(values))
 
     def format_data_as_base64_lines(self) -> Iterator[str]:
-        """Yield all data as lines of base64: chunks of details, chunks of prompts, and the index."""
+        """Yield all data of the page as lines of base64, a chunk of compressed JSON each.
+
+        First come details of answers, then prompts, and last the index of all answers.
+        """
         for names, rows in self._logged_runs.items():
             self._begin_run(names)
             self._rows_by_run.append(rows)
@@ -247,7 +250,7 @@ class ExplorerData:
         verdict, error = record.verdict, record.verdict.error
         explanation, background = record.explanation or Explanation(), self._background(record.domain)
         fields = _make_ability_fields(record)
-        # field q contains the operators, and their notes only repeat it
+        # an answer with operators shows them in field q, and its notes would repeat them
         notes = () if "q" in fields else explanation.notes
         return _drop_empty_values(
             {
@@ -397,7 +400,10 @@ def _list_operator_values(operator: OperatorReport) -> Json:
 
 
 def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
-    """Return how parts of an answer's text were treated, as (start, end, kind); empty if all were read."""
+    """Return the parts of an answer's text, each as (start, end, how it was read); empty if all were valid.
+
+    A part was, for example, repaired, skipped as prose, or unreadable (`SpanKind`).
+    """
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]

@@ -40,10 +40,17 @@ _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
     ("Goals that its plans reach, percent", ["goal_satisfaction"], ()),
     ("What goes wrong in its plans, percent of answers", _PLANS, (GRAMMAR, RUNTIME)),
 )
-"""Title of each panel, names of the tables that it shows, and groups of columns; empty for all groups."""
+"""Contents of each panel: its title, names of tables, and the groups of columns that it shows.
+
+A group of columns is, for example, the runtime errors. An empty list means all groups.
+"""
 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
-"""Lines of a panel: mapping from heading and column to pairs of a table and one model's row in it."""
+"""Lines of a panel. Each line shows one rate of a model, with a dot for each domain.
+
+The key of a line is the heading above it and the column of its rate. The value has, for each domain, the
+table and the model's row in that table.
+"""
 
 _PAPERS = ("paper", "published")
 
@@ -97,7 +104,7 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
 def _make_lines_of_summary_panel(
     rows: Sequence[tuple[Ranking, RankedModel]], table_names: Sequence[str], column_groups: Sequence[str]
 ) -> _Lines:
-    """Return the lines of a panel from the named tables, by heading and column."""
+    """Return the lines of a panel (one line for each rate), made from the named tables of all domains."""
     return group_pairs(
         ((format_ability_title(column.ability) if column.ability else column.group, column), (table, row))
         for name in table_names

@@ -311,7 +311,10 @@ _LOSSES = (
 )
 _TOP = 100.0
 _GAP = 9.0
-"""Height by which the band of lost answers bends down, in percent of answers."""
+"""Vertical distance between the answers that pass a check and the answers that fail it.
+
+The figure shows both as bands. The unit is percent of answers.
+"""
 _LINE = 9.0
 """Height of a line of text, in percent of answers.
 

@@ -219,12 +219,12 @@ def _make_short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
     return f"{column.group}: {column.label}" if ambiguous or is_incomplete else column.label
 
 
-def choose_ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
+def choose_ranking_column(metrics: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
     """Return the column by which rows are ranked.
 
-    It is the column of the first metric in ``primary`` that has a column, or else the first column.
+    It is the column of the first of the given metrics that has a column, or else the first column.
     """
-    return next((column for name in primary for column in columns if column.metric == name), columns[0])
+    return next((column for name in metrics for column in columns if column.metric == name), columns[0])
 
 
 def rank_rows(ranking_column: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:

@@ -268,7 +268,7 @@ def _make_trials_table(trials: Sequence[OperatorReplacementTrial]) -> Iterable[R
 
 
 class _SensitivityAnalysisOptions(Options):
-    """How operators are tried.
+    """Options of the analysis that puts one operator of an answer among gold operators, and plans with them.
 
     Attributes:
         replace: The replaced part of a gold operator: operator, precondition or effect; several with commas.
