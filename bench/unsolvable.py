@@ -48,8 +48,8 @@ class _Possible(PossibleFacts):
         chosen = [operator for operator in domain.operators if _matters(operator, changing)]
         super().__init__(replace(domain, operators=tuple(chosen)), initial, usable)
 
-    def count_literals(self) -> int:
-        return super().count_literals() + len(self._placed)
+    def count_possible_literals(self) -> int:
+        return super().count_possible_literals() + len(self._placed)
 
     def may_atom_hold(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         if predicate in FREE:

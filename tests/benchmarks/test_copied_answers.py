@@ -23,7 +23,7 @@ from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.formula import Occurs
-from eai.pddl.model import UnparsedOperator
+from eai.pddl.model import OperatorText
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.source import Source, TaskSet, given
 from eai.tasks.task import Task
@@ -179,7 +179,7 @@ def test_the_copying_model_does_not_use_gold_operators(name: str) -> None:
 
     def remove_answer(task_id: str) -> TransitionTask:
         task = tasks[task_id]
-        blank = {n: UnparsedOperator(n, o.parameters, "()", "()") for n, o in task.domain.operators.items()}
+        blank = {n: OperatorText(n, o.parameters, "()", "()") for n, o in task.domain.operators.items()}
         library = OperatorLibrary(task.domain.header, blank, task.domain.categories)
         return TransitionTask(task.id, library, task.operators, task.categories, task.problem_text)
 

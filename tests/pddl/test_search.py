@@ -17,7 +17,7 @@ from eai.pddl.grounding import Grounder, GroundProblem
 from eai.pddl.model import PddlDomain, PddlProblem, get_variable_type, group_objects_by_type
 from eai.pddl.planning import PlannerOutcome, PlanningTask, execute_found_plan
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import BuiltInPlanner, _ReachablePairs, search
+from eai.pddl.search import BuiltInPlanner, _ReachableLiteralPairs, search
 from eai.planning.search import Limits, SearchEffort, SearchEndReason
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
@@ -256,7 +256,7 @@ def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: P
     goal, actions = grounder.goal(), list(grounder.generate_actions())
     assert goal is not None
     ground = GroundProblem(grounder, actions, goal, SearchEffort())
-    pairs = _ReachablePairs(ground, SearchEffort())
+    pairs = _ReachableLiteralPairs(ground, SearchEffort())
     waiting, seen = [ground.initial], {ground.initial}
     while waiting and len(seen) < 200:
         state = waiting.pop()
@@ -299,8 +299,8 @@ def test_pairs_tell_what_one_hand_cannot_hold(goal: str, is_allowed: bool) -> No
     assert condition is not None
     ground = GroundProblem(grounder, list(grounder.generate_actions()), condition, SearchEffort())
     looks = SearchEffort()
-    assert _ReachablePairs(ground, looks).may_hold_together(ground.goal) is is_allowed
-    assert _ReachablePairs(ground, SearchEffort(looks.used // 2)).may_hold_together(ground.goal)
+    assert _ReachableLiteralPairs(ground, looks).may_hold_together(ground.goal) is is_allowed
+    assert _ReachableLiteralPairs(ground, SearchEffort(looks.used // 2)).may_hold_together(ground.goal)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.planning import achievers as module
-from eai.planning.achievers import Achiever, AchieversByPredicate, _AchieverMatcher
+from eai.planning.achievers import Achiever, AchieversByPredicate, _AtomAchieverFinder
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.subgoal import GroundAtom
@@ -50,7 +50,7 @@ def test_an_effect_whose_variable_hides_another_is_left_out() -> None:
 def test_variables_that_the_atom_leaves_open_get_values() -> None:
     go, carry = AchieversByPredicate(toy.DOMAIN).find_achievers("at", adding=True)
     shed, red = SCENE.index["shed"], SCENE.index["red"]
-    scopes = [go.get_object_scope(binding) for binding in go.complete_bindings(START, {}, EVERYTHING)]
+    scopes = [go.map_variables_to_objects(binding) for binding in go.complete_bindings(START, {}, EVERYTHING)]
     assert scopes == [{"x": SCENE.index["hall"]}, {"x": shed}], "what is no place is left out at once"
     (binding,) = carry.complete_bindings(START, {"y": red, "x": shed}, EVERYTHING)
     assert carry.get_operator_arguments(binding) == (shed,)
@@ -103,12 +103,12 @@ def carried(state: State) -> State:
 
 
 def matched(
-    matches: _AchieverMatcher, atom: GroundAtom, state: State
+    matches: _AtomAchieverFinder, atom: GroundAtom, state: State
 ) -> list[tuple[Achiever, list[list[int]]]]:
     """Return the achievers of an atom that have matches, with these matches."""
     found = [
         (m.achiever, [[*b] for b in m.complete_bindings(state, ALL)])
-        for m in matches.find_matched_achievers(atom)
+        for m in matches.find_achievers_of_atom(atom)
     ]
     return [(achiever, bindings) for achiever, bindings in found if bindings]
 
@@ -125,9 +125,9 @@ def matched_anew(
 
 def test_matches_are_equal_in_all_states_of_an_episode() -> None:
     heuristic, first = AdditiveHeuristic(DOMAIN), start("blue")
-    matches = heuristic.achievers.get_achiever_matcher(first, ALL)
+    matches = heuristic.achievers.get_atom_achiever_finder(first, ALL)
     for state in (first, carried(first)):
-        assert heuristic.achievers.get_achiever_matcher(state, ALL) is matches
+        assert heuristic.achievers.get_atom_achiever_finder(state, ALL) is matches
         for predicate, truth in product((toy.at, toy.holding, toy.lit), (True, False)):
             for arguments in product(range(len(HOUSE.objects)), repeat=predicate.arity):
                 atom = GroundAtom(predicate.name, arguments, truth)
@@ -137,17 +137,17 @@ def test_matches_are_equal_in_all_states_of_an_episode() -> None:
 def test_matches_are_found_again_if_unchanging_facts_differ() -> None:
     heuristic = AdditiveHeuristic(DOMAIN)
     held = GroundAtom("holding", (INDEX["blue"],), True)
-    assert not heuristic.achievers.get_achiever_matcher(start("blue"), ALL).find_matched_achievers(held)
-    assert heuristic.achievers.get_achiever_matcher(start("red"), ALL).find_matched_achievers(held)
-    last = heuristic.achievers.get_achiever_matcher(start("red"), ALL)
-    assert last is not heuristic.achievers.get_achiever_matcher(start("red"), ALL & ~(1 << INDEX["blue"]))
+    assert not heuristic.achievers.get_atom_achiever_finder(start("blue"), ALL).find_achievers_of_atom(held)
+    assert heuristic.achievers.get_atom_achiever_finder(start("red"), ALL).find_achievers_of_atom(held)
+    last = heuristic.achievers.get_atom_achiever_finder(start("red"), ALL)
+    assert last is not heuristic.achievers.get_atom_achiever_finder(start("red"), ALL & ~(1 << INDEX["blue"]))
 
 
 def test_changing_a_yielded_binding_does_not_change_cached_ones() -> None:
     state = start()
-    matches = AdditiveHeuristic(DOMAIN).achievers.get_achiever_matcher(state, ALL)
+    matches = AdditiveHeuristic(DOMAIN).achievers.get_atom_achiever_finder(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
-    (match,) = matches.find_matched_achievers(held)
+    (match,) = matches.find_achievers_of_atom(held)
     before = [[*binding] for binding in match.complete_bindings(state, ALL)]
     for binding in match.complete_bindings(state, ALL):
         binding.clear()

@@ -81,12 +81,12 @@ def test_preferred_actions_are_possible_at_once() -> None:
     both = And((LAMP_LIT, named("holding", "red")))
     assert preferred(estimates, LAMP_LIT) == [go]
     assert preferred(estimates, both) == [go, lift]
-    supporter = estimates.find_cheapest_action(("PRESS",))
+    supporter = estimates.find_cheapest_action_of_operators(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
     found = _PreferredActions(HEURISTIC, estimates)
     found.collect_action(supporter.action, supporter.prerequisites)
     assert list(found.actions) == [go]
-    assert estimates.find_cheapest_action(("FLY",)).cost == INFINITE
+    assert estimates.find_cheapest_action_of_operators(("FLY",)).cost == INFINITE
 
 
 def test_an_action_that_undoes_a_protected_condition_costs_more() -> None:
@@ -162,7 +162,9 @@ def test_estimates_on_a_random_walk_are_equal_to_estimates_without_caches(seed: 
             for goal in goals:
                 assert kept.estimate(subgoal(goal)) == new.estimate(subgoal(goal))
                 assert preferred(kept, goal) == preferred(new, goal)
-            assert kept.find_cheapest_action(("PRESS",)) == new.find_cheapest_action(("PRESS",))
+            assert kept.find_cheapest_action_of_operators(
+                ("PRESS",)
+            ) == new.find_cheapest_action_of_operators(("PRESS",))
         successors = SuccessorGenerator(toy.DOMAIN, EVERYTHING)
         action = choice.choice(list(successors.generate_applicable_actions(SearchNode(state))))
         state = toy.DOMAIN.apply(state, action)

@@ -198,7 +198,9 @@ def test_the_precedence_of_the_domain_chooses_the_kind_of_fault() -> None:
 def test_the_failed_tries_of_an_action_are_found(before: str, undone: list[str]) -> None:
     trajectory = run(before, "CLEAN")
     operator, start = DOMAIN.compiled_operators["CLEAN"], trajectory.states[0]
-    left = operator.find_failed_alternatives(start, trajectory.final_state, operator.bind(start, ()))
+    left = operator.find_failed_alternatives_still_due(
+        start, trajectory.final_state, operator.bind(start, ())
+    )
     assert [each.check.reason for each in left] == undone
 
 
@@ -282,7 +284,7 @@ def test_a_domain_declares_visible_objects_and_landmarks() -> None:
     state = toy.initial()
     everything = state.scene.everything
     assert toy.DOMAIN.find_visible_objects(state, everything) == everything
-    assert toy.DOMAIN.find_landmark_objects(state, everything) == 0
+    assert toy.DOMAIN.find_initially_known_objects(state, everything) == 0
     limited = replace(toy.DOMAIN, visible=toy.beside(toy.X), landmarks=is_a(toy.X, "place"))
     assert state.scene.names(limited.find_visible_objects(state, everything)) == ("robot", "red")
-    assert state.scene.names(limited.find_landmark_objects(state, everything)) == ("hall", "shed")
+    assert state.scene.names(limited.find_initially_known_objects(state, everything)) == ("hall", "shed")

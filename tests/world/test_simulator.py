@@ -135,11 +135,11 @@ def test_a_simulator_whose_state_differs_from_its_outcome_is_reported() -> None:
     assert "GO: the simulator's state differs from the outcome that it returned" in found
 
 
-def test_predicates_that_are_not_measured_must_follow_the_declaration() -> None:
-    found = check_domain(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))
+def test_predicates_that_are_not_simulated_must_follow_the_declaration() -> None:
+    found = check_domain(LAMP_LIGHTS, [toy.initial()], simulated_predicates=("at", "holding"))
     assert any("the simulator changes lit, which must follow the declaration" in each for each in found)
     moved = world(lambda before, action, after: with_facts(after, ["at(lamp, hall)"]))
-    assert check_domain(moved, [toy.initial()], measured=("at",)) == ()
+    assert check_domain(moved, [toy.initial()], simulated_predicates=("at",)) == ()
 
 
 def test_an_episode_follows_the_declaration_by_default() -> None:

@@ -142,7 +142,9 @@ def _describe_failed_effects(domain: Domain, action: Action, before: State, afte
     objects: dict[f.Term, f.Term] = {
         f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
     }
-    undone = operator.find_failed_alternatives(before, after, operator.bind(before, action.arguments))
+    undone = operator.find_failed_alternatives_still_due(
+        before, after, operator.bind(before, action.arguments)
+    )
     return "; ".join(
         f"{print_ltl(substitute_terms(unmet, objects))} remains: {fault}"
         for unmet, fault in (

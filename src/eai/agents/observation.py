@@ -98,7 +98,7 @@ class Observer:
         self._egocentric_predicates = {
             predicate.name for predicate in wording.domain.egocentric if view == "scene"
         }
-        landmarks = wording.domain.find_landmark_objects(task.initial, task.scene.everything)
+        landmarks = wording.domain.find_initially_known_objects(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(iterate_bits(landmarks))
         everything = range(len(task.scene.objects))
         subjects = wording.list_prompt_objects(task) if view == "task" else everything
@@ -190,7 +190,7 @@ class Observer:
         ):
             if changed.isdisjoint(listing.sources):
                 continue
-            if listing.is_stored:
+            if listing.is_of_stored_predicate:
                 added += self._select_visible_facts(listing, state_change.added, after.visible)
                 removed += self._select_visible_facts(listing, state_change.removed, before.visible)
                 continue

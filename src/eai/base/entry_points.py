@@ -30,7 +30,7 @@ class EntryPoint(NamedTuple):
 
     @property
     def module(self) -> str:
-        """Name of the module that contains the registered object."""
+        """Name of the Python module that defines the object of this entry point."""
         return self.value.partition(":")[0].strip()
 
     @property

@@ -40,7 +40,7 @@ UNPACKED_PER_BYTE = 50
 """Number of bytes added to `MAX_UNPACKED` for each byte of a compressed answer file."""
 
 LOCK_FILE = "answers.lock"
-"""Usual name of the lock file in the folder of a run."""
+"""Usual name of the file that a process locks in its output folder, to keep other processes out."""
 
 
 def require_file(path: Path) -> None:

@@ -40,9 +40,9 @@ FetchStage: TypeAlias = Literal["waiting for", "fetching", "converting"]
 ReportProgress: TypeAlias = Callable[[FetchStage, str, int, int], None]
 """Callback that is called with each step of progress, from the calling thread.
 
-Its arguments are the stage, the name of the file or pack, the number of units done, and the total number of
-units. Units are bytes of a download, or tasks or files of a conversion. The total is 0 while this process
-waits for another process that makes the pack.
+Its arguments are the stage, the name of the file or data set, the number of units done, and the total number
+of units. Units are bytes of a download, or tasks or files of a conversion. The total is 0 while this process
+waits for another process that converts the data set.
 """
 
 
@@ -109,7 +109,7 @@ class Store:
     folder: Path = field(default_factory=default_folder)
 
     def path(self, pack: str) -> Path:
-        """Return the path of a pack's file in this folder, even if the file does not exist."""
+        """Return the path of the file of a pack (a converted data set), even if the file does not exist."""
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
     def has(self, pack: str) -> bool:

@@ -224,7 +224,7 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
         for literal in _list_goal_conditions(task)
     ]
     actions = [
-        achievers.make_operator_achievers(list_actions_that_meet_goal(goal))
+        achievers.get_achievers_of_execution(list_actions_that_meet_goal(goal))
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     plan += [_apply_first_matching_schema([(achiever, {}) for achiever in ways], task) for ways in actions]

@@ -81,14 +81,14 @@ def _build_transition_tasks(
         domain_file: name of the file with types and predicates of the planning domain.
         translate_steps: translates the steps of a plan in the planning domain to household actions.
     """
-    from eai.pddl.model import UnparsedOperator
+    from eai.pddl.model import OperatorText
     from eai.pddl.reader import read_domain
     from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 
     library = OperatorLibrary(
         header=read_domain(pack.read(domain_file).decode() + ")"),
         operators={
-            name: UnparsedOperator(name, *[values[f"action_{part}"] for part in _PARTS])
+            name: OperatorText(name, *[values[f"action_{part}"] for part in _PARTS])
             for name, values in pack.read_json("gold_action.json").items()
         },
         categories={

@@ -88,10 +88,10 @@ AndOrTree: TypeAlias = (
 def build_and_or_tree(formula: f.Formula, objects: ObjectsByCategory) -> AndOrTree:
     """Return the and-or tree of a closed formula. Negation is pushed inwards to the conditions.
 
-    ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n) a DNF term makes the body
-    true for n objects and leaves all other objects open. A pairing has as many pairs as the smaller category
-    has objects. Both rules follow the package ``bddl`` (``condition_evaluation.py``). No object is paired
-    with itself.
+    ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n objects) the body must
+    become true for n objects, and may also be true for others. For ``forpairs`` the body must become true for
+    as many pairs of objects as the smaller category has objects. Both rules follow the package ``bddl``
+    (``condition_evaluation.py``). No object is paired with itself.
 
     Raises:
         InputError: a variable is not bound; or a part has no finite tree: a temporal operator other than
@@ -198,10 +198,10 @@ def generate_dnf_terms(formula: f.Formula, objects: ObjectsByCategory) -> Iterat
 def count_dnf_terms(formula: f.Formula, objects: ObjectsByCategory) -> int:
     """Count the DNF terms of a closed formula without generating them.
 
-    This takes time polynomial in the number of objects, except for two kinds of pairings. In the first kind,
-    an object may be the first object of one pair and the second object of another pair. In the second kind,
-    the condition on a pair does not have the same number of DNF terms for all pairs. These pairings take time
-    exponential in the size of the smaller category.
+    This takes time polynomial in the number of objects, with two exceptions. Both are quantifiers over pairs
+    of objects (``forpairs``). Either some object belongs to both categories, or the body does not have the
+    same number of DNF terms for all pairs. These quantifiers take time exponential in the size of the smaller
+    category.
 
     Raises:
         InputError: the formula has no finite and-or tree (see `build_and_or_tree`).
@@ -243,7 +243,7 @@ def count_dnf_terms_of_tree(choice: AndOrTree) -> int:
             numbers = [
                 [0 if cell is None else count_dnf_terms_of_tree(cell) for cell in row] for row in cells
             ]
-            return _sum_products_over_matchings(count, numbers)
+            return _count_dnf_terms_of_pairing(count, numbers)
         case _:
             assert_never(choice)
 
@@ -286,35 +286,36 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
     return sums[subset_size]
 
 
-def _sum_products_over_matchings(matching_size: int, weights: Sequence[Sequence[int]]) -> int:
-    """Return the sum, over all matchings in the table ``weights``, of the product of the matching's weights.
+def _count_dnf_terms_of_pairing(pair_count: int, cell_counts: Sequence[Sequence[int]]) -> int:
+    """Count the DNF terms of a table of parts, given the number of DNF terms of the part in each cell.
 
-    A matching is a set of ``matching_size`` cells of the table, with no two in one row or column.
+    To make the table true, ``pair_count`` of its cells are made true, with no two in one row or column. Each
+    choice of cells has as many DNF terms as the product of the numbers of the cells.
     """
-    rows, columns = len(weights), len(weights[0]) if weights else 0
-    if matching_size > min(rows, columns):
+    rows, columns = len(cell_counts), len(cell_counts[0]) if cell_counts else 0
+    if pair_count > min(rows, columns):
         return 0
-    values = {weight for row in weights for weight in row}
+    values = {cell_count for row in cell_counts for cell_count in row}
     if len(values) == 1:
-        placements = comb(rows, matching_size) * comb(columns, matching_size) * factorial(matching_size)
-        return placements * prod([values.pop()] * matching_size)
-    lines = weights if rows > columns else list(zip(*weights, strict=True))
-    return _sum_products_over_matchings_by_row(matching_size, lines)
+        placements = comb(rows, pair_count) * comb(columns, pair_count) * factorial(pair_count)
+        return placements * prod([values.pop()] * pair_count)
+    lines = cell_counts if rows > columns else list(zip(*cell_counts, strict=True))
+    return _count_dnf_terms_of_pairing_by_row(pair_count, lines)
 
 
-def _sum_products_over_matchings_by_row(matching_size: int, weights: Sequence[Sequence[int]]) -> int:
-    """Compute the sum of `_sum_products_over_matchings` row by row.
+def _count_dnf_terms_of_pairing_by_row(pair_count: int, cell_counts: Sequence[Sequence[int]]) -> int:
+    """Compute the number of `_count_dnf_terms_of_pairing` row by row.
 
     It keeps one partial sum for each set of columns that the cells chosen so far occupy.
     """
     sums = {0: 1}
-    for line in weights:
+    for line in cell_counts:
         for taken, number in list(sums.items()):
-            for column, weight in enumerate(line):
-                if weight and not taken >> column & 1 and taken.bit_count() < matching_size:
+            for column, cell_count in enumerate(line):
+                if cell_count and not taken >> column & 1 and taken.bit_count() < pair_count:
                     extended = taken | 1 << column
-                    sums[extended] = sums.get(extended, 0) + number * weight
-    return sum(number for taken, number in sums.items() if taken.bit_count() == matching_size)
+                    sums[extended] = sums.get(extended, 0) + number * cell_count
+    return sum(number for taken, number in sums.items() if taken.bit_count() == pair_count)
 
 
 SHARED_WEIGHT = 1 << 20
@@ -323,10 +324,10 @@ SHARED_WEIGHT = 1 << 20
 
 @dataclass(slots=True, eq=False)
 class _ScoredDnfTerm:
-    """A DNF term, as a bit mask of conditions, with its score.
+    """A DNF term of a goal, as a bit mask of conditions, with its score for a model's answer.
 
-    The score grows with the number of conditions that are also in the answer, and falls with the number of
-    all conditions of the DNF term.
+    The score grows with the number of conditions that the DNF term shares with the answer. It falls with the
+    number of all conditions of the DNF term.
     """
 
     score: int
@@ -334,9 +335,9 @@ class _ScoredDnfTerm:
 
 
 FindClosestDnfTerm: TypeAlias = Callable[[int], "_ScoredDnfTerm | None"]
-"""Function that takes the conditions of an answer, as a bit mask, and returns a goal's best DNF term.
+"""Function that returns the DNF term of a goal that shares most conditions with an answer.
 
-It returns None if there are no DNF terms.
+Its argument is the mask of the answer's conditions. It returns None if the goal has no DNF term.
 """
 
 
@@ -361,9 +362,11 @@ def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal],
                 for part in parts
                 if not isinstance(part, AndOrTreeLiteral)
             ]
-            return _make_finder_for_all((together, *others)) if others else together
+            return _make_finder_for_conjunction((together, *others)) if others else together
         case AnyOf(parts):
-            return _make_finder_for_any([make_closest_dnf_term_finder(part, number_of) for part in parts])
+            return _make_finder_for_disjunction(
+                [make_closest_dnf_term_finder(part, number_of) for part in parts]
+            )
         case ExactlyOf(count, parts):
             return _make_finder_for_subset(
                 count, [make_closest_dnf_term_finder(part, number_of) for part in parts]
@@ -387,14 +390,14 @@ def _make_finder_for_literals(literal_mask: int) -> FindClosestDnfTerm:
     )
 
 
-def _make_finder_for_all(parts: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
-    return lambda stated: _conjoin_scored_dnf_terms([part(stated) for part in parts])
+def _make_finder_for_conjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+    return lambda stated: _conjoin_scored_dnf_terms([find(stated) for find in part_finders])
 
 
-def _make_finder_for_any(parts: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
-    if len(parts) == 1:
-        return parts[0]
-    return lambda stated: max(filter(None, [part(stated) for part in parts]), key=_score, default=None)
+def _make_finder_for_disjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+    if len(part_finders) == 1:
+        return part_finders[0]
+    return lambda stated: max(filter(None, [find(stated) for find in part_finders]), key=_score, default=None)
 
 
 def _make_finder_for_subset(count: int, parts: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:

@@ -147,7 +147,7 @@ class ForPairs(_InfixOperators):
 
 @dataclass(frozen=True, slots=True)
 class Then(_InfixOperators):
-    """A formula whose parts hold in turn, on consecutive segments of the trace (the paper's ``then``)."""
+    """A formula whose parts hold in turn, on consecutive segments of the trace. It is written ``then``."""
 
     parts: tuple[Formula, ...]
 

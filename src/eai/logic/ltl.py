@@ -192,7 +192,7 @@ class _LtlReader:
                 self._scope = self._stack.pop().scope
                 self._brackets -= 1
             else:
-                self._push_operand(operator, formula, levels)
+                self._push_operand(formula, operator, levels)
                 formula, levels = self._read_operand(), 1
 
     def _read_token_after_operand(self) -> str:
@@ -207,18 +207,20 @@ class _LtlReader:
         self._position = match.end()
         return operator
 
-    def _push_operand(self, operator: str, formula: f.Formula, nesting_depth: int) -> None:
-        strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # right-associative: the next operand starts a nested formula
+    def _push_operand(self, operand: f.Formula, next_operator: str, nesting_depth: int) -> None:
+        strength = STRENGTHS[next_operator]
+        if next_operator in _INFIXES:  # right-associative: the next operand starts a nested formula
             self._stack.append(
-                _UnfinishedSubformula(strength, _INFIXES[operator], [formula], nesting_depth, self._scope)
+                _UnfinishedSubformula(
+                    strength, _INFIXES[next_operator], [operand], nesting_depth, self._scope
+                )
             )
         elif self._stack and self._stack[-1].strength == strength:
-            self._stack[-1].parts.append(formula)
+            self._stack[-1].parts.append(operand)
             self._stack[-1].levels = max(nesting_depth, self._stack[-1].levels)
         else:
             self._stack.append(
-                _UnfinishedSubformula(strength, _SERIES[operator], [formula], nesting_depth, self._scope)
+                _UnfinishedSubformula(strength, _SERIES[next_operator], [operand], nesting_depth, self._scope)
             )
 
     def _read_operand(self) -> f.Formula:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 
 def find_maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
@@ -115,8 +116,7 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # Taken cells weigh at least as much as any other choice of as many cells. If a path with positive gain
-    # took a cell of weight 0, the other cells would be such a choice and weigh more. So no path takes it.
+    # A gaining path takes no cell of weight 0: taken cells already weigh the most for their number.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())
@@ -131,28 +131,40 @@ def _extend_matching_by_one(
     the largest for their number (successive shortest paths). The gain never grows from one call to the next.
     """
     row_of_column = {column: row for row, column in column_of_row.items()}
-    gains, came_from = _find_path_gains_and_last_rows(weights, column_of_row, row_of_column)
-    free = [(gain, -column) for column, gain in gains.items() if column not in row_of_column]
+    paths = _find_heaviest_augmenting_paths(weights, column_of_row, row_of_column)
+    free = [(gain, -column) for column, gain in paths.gain_by_column.items() if column not in row_of_column]
     gain, end = max(free, default=(0, 0))
     if not free or (min_gain is not None and gain < min_gain):
         return False
     column: int | None = -end
     while column is not None:
-        row = came_from[column]
+        row = paths.last_row_by_column[column]
         released, column_of_row[row] = column_of_row.get(row), column
         column = released
     return True
 
 
-def _find_path_gains_and_last_rows(
+class _AugmentingPaths(NamedTuple):
+    """The path to each column along which most weight is gained, by exchanging taken cells of a table.
+
+    Attributes:
+        gain_by_column: gain in weight of the path to each column.
+        last_row_by_column: row of the cell in which the path to each column ends.
+    """
+
+    gain_by_column: dict[int, int]
+    last_row_by_column: dict[int, int]
+
+
+def _find_heaviest_augmenting_paths(
     weights: Sequence[Sequence[int | None]],
     column_of_row: Mapping[int, int],
     row_of_column: Mapping[int, int],
-) -> tuple[dict[int, int], dict[int, int]]:
-    """Return the largest gain in weight of a path to each column, and the last row of this path.
+) -> _AugmentingPaths:
+    """Return the path to each column along which most weight is gained.
 
     A path starts in a row without a taken cell. It takes a free cell, releases the taken cell in the same
-    column, goes on from the row of the released cell, and so on. Both results are mappings from columns.
+    column, goes on from the row of the released cell, and so on.
     """
     reached = {row: 0 for row in range(len(weights)) if row not in column_of_row}
     gains: dict[int, int] = {}
@@ -170,4 +182,4 @@ def _find_path_gains_and_last_rows(
                 if holder is not None:
                     reached[holder] = gain - (weights[holder][column] or 0)
                     queue.append(holder)
-    return gains, came_from
+    return _AugmentingPaths(gains, came_from)

@@ -70,11 +70,12 @@ def substitute_terms(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.F
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
     """
-
-    def substitute_in_leaf(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
-        return map_terms(leaf, lambda term: term if term.name in bound else values.get(term, term))
-
-    return rewrite_leaves(formula, substitute_in_leaf)
+    return rewrite_leaves(
+        formula,
+        lambda leaf, bound: map_terms(
+            leaf, lambda term: term if term.name in bound else values.get(term, term)
+        ),
+    )
 
 
 def push_negations_inwards(formula: f.Formula, *, negated: bool = False) -> f.Formula:

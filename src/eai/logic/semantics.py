@@ -1,17 +1,17 @@
 """Evaluates formulas on traces, and explains the result (paper, section "LTL representation of goals").
 
 A state formula holds on a trace if it holds at some position. ``f then g`` holds if the trace can be cut into
-two nonempty pieces, so that ``f`` holds on the first and ``g`` on the second. And, or, not and quantifiers
+two nonempty segments, so that ``f`` holds on the first and ``g`` on the second. And, or, not and quantifiers
 around ``then`` combine the truth values of their parts on the same trace, as usual. The temporal operators
 that the paper lacks are about positions, as usual in LTL on finite traces (De Giacomo and Vardi 2013). Below
 next, eventually, always and until, a state formula means "at this position". Outside of other operators,
 these four operators mean "at the first position".
 
 Every subformula is evaluated once for all positions, as a mask of positions, so that connectives are integer
-operations. In ``f then g``, the piece of ``f`` may end anywhere. Formulas without not, always, implies and
-forn over ``then`` cannot become false when their piece grows. So only the last possible end is tried for
-these formulas. For formulas that cannot become false when their piece shrinks, only the first end is tried.
-All other formulas are evaluated on every piece, which multiplies the time by the length of the trace.
+operations. In ``f then g``, the segment of ``f`` may end anywhere. Formulas without not, always, implies and
+forn over ``then`` cannot become false when their segment grows. So only the last possible end is tried for
+these formulas. For formulas that cannot become false when their segment shrinks, only the first end is tried.
+All other formulas are evaluated on every segment, which multiplies the time by the length of the trace.
 
 A quantifier tries only objects for which its body can have the wanted truth (`find_values_for_truth`):
 ``exists x. exists y. (pour(x, y))`` on a trace with one pouring does not try 290 times 290 pairs.
@@ -44,7 +44,7 @@ def holds(formula: f.Formula, trace: Trace) -> bool:
         InputError: a variable is not bound by any quantifier.
     """
     evaluator = _TraceEvaluator(formula, trace)
-    return bool(evaluator.compute_piece_starts(formula, {}, trace.length - 1) & 1)
+    return bool(evaluator.find_starts_of_satisfying_segments(formula, {}, trace.length - 1) & 1)
 
 
 class _TraceEvaluator:
@@ -105,77 +105,89 @@ class _TraceEvaluator:
                     self.compute_mask_on_prefix(right, binding, end),
                 )
             case f.Then(parts):
-                last = self.compute_piece_starts(parts[-1], binding, end) if parts else _make_mask_up_to(end)
+                last = (
+                    self.find_starts_of_satisfying_segments(parts[-1], binding, end)
+                    if parts
+                    else _make_mask_up_to(end)
+                )
                 return self._compute_starts_of_sequences(parts[:-1], binding, last)
             case _:
                 return self._combine_part_masks(
                     formula, binding, partial(self.compute_mask_on_prefix, end=end), end
                 )
 
-    def compute_piece_starts(self, formula: f.Formula, binding: Binding, end: int) -> PositionMask:
-        """Return the mask of starts of pieces of the trace that end at ``end`` and satisfy the formula."""
+    def find_starts_of_satisfying_segments(
+        self, formula: f.Formula, binding: Binding, end: int
+    ) -> PositionMask:
+        """Return the mask of starts of segments of the trace that end at ``end`` and satisfy the formula."""
         if not self.is_temporal(formula):
             return _fill_mask_up_to_last(
                 self.get_state_formula_mask(formula, binding) & _make_mask_up_to(end)
             )
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
             return self.compute_mask_on_prefix(formula, binding, end)
-        return self._combine_part_masks(formula, binding, partial(self.compute_piece_starts, end=end), end)
+        return self._combine_part_masks(
+            formula, binding, partial(self.find_starts_of_satisfying_segments, end=end), end
+        )
 
     def _compute_starts_of_sequences(
         self, parts: Sequence[f.Formula], binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of positions from which consecutive pieces of the trace satisfy the parts in turn.
+        """Return the mask of positions from which consecutive segments satisfy the parts in turn.
 
-        The last piece ends just before a position of the mask ``next_starts``.
+        The last segment ends just before a position of the mask ``next_starts``.
         """
         for part in reversed(parts):
-            next_starts = self._compute_starts_before(part, binding, next_starts)
+            next_starts = self._find_segment_starts_before(part, binding, next_starts)
         return next_starts
 
-    def _compute_starts_before(
+    def _find_segment_starts_before(
         self, formula: f.Formula, binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of starts of pieces of the trace that satisfy the formula.
+        """Return the mask of starts of segments of the trace that satisfy the formula.
 
-        Each piece ends just before a position of the mask ``next_starts``.
+        Each segment ends just before a position of the mask ``next_starts``.
         """
         ends = next_starts >> 1
-        # If a formula stays true on longer pieces, only the longest piece matters.
+        # If a formula stays true on longer segments, only the longest segment matters.
         if id(formula) in self._monotony.true_when_longer:
-            return self.compute_piece_starts(formula, binding, ends.bit_length() - 1) if ends else 0
-        # If a formula stays true on shorter pieces, only pieces of length 1 matter.
+            return (
+                self.find_starts_of_satisfying_segments(formula, binding, ends.bit_length() - 1)
+                if ends
+                else 0
+            )
+        # If a formula stays true on shorter segments, only segments of length 1 matter.
         if id(formula) in self._monotony.true_when_shorter and ends == _fill_mask_up_to_last(ends):
-            return self._compute_one_step_mask(formula, binding) & ends
-        table = self._get_starts_by_end(formula, binding)
+            return self._find_satisfying_one_state_segments(formula, binding) & ends
+        table = self._get_segment_starts_by_end(formula, binding)
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
-    def _compute_one_step_mask(self, formula: f.Formula, binding: Binding) -> PositionMask:
-        """Return the mask of positions that satisfy the formula, each taken as a piece of the trace alone."""
+    def _find_satisfying_one_state_segments(self, formula: f.Formula, binding: Binding) -> PositionMask:
+        """Return the mask of positions at which the formula holds on the segment of this position alone."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding)
         match formula:
             case f.Next():
                 return 0
             case f.Then(parts):
-                return self._compute_one_step_mask(parts[0], binding) if len(parts) == 1 else 0
+                return self._find_satisfying_one_state_segments(parts[0], binding) if len(parts) == 1 else 0
             case f.Eventually(operand) | f.Always(operand) | f.Until(right=operand):
-                return self._compute_one_step_mask(operand, binding)
+                return self._find_satisfying_one_state_segments(operand, binding)
             case _:
                 return self._combine_part_masks(
-                    formula, binding, self._compute_one_step_mask, self._trace.length - 1
+                    formula, binding, self._find_satisfying_one_state_segments, self._trace.length - 1
                 )
 
-    def _get_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
+    def _get_segment_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
-            self._tables[key] = self._compute_starts_by_end(formula, binding)
+            self._tables[key] = self._compute_segment_starts_by_end(formula, binding)
         return self._tables[key]
 
-    def _compute_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
-        """Return, for each position, the mask of starts of pieces of the trace that end at this position.
+    def _compute_segment_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
+        """Return, for each position, the mask of starts of segments of the trace that end at this position.
 
-        Only pieces that satisfy the formula count. The masks for operands of connectives are computed first.
+        Only segments that satisfy the formula count. Masks for operands of connectives are computed first.
         """
         if not self.is_temporal(formula):
             mask = self.get_state_formula_mask(formula, binding)
@@ -184,19 +196,22 @@ class _TraceEvaluator:
             case f.Not(operand):
                 return [
                     _make_mask_up_to(end) & ~m
-                    for end, m in enumerate(self._compute_starts_by_end(operand, binding))
+                    for end, m in enumerate(self._compute_segment_starts_by_end(operand, binding))
                 ]
             case f.And(operands) | f.Or(operands):
                 join = and_ if isinstance(formula, f.And) else or_
-                tables = [self._compute_starts_by_end(operand, binding) for operand in operands]
+                tables = [self._compute_segment_starts_by_end(operand, binding) for operand in operands]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
             case f.Then((*first, last)):
                 return [
                     self._compute_starts_of_sequences(first, binding, m)
-                    for m in self._compute_starts_by_end(last, binding)
+                    for m in self._compute_segment_starts_by_end(last, binding)
                 ]
             case _:
-                return [self.compute_piece_starts(formula, binding, end) for end in range(self._trace.length)]
+                return [
+                    self.find_starts_of_satisfying_segments(formula, binding, end)
+                    for end in range(self._trace.length)
+                ]
 
     def _combine_part_masks(
         self, formula: f.Formula, binding: Binding, evaluate: _EvaluatePart, end: int
@@ -368,7 +383,7 @@ def find_values_for_truth(
         The set of values, or None if every object must be tried.
     """
 
-    def find_operand_values(operand: f.Formula, wanted_truth: bool) -> Set[str] | None:
+    def find_variable_values_for_operand(operand: f.Formula, wanted_truth: bool) -> Set[str] | None:
         return find_values_for_truth(operand, variable, binding, wanted_truth, find_arguments)
 
     match formula:
@@ -379,29 +394,30 @@ def find_values_for_truth(
         case f.Equals(left, right) if wanted_truth:
             return _find_values_making_terms_equal(left, right, variable, binding)
         case f.Not(operand):
-            return find_operand_values(operand, not wanted_truth)
+            return find_variable_values_for_operand(operand, not wanted_truth)
         case f.And(operands) | f.Or(operands):
-            value_sets = [find_operand_values(operand, wanted_truth) for operand in operands]
+            value_sets = [find_variable_values_for_operand(operand, wanted_truth) for operand in operands]
             return (
                 _find_smallest_set(value_sets)
                 if isinstance(formula, f.And) == wanted_truth
                 else unite_value_sets(value_sets)
             )
         case f.Implies(premise, conclusion):
-            return find_operand_values(f.Or((f.Not(premise), conclusion)), wanted_truth)
+            return find_variable_values_for_operand(f.Or((f.Not(premise), conclusion)), wanted_truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
-            # A formula about all values of a variable is also true if there are no such values. So it rules
-            # out no value of ``variable``.
+            # With no values for the inner variable, forall is true and exists is false in any case.
             if isinstance(formula, f.Exists) != wanted_truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
             return find_values_for_truth(body, variable, outer, wanted_truth, find_arguments)
         case f.Next(operand) | f.Until(right=operand) if wanted_truth:
-            return find_operand_values(operand, wanted_truth)
+            return find_variable_values_for_operand(operand, wanted_truth)
         case f.Eventually(operand) | f.Always(operand):
-            return find_operand_values(operand, wanted_truth)
+            return find_variable_values_for_operand(operand, wanted_truth)
         case f.Then(parts) if wanted_truth:
-            return _find_smallest_set(find_operand_values(operand, wanted_truth) for operand in parts)
+            return _find_smallest_set(
+                find_variable_values_for_operand(operand, wanted_truth) for operand in parts
+            )
         case _:
             return None
 
@@ -474,7 +490,9 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
     evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     match formula:
         case f.And(parts) if parts:
-            failing = [part for part in parts if not evaluator.compute_piece_starts(part, {}, end) & 1]
+            failing = [
+                part for part in parts if not evaluator.find_starts_of_satisfying_segments(part, {}, end) & 1
+            ]
             return find_violation(failing[0], trace) if failing else _ViolatedPart(formula, None)
         case f.Always(body) | f.Until(left=body):
             violations = ~evaluator.compute_mask_on_prefix(body, {}, end) & ((2 << end) - 1)
@@ -495,14 +513,14 @@ def explain_truth(formula: f.Formula, trace: Trace) -> _TruthWithExplanation:
     if isinstance(formula, f.Then) and formula.parts:
         return _explain_sequence(
             formula,
-            bool(evaluator.compute_piece_starts(formula, {}, end) & 1),
+            bool(evaluator.find_starts_of_satisfying_segments(formula, {}, end) & 1),
             evaluator,
             trace,
             0,
         )
     failed = _find_smallest_false_parts(formula, evaluator, trace, 0)
     mask = (
-        evaluator.compute_piece_starts(formula, {}, end)
+        evaluator.find_starts_of_satisfying_segments(formula, {}, end)
         if evaluator.is_temporal(formula)
         else evaluator.get_state_formula_mask(formula, {})
     )
@@ -513,7 +531,7 @@ def _find_smallest_false_parts(
     formula: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
 ) -> tuple[f.Formula, ...]:
     """Return the smallest parts that make a formula false from position ``start`` on; () if it holds."""
-    if evaluator.compute_piece_starts(formula, {}, trace.length - 1) >> start & 1:
+    if evaluator.find_starts_of_satisfying_segments(formula, {}, trace.length - 1) >> start & 1:
         return ()
     match formula:
         case f.Then(parts) if parts:
@@ -531,9 +549,9 @@ def _explain_sequence(
     """Explain a ``then`` from position ``start`` on. Find the earliest end of each part in turn."""
     positions: list[int] = []
     for part in formula.parts:
-        last = _find_first_end_of_true_piece(part, evaluator, trace, start)
+        last = _find_first_end_of_satisfying_segment(part, evaluator, trace, start)
         if last is None:
-            if holds:  # an earlier part can end later than its earliest end
+            if holds:  # the sequence is completed if an earlier part does not end at its earliest end
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))
@@ -542,7 +560,7 @@ def _explain_sequence(
     return _TruthWithExplanation(holds, tuple(positions), () if holds else (formula,))
 
 
-def _find_first_end_of_true_piece(
+def _find_first_end_of_satisfying_segment(
     part: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
 ) -> int | None:
     if not evaluator.is_temporal(part):
@@ -550,6 +568,6 @@ def _find_first_end_of_true_piece(
         return start + (rest & -rest).bit_length() - 1 if rest else None
     ends = range(start, trace.length)
     return next(
-        (end for end in ends if evaluator.compute_piece_starts(part, {}, end) >> start & 1),
+        (end for end in ends if evaluator.find_starts_of_satisfying_segments(part, {}, end) >> start & 1),
         None,
     )

@@ -11,8 +11,8 @@ from typing import Protocol, TypeAlias
 from eai.base.errors import InputError
 
 
-class _StateInterpretation(Protocol):
-    """One state, which tells the truth of atoms. Objects are given by the names used in formulas."""
+class _TraceState(Protocol):
+    """A state of a trace: it gives the truth of atoms. Objects have the names that formulas use."""
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         """Whether the atom is true. An atom with an unknown predicate or object is false."""
@@ -45,7 +45,7 @@ class Trace:
         InputError: the number of actions does not fit the number of states.
     """
 
-    def __init__(self, states: Sequence[_StateInterpretation], actions: Sequence[TakenAction] = ()) -> None:
+    def __init__(self, states: Sequence[_TraceState], actions: Sequence[TakenAction] = ()) -> None:
         if not states or (actions and len(actions) != len(states) - 1):
             raise InputError(
                 f"{len(states)} states and {len(actions)} actions: expected one action between two states"

@@ -137,21 +137,22 @@ def find_temporal_subformula_ids(formula: f.Formula) -> frozenset[int]:
 
 
 class _MonotoneSubformulaIds(NamedTuple):
-    """The ``id`` of each subformula whose truth on a piece of a trace is monotone in the length of the piece.
+    """The ``id`` of each subformula whose truth on a segment of a trace is monotone in the segment's length.
 
-    Pieces grow and shrink at their end.
+    Segments grow and shrink at their end.
     """
 
     true_when_longer: frozenset[int]
-    """``id`` of each subformula that stays true when a piece of a trace grows at its end."""
+    """``id`` of each subformula that stays true when a segment of a trace grows at its end."""
     true_when_shorter: frozenset[int]
-    """``id`` of each temporal subformula that stays true when a piece of a trace shrinks at its end."""
+    """``id`` of each temporal subformula that stays true when a segment of a trace shrinks at its end."""
 
 
 def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:
-    """Find the subformulas that stay true when a piece of a trace grows, or when it shrinks.
+    """Find the subformulas that stay true if the segment on which they hold is made longer, or shorter.
 
-    Only operators are examined, not atoms, so that some of these subformulas may be missed.
+    A segment (consecutive states of a trace) keeps its start. Only operators are examined, not atoms, so that
+    some of these subformulas may be missed.
     """
     temporal = find_temporal_subformula_ids(formula)
     true_when_longer: set[int] = set()

@@ -199,7 +199,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
 
 
 VIOLATION_FIXABLE_BY_PROBLEM = PddlViolationKind.UNDECLARED_CONSTANT
-"""Kind of violation of a domain that a problem fixes by declaring an object that operators name."""
+"""Kind of violation: an operator names an undeclared object. A problem fixes it by declaring the object."""
 
 
 @dataclass(frozen=True, slots=True)

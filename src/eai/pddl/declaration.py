@@ -74,7 +74,7 @@ class ConvertedPddlDomain:
             Fact(atom.predicate, tuple([index[term.name] for term in atom.arguments]))
             for atom in problem.initial
         ]
-        goals = tuple([_replace_either_types(part) for part in split_conjuncts(problem.goal)])
+        goals = tuple([_replace_either_types_by_conditions(part) for part in split_conjuncts(problem.goal)])
         return scene.state(facts), goals
 
     def _make_derived_predicate(self, name: str, axioms: Sequence[m.PddlAxiom]) -> DefinedPredicate:
@@ -93,7 +93,7 @@ class ConvertedPddlDomain:
         renamed = [(mine, other) for mine, other in places if mine != other]
         typed = [_make_type_condition(parameter) for parameter in axiom.parameters]
         same = [f.Equals(mine, other) for mine, other in renamed]
-        body: f.Formula = f.And((*typed, *same, _replace_either_types(axiom.condition)))
+        body: f.Formula = f.And((*typed, *same, _replace_either_types_by_conditions(axiom.condition)))
         return wrap_in_quantifiers(f.Exists, [mine for mine, _ in reversed(renamed)], body)
 
     def _convert_operator(self, action: m.PddlAction) -> Operator:
@@ -114,7 +114,11 @@ class ConvertedPddlDomain:
     def _make_precondition_check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
         can_change = self._changing.intersection(find_predicates(condition))
         fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
-        return Check(_replace_either_types(condition), fault, _write_reason_of_failure(condition, parameters))
+        return Check(
+            _replace_either_types_by_conditions(condition),
+            fault,
+            _write_reason_of_failure(condition, parameters),
+        )
 
     def _convert_effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
         """Yield either the additions or the deletions of an effect."""
@@ -131,7 +135,7 @@ class ConvertedPddlDomain:
             case m.WhenEffect(condition, part):
                 inner = tuple(self._convert_effects(part, kind))
                 if inner:
-                    yield When(_replace_either_types(condition), inner)
+                    yield When(_replace_either_types_by_conditions(condition), inner)
 
 
 def _make_type_condition(variable: f.Variable) -> f.Formula:
@@ -140,17 +144,21 @@ def _make_type_condition(variable: f.Variable) -> f.Formula:
     return f.TRUE if m.OBJECT in names else is_a(f.Variable(variable.name), *names)
 
 
-def _replace_either_types(formula: f.Formula) -> f.Formula:
+def _replace_either_types_by_conditions(formula: f.Formula) -> f.Formula:
     """Return a formula whose quantifiers range over one type each; ``either`` types become conditions."""
     match formula:
         case f.ForAll(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
             kind = _make_type_condition(variable)
-            return f.ForAll(f.Variable(variable.name), f.Implies(kind, _replace_either_types(body)))
+            return f.ForAll(
+                f.Variable(variable.name), f.Implies(kind, _replace_either_types_by_conditions(body))
+            )
         case f.Exists(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
             kind = _make_type_condition(variable)
-            return f.Exists(f.Variable(variable.name), f.And((kind, _replace_either_types(body))))
+            return f.Exists(
+                f.Variable(variable.name), f.And((kind, _replace_either_types_by_conditions(body)))
+            )
         case _:
-            return map_subformulas(formula, _replace_either_types)
+            return map_subformulas(formula, _replace_either_types_by_conditions)
 
 
 def split_conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
@@ -171,11 +179,11 @@ def _write_reason_of_failure(condition: f.Formula, parameters: Sequence[f.Variab
         case f.Not(f.Atom() as atom):
             return f"{_write_atom(atom, names)} holds"
         case f.Not(f.Equals(left, right)):
-            return f"{_write_reason_term(left, names)} and {_write_reason_term(right, names)} are the same"
+            terms = [_write_term_in_failure_reason(term, names) for term in (left, right)]
+            return f"{terms[0]} and {terms[1]} are the same"
         case f.Equals(left, right):
-            return (
-                f"{_write_reason_term(left, names)} and {_write_reason_term(right, names)} are not the same"
-            )
+            terms = [_write_term_in_failure_reason(term, names) for term in (left, right)]
+            return f"{terms[0]} and {terms[1]} are not the same"
         case _:
             text = write_formula(condition).replace("{", "{{").replace("}", "}}")
             words = re.split(r"([\s()])", text)
@@ -184,9 +192,9 @@ def _write_reason_of_failure(condition: f.Formula, parameters: Sequence[f.Variab
 
 
 def _write_atom(atom: f.Atom, parameter_names: set[str]) -> str:
-    terms = [_write_reason_term(term, parameter_names) for term in atom.arguments]
+    terms = [_write_term_in_failure_reason(term, parameter_names) for term in atom.arguments]
     return f"{atom.predicate}({', '.join(terms)})"
 
 
-def _write_reason_term(term: f.Term, parameter_names: set[str]) -> str:
+def _write_term_in_failure_reason(term: f.Term, parameter_names: set[str]) -> str:
     return f"{{{term.name}}}" if isinstance(term, f.Variable) and term.name in parameter_names else term.name

@@ -22,7 +22,7 @@ from eai.pddl.glossary import (
     PddlNames,
     conjoin,
     find_predicates_hidden_in_texts,
-    replace_hidden_atoms_by_truth,
+    remove_hidden_predicates,
 )
 from eai.pddl.ordered_effects import write_simultaneous_effect
 from eai.world.action import Action
@@ -36,11 +36,10 @@ from eai.world.state import Scene, State
 from eai.world.vocabulary import make_parameter_names
 
 
-def _make_keys_of_pddl_names(scene: Scene) -> list[str]:
-    """Return the key of each object of a scene in the objects' `PddlNames`.
+def _list_object_names_in_formulas(scene: Scene) -> list[str]:
+    """Return the names of the objects as formulas of the domain write them. The agent is written ``agent``.
 
-    The key is the object's name in the scene. The key of the agent is instead the name that stands for the
-    agent in conditions.
+    Another object whose name in the scene is ``agent`` gets a name that no formula contains.
     """
     keys = [f"{thing.name} " if thing.name == AGENT.name else thing.name for thing in scene.objects]
     if scene.agent is not None:
@@ -49,7 +48,7 @@ def _make_keys_of_pddl_names(scene: Scene) -> list[str]:
 
 
 def _get_object_order_predicate(glossary: PddlExportNames) -> str:
-    """Return the predicate which states the order of the objects."""
+    """Return the PDDL predicate that compares two objects by their order in the scene."""
     return glossary.make_object_order_atom(f.Variable("x"), f.Variable("y")).predicate
 
 
@@ -229,7 +228,7 @@ def export_problems(
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_export_operator(each, operators, glossary, hidden) for each in domain.operators]
     things = [
-        PddlNames([*glossary.objects, *_make_keys_of_pddl_names(problem.initial.scene)])
+        PddlNames([*glossary.objects, *_list_object_names_in_formulas(problem.initial.scene)])
         for problem in problems
     ]
     goals = [
@@ -242,7 +241,7 @@ def export_problems(
     unsupported = tuple(_find_unsupported_features(glossary))
     exported_problems = []
     for names, problem, goal in zip(things, problems, goals, strict=True):
-        pddl_names = [names[key] for key in _make_keys_of_pddl_names(problem.initial.scene)]
+        pddl_names = [names[key] for key in _list_object_names_in_formulas(problem.initial.scene)]
         exported_problem = _export_problem(glossary, pddl_names, header, problem, goal)
         exported_problems.append(
             ExportedProblem(
@@ -267,7 +266,7 @@ def _export_goal(
     about = ConditionWriter(glossary, object_names=object_names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
     goals = [rename_objects(goal, agent) for goal in problem.goals]
-    return conjoin([about.convert_formula(replace_hidden_atoms_by_truth(goal, hidden), {}) for goal in goals])
+    return conjoin([about.convert_formula(remove_hidden_predicates(goal, hidden), {}) for goal in goals])
 
 
 def _export_operator(
@@ -282,7 +281,7 @@ def _export_operator(
     with prefix_errors_with_location(f"operator {operator.name}", DomainError):
         precondition = conjoin(
             [
-                conditions.convert_formula(replace_hidden_atoms_by_truth(condition, hidden), scope)
+                conditions.convert_formula(remove_hidden_predicates(condition, hidden), scope)
                 for condition in asked
             ]
         )
@@ -347,8 +346,8 @@ def _export_types(glossary: PddlExportNames) -> Iterator[m.TypedName]:
 
 
 def _export_constants(glossary: PddlExportNames, scene: Scene) -> Iterator[m.TypedName]:
-    """Yield the objects that operators name. Any problem's scene gives their categories, which are equal."""
-    things = dict(zip(_make_keys_of_pddl_names(scene), scene.objects, strict=True))
+    """Yield the objects that operators name, with their types. Any problem's scene gives the same types."""
+    things = dict(zip(_list_object_names_in_formulas(scene), scene.objects, strict=True))
     for name, written in glossary.objects.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)
 

@@ -39,7 +39,7 @@ _MEMORY_MIB = 4096
 """Memory limit of one planner, in MiB."""
 
 _PAUSE_SECONDS = 0.05
-"""Seconds between two searches for a free slot, chosen shorter than a planner call."""
+"""Seconds to wait before trying again to start a planner, if too many planners run; shorter than a call."""
 
 
 @contextmanager
@@ -150,14 +150,17 @@ class FastDownward:
         return f"Fast Downward {self.version}{self.remark}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
-        """Search for a plan, or return the result that a process with the same slots found for equal PDDL."""
+        """Search for a plan.
+
+        Processes that share a folder (`slots`) share their results: each task is searched only once.
+        """
         domain, problem = write_domain(task.domain), write_problem(task.problem)
         if self.slots is None:
             return self._find_plan(task, domain, problem)
         max_calls, shared_folder = self.slots
         deciding_values = repr((self.cpu_seconds, self.memory_mib, domain, problem, task.fatal))
         file = shared_folder / f"{hashlib.sha256(deciding_values.encode()).hexdigest()}.pickle"
-        shared_folder.mkdir(exist_ok=True)  # other machines of a cluster do not have it
+        shared_folder.mkdir(exist_ok=True)  # on other machines of a cluster, the folder is missing
         with make_file_lock(file.with_suffix(".lock"))[1]:
             if not file.exists():
                 with hold_permit_to_call_planner(max_calls, shared_folder):

@@ -385,35 +385,35 @@ def find_predicates_hidden_in_texts(vocabulary: Vocabulary) -> frozenset[str]:
     )
 
 
-def replace_hidden_atoms_by_truth(
-    formula: f.Formula, hidden: frozenset[str], *, positive: bool = True
+def remove_hidden_predicates(
+    formula: f.Formula, hidden_predicates: frozenset[str], *, weaken: bool = True
 ) -> f.Formula:
-    """Return a formula without atoms of hidden predicates.
+    """Return a formula without the predicates that an export leaves out.
 
-    The result holds whenever the formula holds. With `positive=False`, the formula holds whenever the result
-    holds.
+    With ``weaken``, their atoms count as true: the result holds whenever the formula holds. Otherwise they
+    count as false: the formula holds whenever the result holds.
     """
     match formula:
         case f.Atom(predicate):
-            return (f.TRUE if positive else f.FALSE) if predicate in hidden else formula
+            return (f.TRUE if weaken else f.FALSE) if predicate in hidden_predicates else formula
         case f.Not(operand):
-            return negate(replace_hidden_atoms_by_truth(operand, hidden, positive=not positive))
+            return negate(remove_hidden_predicates(operand, hidden_predicates, weaken=not weaken))
         case f.And(operands):
             return conjoin(
-                [replace_hidden_atoms_by_truth(operand, hidden, positive=positive) for operand in operands]
+                [remove_hidden_predicates(operand, hidden_predicates, weaken=weaken) for operand in operands]
             )
         case f.Or(operands):
             return disjoin(
-                [replace_hidden_atoms_by_truth(operand, hidden, positive=positive) for operand in operands]
+                [remove_hidden_predicates(operand, hidden_predicates, weaken=weaken) for operand in operands]
             )
         case f.Implies(premise, conclusion):
-            return replace_hidden_atoms_by_truth(
-                f.Or((f.Not(premise), conclusion)), hidden, positive=positive
+            return remove_hidden_predicates(
+                f.Or((f.Not(premise), conclusion)), hidden_predicates, weaken=weaken
             )
         case f.Exists(variable, body) | f.ForAll(variable, body):
-            inner = replace_hidden_atoms_by_truth(body, hidden, positive=positive)
+            inner = remove_hidden_predicates(body, hidden_predicates, weaken=weaken)
             return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
         case _:
-            if hidden.isdisjoint(find_predicates(formula)):
+            if hidden_predicates.isdisjoint(find_predicates(formula)):
                 return formula
-            return f.TRUE if positive else f.FALSE
+            return f.TRUE if weaken else f.FALSE

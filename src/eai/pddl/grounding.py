@@ -100,7 +100,7 @@ class Grounder:
         return sum(1 << number for key, number in self.numbers.items() if key in self._facts)
 
     @property
-    def objects(self) -> frozenset[str]:
+    def problem_objects(self) -> frozenset[str]:
         """The names of all objects of the problem."""
         return frozenset(self._objects["object"])
 
@@ -136,7 +136,7 @@ class Grounder:
             for parameter in action.parameters
         }
         for members in (self._objects[name] for name in asked):
-            if self.objects != set(members):
+            if self.problem_objects != set(members):
                 named.update(members)
         return frozenset(named)
 
@@ -352,7 +352,7 @@ class _EffectMasks(NamedTuple):
     delete: int
 
 
-class _ActionMasks(NamedTuple):
+class _ActionAsLiteralMasks(NamedTuple):
     """A ground action: the bit mask of the literals that it needs, and its effects.
 
     Its unconditional effects are combined into the first effect, which needs no literals.
@@ -397,16 +397,16 @@ class GroundProblem:
         self.goal = self._find_needed_literals(goal)
         self.actions = [self._compile_action(action) for action in actions]
         self._every_action = (1 << len(self.actions)) - 1
-        self._needing = map_bits_to_masks_containing_them([action.needs for action in self.actions])
+        self._needing = index_masks_by_bit([action.needs for action in self.actions])
         self._price = estimate_cost_of_literal_test(len(self.actions)) * len(self._needing)
 
-    def _compile_action(self, action: _GroundAction) -> _ActionMasks:
+    def _compile_action(self, action: _GroundAction) -> _ActionAsLiteralMasks:
         needs = self._find_needed_literals(action.precondition)
         changes = [
             _EffectMasks(self._find_needed_literals(when), add, delete)
             for when, add, delete in action.effects
         ]
-        return _ActionMasks(action.step, needs, changes)
+        return _ActionAsLiteralMasks(action.step, needs, changes)
 
     def _find_needed_literals(self, condition: _GroundCondition) -> LiteralMask:
         """Return the literals that a condition needs, as a bit mask."""
@@ -488,15 +488,19 @@ class GroundProblem:
 
 
 def estimate_cost_of_literal_test(condition_count: int) -> int:
-    """Return the number of looks that finding the conditions which need a literal costs."""
+    """Return the cost of finding the conditions that need a literal, as a number of tests for the budget."""
     return 1 + condition_count // 2_000
 
 
-def map_bits_to_masks_containing_them(masks: Iterable[int]) -> Mapping[int, int]:
-    """Return a mapping from bits to the numbers of the masks that contain the bit.
+_OneBitMask: TypeAlias = int
+"""Mask in which one bit is set."""
 
-    A key is a mask with one bit. A value is a bit mask of numbers.
-    """
+_IndexMask: TypeAlias = int
+"""Set of indices of a sequence, as a bit mask."""
+
+
+def index_masks_by_bit(masks: Iterable[LiteralMask]) -> Mapping[_OneBitMask, _IndexMask]:
+    """Return a mapping from each bit to the indices of the masks that contain it."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
         for bit in iterate_bit_masks(mask):

@@ -97,6 +97,14 @@ class OperatorMatch:
     additional_any: bool = False
 
 
+class _PreparedGoldClause(NamedTuple):
+    """The precondition or the effect of a gold operator, with the canonical texts of its parts."""
+
+    clause: Clause
+    texts_of_parts: tuple[str, ...]
+    literal_count: int
+
+
 class _AnswerAndGoldClauses(NamedTuple):
     """The preconditions, or the effects, of an answer's operator and of the gold operator.
 
@@ -215,17 +223,17 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 
 
 @lru_cache(_MAX_CACHED_OPERATORS)
-def _prepare_gold_precondition_and_effect(
+def _prepare_gold_clauses(
     gold: m.PddlAction,
-) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
-    """Return the precondition and the effect of a gold operator, prepared for `_AnswerAndGoldClauses`.
+) -> tuple[_PreparedGoldClause, ...]:
+    """Return the precondition and the effect of a gold operator, prepared for comparison with answers.
 
     The result is cached, because many answers are compared with the same gold operator.
     """
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
         [
-            (
+            _PreparedGoldClause(
                 clause,
                 tuple([_write_canonical(part, names) for part in _get_clause_parts(clause)]),
                 _count_literals(clause),
@@ -240,7 +248,7 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     own = make_condition_clause(predicted.precondition), make_effect_clause(predicted.effect)
     sides = [
         _AnswerAndGoldClauses(ours, *theirs)
-        for ours, theirs in zip(own, _prepare_gold_precondition_and_effect(gold), strict=True)
+        for ours, theirs in zip(own, _prepare_gold_clauses(gold), strict=True)
     ]
     renamings = _generate_renamings(predicted, gold)
     wanted = sum(len(side.gold_texts) for side in sides)
@@ -348,7 +356,10 @@ def _generate_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Ren
 
 
 def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) -> int:
-    """Return the maximum number of matched literals of two clauses, seen as trees."""
+    """Return the maximum number of matched literals of an answer's and a gold condition, or of two effects.
+
+    Both are trees of connectives, quantifiers and literals. A literal matches only below matched nodes.
+    """
     if isinstance(answer, _LISTS) or isinstance(gold, _LISTS):
         return _count_matched_literals_of_lists(answer, gold, renaming)
     match answer, gold:
@@ -376,8 +387,8 @@ def _count_matched_literals_of_lists(answer: Clause, gold: Clause, renaming: Ren
     A conjunction and a disjunction do not match each other, but either may match a part of the other.
     """
     if isinstance(answer, _LISTS) and isinstance(gold, _LISTS) and type(answer) is not type(gold):
-        inside = [_count_matched_literals(part, gold, renaming) for part in _find_list_parts(answer)]
-        around = [_count_matched_literals(answer, part, renaming) for part in _find_list_parts(gold)]
+        inside = [_count_matched_literals(part, gold, renaming) for part in _find_and_or_parts(answer)]
+        around = [_count_matched_literals(answer, part, renaming) for part in _find_and_or_parts(gold)]
         return max([*inside, *around], default=0)
     grid = [
         [_count_matched_literals(a, b, renaming) for b in _get_clause_parts(gold)]
@@ -386,7 +397,7 @@ def _count_matched_literals_of_lists(answer: Clause, gold: Clause, renaming: Ren
     return sum(grid[row][column] for row, column in find_heaviest_matching_of_any_size(grid))
 
 
-def _find_list_parts(clause: Clause) -> list[Clause]:
+def _find_and_or_parts(clause: Clause) -> list[Clause]:
     return [part for part in _get_clause_parts(clause) if isinstance(part, _LISTS)]
 
 
@@ -401,7 +412,7 @@ def _count_literals(clause: Clause) -> int:
 def _are_terms_equal(
     answer_terms: Sequence[f.Term], gold_terms: Sequence[f.Term], renaming: Renaming
 ) -> bool:
-    """Whether two lists of terms are equal if variables take their gold names."""
+    """Whether terms of an answer are the gold terms, after ``renaming`` its variables to gold variables."""
     return len(answer_terms) == len(gold_terms) and all(
         renaming.get(term.name) == gold_term.name
         if isinstance(term, f.Variable) and isinstance(gold_term, f.Variable)

@@ -242,11 +242,10 @@ def map_effect(
 
 
 @dataclass(frozen=True, slots=True)
-class UnparsedOperator:
-    """An operator as an answer writes it, before it is parsed.
+class OperatorText:
+    """An operator as text: its name, and the unparsed texts of its parts.
 
-    It has the name of the operator, and the texts of its parameters, precondition and effect, each a
-    parenthesised list.
+    The parts are the parameters, the precondition and the effect, each a parenthesised list.
     """
 
     name: str

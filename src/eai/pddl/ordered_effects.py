@@ -61,7 +61,7 @@ class _EnclosingEffects:
     def add_condition(self, condition: f.Formula) -> _EnclosingEffects:
         return replace(self, condition=g.conjoin((self.condition, condition)))
 
-    def extend_effect_position(self, *index_or_variable: int | f.Variable) -> _EnclosingEffects:
+    def extend_position_in_effect_order(self, *index_or_variable: int | f.Variable) -> _EnclosingEffects:
         return replace(self, position=(*self.position, *index_or_variable))
 
 
@@ -80,7 +80,7 @@ def write_simultaneous_effect(
 
 
 class _OrderedEffectsConverter:
-    """Converts the ordered effects of one operator."""
+    """Converts the ordered effects of one operator to an equivalent simultaneous effect of PDDL."""
 
     def __init__(self, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]) -> None:
         self._conditions = conditions
@@ -94,19 +94,19 @@ class _OrderedEffectsConverter:
         for number, attempt in enumerate(operator.alternatives):
             inside = start.add_condition(
                 self._convert_condition(f.And(attempt.conditions), start)
-            ).extend_effect_position(number)
+            ).extend_position_in_effect_order(number)
             changes += self._convert_sequence(attempt.effects, inside)
         changes += self._convert_sequence(
-            operator.effects, start.extend_effect_position(len(operator.alternatives))
+            operator.effects, start.extend_position_in_effect_order(len(operator.alternatives))
         )
-        parts = [part for change in changes for part in self._write_change(change, changes)]
+        parts = [part for change in changes for part in self._write_change_unless_overridden(change, changes)]
         return parts[0] if len(parts) == 1 else m.AndEffect(tuple(parts))
 
     def _convert_sequence(
         self, effects: Iterable[Effect], context: _EnclosingEffects
     ) -> Iterator[_AtomChange]:
         for number, effect in enumerate(effects):
-            yield from self._convert_effect(effect, context.extend_effect_position(number))
+            yield from self._convert_effect(effect, context.extend_position_in_effect_order(number))
 
     def _convert_effect(self, effect: Effect, context: _EnclosingEffects) -> Iterator[_AtomChange]:
         match effect:
@@ -116,19 +116,21 @@ class _OrderedEffectsConverter:
             case When(condition, effects, otherwise):
                 read = self._convert_condition(condition, context)
                 yield from self._convert_sequence(
-                    effects, context.add_condition(read).extend_effect_position(0)
+                    effects, context.add_condition(read).extend_position_in_effect_order(0)
                 )
                 yield from self._convert_sequence(
-                    otherwise, context.add_condition(g.negate(read)).extend_effect_position(1)
+                    otherwise, context.add_condition(g.negate(read)).extend_position_in_effect_order(1)
                 )
             case ForEach(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
                 matched = inside.add_condition(self._convert_condition(condition, inside))
                 for number, each in enumerate(effects):
-                    yield from self._convert_effect(each, matched.extend_effect_position(number, bound))
+                    yield from self._convert_effect(
+                        each, matched.extend_position_in_effect_order(number, bound)
+                    )
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._make_lowest_index_condition(variable, condition, bound, inside)
+                first = self._make_first_satisfying_object_condition(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
@@ -143,10 +145,10 @@ class _OrderedEffectsConverter:
     def _convert_condition(self, condition: f.Formula, context: _EnclosingEffects) -> f.Formula:
         """Return the PDDL condition of an effect; atoms that the export leaves out count as false."""
         return self._conditions.convert_formula(
-            g.replace_hidden_atoms_by_truth(condition, self._hidden, positive=False), context.scope
+            g.remove_hidden_predicates(condition, self._hidden, weaken=False), context.scope
         )
 
-    def _make_lowest_index_condition(
+    def _make_first_satisfying_object_condition(
         self,
         variable: f.Variable,
         condition: f.Formula,
@@ -182,10 +184,14 @@ class _OrderedEffectsConverter:
         written = f.Atom(self._conditions.glossary.register_predicate(atom.predicate), tuple(terms))
         return _AtomChange(adds, written, tuple(variables), context.condition, context.position)
 
-    def _write_change(self, change: _AtomChange, changes: Sequence[_AtomChange]) -> Iterator[m.PddlEffect]:
+    def _write_change_unless_overridden(
+        self, change: _AtomChange, all_changes: Sequence[_AtomChange]
+    ) -> Iterator[m.PddlEffect]:
         condition = change.condition
         if change.adds:
-            undone = [self._make_overridden_condition(change, other) for other in changes if not other.adds]
+            undone = [
+                self._make_overridden_condition(change, other) for other in all_changes if not other.adds
+            ]
             condition = g.conjoin((condition, *map(g.negate, undone)))
         if condition == f.FALSE:
             return

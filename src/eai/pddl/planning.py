@@ -83,8 +83,9 @@ class PlannerResult:
 class PlanningTask:
     """The task of a planner: a domain and a problem.
 
-    ``fatal`` is an atom that effects add instead of an atom with an unbound variable. If ``fatal`` is
-    reachable, the planner crashes (`eai.extensions.reference.planner_of_2024`).
+    A model's operator may add an atom with an unbound variable, which made the planner of 2024 crash. In the
+    domain such an effect adds the atom ``fatal`` instead. If ``fatal`` is reachable, the planner is reported
+    to crash (`eai.extensions.reference.planner_of_2024`).
     """
 
     domain: PddlDomain

@@ -248,7 +248,7 @@ class PddlReader:
         )
 
     def read_formula(self, expression: SExpr) -> f.Formula:
-        """Return the formula of a condition."""
+        """Read a condition, a goal or a part of either in PDDL, and return it as a formula."""
         group, head = self._require_list_and_first_word(expression)
         match head:
             case "and":

@@ -17,8 +17,8 @@ from eai.pddl.grounding import (
     LiteralMask,
     StateMask,
     estimate_cost_of_literal_test,
+    index_masks_by_bit,
     iterate_bit_masks,
-    map_bits_to_masks_containing_them,
 )
 from eai.planning.search import SearchEffort
 
@@ -31,7 +31,7 @@ _MAX_ROUNDS = 2
 _MAX_REPEAT_DEPTH = 2
 """Maximum depth to which actions make literals true again that held at the start and were lost.
 
-The depth grows if an action that does so needs another lost literal.
+The depth grows by 1 if such an action needs another literal that was lost.
 """
 
 _MAX_RULES = 2_000
@@ -46,8 +46,8 @@ class _RelaxedEffect(NamedTuple):
     makes: int
 
 
-class _RulesOfUnreachedLiteral(NamedTuple):
-    """An unreached literal, with bit masks of the rules that need it and of the rules that make it true."""
+class _UnreachedLiteral(NamedTuple):
+    """A literal that is not yet true, and masks of the rules that need it and that make it true."""
 
     literal: int
     needing: int
@@ -87,13 +87,13 @@ class Relaxation:
             for change in action.changes
         ]
         self._price = estimate_cost_of_literal_test(len(self._rules))
-        self._making = map_bits_to_masks_containing_them([rule.makes for rule in self._rules])
-        needing = map_bits_to_masks_containing_them([rule.needs for rule in self._rules])
+        self._making = index_masks_by_bit([rule.makes for rule in self._rules])
+        needing = index_masks_by_bit([rule.needs for rule in self._rules])
         asked = problem.add_disjuncts_of_needed_disjunctions(
             reduce(or_, [rule.needs for rule in self._rules], problem.goal)
         )
         self._asked = [
-            _RulesOfUnreachedLiteral(literal, needing.get(literal, 0), self._making.get(literal, 0))
+            _UnreachedLiteral(literal, needing.get(literal, 0), self._making.get(literal, 0))
             for literal in iterate_bit_masks(asked)
         ]
 
@@ -129,7 +129,7 @@ class Relaxation:
             literal_lacking for literal_lacking in self._asked if not literals & literal_lacking.literal
         ]
         lacking += [
-            _RulesOfUnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0))
+            _UnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0))
             for bit in iterate_bit_masks(atoms_made_again)
         ]
         layers, waiting = _RelaxedLayers([literals], []), (1 << len(self._rules)) - 1
@@ -207,13 +207,22 @@ def _map_goals_to_destroyed_goals(problem: GroundProblem) -> dict[int, int]:
     return {bit: price for bit, price in prices.items() if price}
 
 
-_Mark: TypeAlias = tuple[int, int, int]
+_ActionNumber: TypeAlias = int
+
+_LookaheadPoint: TypeAlias = tuple[int, StateMask, LiteralMask]
 """A point of a lookahead to return to: the number of actions so far, the state, and its literals."""
+
+
+class _MissingGoalCounts(NamedTuple):
+    """Numbers of goal literals that are false in a state: those that were false at the start, and all."""
+
+    false_at_start: int
+    all: int
 
 
 def find_lookahead_actions_and_states(
     problem: GroundProblem, relaxation: Relaxation, state: StateMask, true_literals: LiteralMask
-) -> Sequence[tuple[int, int]]:
+) -> Sequence[tuple[_ActionNumber, StateMask]]:
     """Return actions from a state that reach more of the goal, each with the state after it.
 
     The actions carry out relaxed planning (after Vidal 2004). A relaxed plan ignores that true atoms may be
@@ -221,7 +230,7 @@ def find_lookahead_actions_and_states(
     just before the action that needs it, and again if it has been lost. The final state is often the goal, or
     close to it.
     """
-    return _RelaxedPlanFollower(problem, relaxation, state, true_literals).find_actions_and_states()
+    return _RelaxedPlanFollower(problem, relaxation, state, true_literals).find_actions_with_next_states()
 
 
 class _RelaxedPlanFollower:
@@ -235,16 +244,16 @@ class _RelaxedPlanFollower:
         self._rules_left = _MAX_RULES
         self._layers = relaxation.build_all_layers(literals)
         self._state, self._start, self._held = state, literals, literals
-        self._taken: list[tuple[int, int]] = []
+        self._taken: list[tuple[_ActionNumber, StateMask]] = []
 
-    def find_actions_and_states(self) -> Sequence[tuple[int, int]]:
+    def find_actions_with_next_states(self) -> Sequence[tuple[_ActionNumber, StateMask]]:
         """Make missing literals of the goal true, one after the other, until no more can be made true.
 
         Return the actions that do this, each with the state after it.
         """
         before = None
         while (goal := self._problem.goal & ~self._held) and (
-            missing := self._count_missing_goals_false_at_start_and_all()
+            missing := self._count_missing_goals()
         ) != before:
             before = missing
             for literal in self._order_missing_literals(goal, len(self._layers.fired)):
@@ -252,25 +261,21 @@ class _RelaxedPlanFollower:
                     self._reach_goal_literal(literal)
         return self._taken
 
-    def _count_missing_goals_false_at_start_and_all(self) -> tuple[int, int]:
-        """Return two numbers of goal literals that are missing in the current state.
-
-        The first number counts only literals that were also false at the start; the second counts all.
-        """
+    def _count_missing_goals(self) -> _MissingGoalCounts:
         missing = self._problem.goal & ~self._held
-        return (missing & ~self._start).bit_count(), missing.bit_count()
+        return _MissingGoalCounts((missing & ~self._start).bit_count(), missing.bit_count())
 
     def _reach_goal_literal(self, literal: int) -> None:
-        """Make a goal literal true by the first rule, if any, that leaves less of the goal missing."""
-        missing, mark = self._count_missing_goals_false_at_start_and_all(), self._make_undo_mark()
+        """Make a goal literal true, by the first action after which fewer goal literals are missing.
+
+        Nothing changes if no action achieves this.
+        """
+        missing, start_point = self._count_missing_goals(), self._get_current_point()
         for depth, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.find_rules_making(literal, fired):
-                if (
-                    self._apply_rule(rule, depth)
-                    and self._count_missing_goals_false_at_start_and_all() < missing
-                ):
+                if self._apply_rule(rule, depth) and self._count_missing_goals() < missing:
                     return
-                self._undo_to_mark(mark)
+                self._return_to_earlier_point(start_point)
 
     def _apply_rule(self, rule: _RelaxedEffect, depth: int) -> bool:
         """Make the literals that a rule needs true, and apply its action. Return whether this is possible."""
@@ -288,7 +293,7 @@ class _RelaxedPlanFollower:
         Return whether all of the literals are true then. The first attempt begins with the literals that are
         reached latest, and the second attempt ends with them.
         """
-        mark = self._make_undo_mark()
+        start_point = self._get_current_point()
         for last in (False, True):
             for _ in range(_MAX_ROUNDS):
                 missing = self._order_missing_literals(needed & ~self._held, depth)
@@ -297,7 +302,7 @@ class _RelaxedPlanFollower:
                         self._make_literal_true(literal, depth)
                 if not needed & ~self._held:
                     return True
-            self._undo_to_mark(mark)
+            self._return_to_earlier_point(start_point)
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
@@ -323,10 +328,10 @@ class _RelaxedPlanFollower:
             missing &= reached
         return [*ordered, *iterate_bit_masks(missing)]
 
-    def _make_undo_mark(self) -> _Mark:
+    def _get_current_point(self) -> _LookaheadPoint:
         return len(self._taken), self._state, self._held
 
-    def _undo_to_mark(self, mark: _Mark) -> None:
-        """Return to a marked point of the lookahead: undo all actions after the mark."""
-        taken, self._state, self._held = mark
+    def _return_to_earlier_point(self, point: _LookaheadPoint) -> None:
+        """Undo all actions of the lookahead after a point."""
+        taken, self._state, self._held = point
         del self._taken[taken:]

@@ -7,9 +7,9 @@ leads to is visited next (`find_lookahead_actions_and_states`). Parts of operato
 left out (`restrict_to_relevant`).
 
 The search first tries actions on the objects of the goal, then all actions. If it takes long, it tests
-whether the goal's literals can hold together (`_ReachablePairs`). Effort is bounded by a number of evaluated
-states, not by a clock, so equal input gives an equal answer on every machine. With the gold operators
-the default limits leave no problem undecided.
+whether the goal's literals can hold together (`_ReachableLiteralPairs`). Effort is bounded by a number of
+evaluated states, not by a clock, so equal input gives an equal answer on every machine. With the gold
+operators the default limits leave no problem undecided.
 
 The planner on a declared domain (`eai.planning.planner`) shares nodes, loop, limits and result with this
 search. It does not replace this search: on models' operators that planner loses 17 correct proofs and takes
@@ -97,18 +97,18 @@ def _find_reachable_predicates(
         reached |= new
 
 
-def _may_condition_hold(condition: f.Formula, reached: Set[str]) -> bool:
+def _may_condition_hold(condition: f.Formula, reachable_predicates: Set[str]) -> bool:
     """Whether a condition may hold if only some predicates have true atoms.
 
     Only the condition's conjuncts are tested.
     """
     match condition:
         case f.Atom(predicate):
-            return predicate in reached
+            return predicate in reachable_predicates
         case f.And(operands):
-            return all(_may_condition_hold(operand, reached) for operand in operands)
+            return all(_may_condition_hold(operand, reachable_predicates) for operand in operands)
         case f.Exists(_, body):
-            return _may_condition_hold(body, reached)
+            return _may_condition_hold(body, reachable_predicates)
         case _:
             return True
 
@@ -191,7 +191,7 @@ _MAX_CENTRAL_STATES = 60
 """Maximum number of evaluated states in the first search, which only has actions on the goal's objects."""
 
 _MAX_GROUNDING_LOOKS = 50_000
-"""Maximum number of objects visited to ground operators and goal; the answers of nine models need fewer."""
+"""Maximum number of objects visited to ground operators and goal. Answers of nine LLMs needed fewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +251,7 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     if goal is None and not looks.is_exceeded:
         return SearchResult(SearchEndReason.UNREACHABLE)
     objects = grounder.find_objects_of_goal_and_parameter_types()
-    central, all_are_central = list(grounder.generate_actions(objects)), objects >= grounder.objects
+    central, all_are_central = list(grounder.generate_actions(objects)), objects >= grounder.problem_objects
     if goal is None or looks.is_exceeded:
         return SearchResult(SearchEndReason.STATES)
     work = SearchEffort(limits.looks)
@@ -288,7 +288,7 @@ class _AlternatingQueues:
             self._preferred.push(node, estimate, -self._arrivals)
 
     def pop(self) -> _GroundSearchNode | None:
-        """Return the next state. A state in both lists is returned twice."""
+        """Return the next state of one of the lists. A preferred state is in both, and is returned twice."""
         if self._preferred and self._lead < 0:
             self._lead += 1
             return self._preferred.pop()
@@ -321,7 +321,7 @@ class _GroundSearch:
         return SearchResult(end, states=len(self._done))
 
     def _pop_next_node(self) -> _GroundSearchNode | None:
-        """Return the state that a lookahead reached, or else the next unevaluated state of the open lists."""
+        """Return the state after the last relaxed plan that was carried out, or else the next open state."""
         node = self._ahead or self._open.pop()
         self._ahead = None
         while node is not None and node.state in self._done:
@@ -335,7 +335,7 @@ class _GroundSearch:
             return node
         if len(self._done) == self._states or self._looks.is_exceeded:
             return SearchEndReason.STATES
-        if len(self._done) == _STATES_BEFORE_PAIRS and not _ReachablePairs(
+        if len(self._done) == _STATES_BEFORE_PAIRS and not _ReachableLiteralPairs(
             self._problem, self._looks
         ).may_hold_together(self._problem.goal):
             return SearchEndReason.UNREACHABLE
@@ -370,7 +370,7 @@ class _GroundSearch:
         return node
 
 
-class _EffectOnLiteralPairs(NamedTuple):
+class _ConditionalEffect(NamedTuple):
     """A conditional effect as bit masks of literals: needed, made true, and lost (made false).
 
     `always` and `perhaps` are literals that other effects of the action always make true, or may make true.
@@ -383,8 +383,8 @@ class _EffectOnLiteralPairs(NamedTuple):
     lost: int
 
 
-class _ReachablePairs:
-    """Reachable pairs: literals that may hold together in a reachable state.
+class _ReachableLiteralPairs:
+    """Pairs of literals that may hold together in a reachable state.
 
     For example, a hand that holds one thing holds no other. A relaxed plan ignores such pairs. Two literals
     may hold together at the start, or after an action that makes one of them and makes or keeps the other
@@ -405,35 +405,37 @@ class _ReachablePairs:
         rules = [
             rule
             for action in problem.actions
-            for rule in self._make_effects_on_pairs(action.needs, action.changes)
+            for rule in self._make_conditional_effects(action.needs, action.changes)
         ]
         while self._add_new_literal_pairs_of_effects(rules):
             pass
 
     def may_hold_together(self, needed: LiteralMask) -> bool:
-        """Whether every two literals of a mask are a reachable pair."""
+        """Whether every two literals of a mask may hold together in a reachable state."""
         return (
             self._looks.is_exceeded
-            or self._find_literals_compatible_with_all(self._drop_non_atom_literals(needed)) is not None
+            or self._find_literals_compatible_with_all(self._drop_disjunction_bits(needed)) is not None
         )
 
-    def _make_effects_on_pairs(
-        self, precondition: int, needs_adds_deletes: Iterable[tuple[int, int, int]]
-    ) -> Iterator[_EffectOnLiteralPairs]:
-        """Yield the rules of an action: its conditional effects as bit masks of literals."""
+    def _make_conditional_effects(
+        self,
+        precondition: LiteralMask,
+        needs_adds_deletes: Iterable[tuple[LiteralMask, StateMask, StateMask]],
+    ) -> Iterator[_ConditionalEffect]:
+        """Yield the conditional effects of an action. The precondition becomes a part of their conditions."""
         made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in needs_adds_deletes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
-            yield _EffectOnLiteralPairs(
-                self._drop_non_atom_literals(precondition | also),
+            yield _ConditionalEffect(
+                self._drop_disjunction_bits(precondition | also),
                 makes,
                 always,
                 perhaps,
                 self._negate_literals(makes | always),
             )
 
-    def _add_new_literal_pairs_of_effects(self, effects: Sequence[_EffectOnLiteralPairs]) -> bool:
+    def _add_new_literal_pairs_of_effects(self, effects: Sequence[_ConditionalEffect]) -> bool:
         """Add the pairs that the effects of all actions make true. Return whether any pair is new."""
         grew = False
         for rule in effects:
@@ -442,7 +444,7 @@ class _ReachablePairs:
             grew |= self._add_new_literal_pairs(rule)
         return grew
 
-    def _add_new_literal_pairs(self, effect: _EffectOnLiteralPairs) -> bool:
+    def _add_new_literal_pairs(self, effect: _ConditionalEffect) -> bool:
         """Add the pairs that one effect makes true. Return whether any pair is new."""
         companions = self._find_literals_compatible_with_all(effect.needs)
         if companions is None:
@@ -471,8 +473,8 @@ class _ReachablePairs:
             companions &= self._beside.get(literal, 0)
         return None if needed_literals & ~companions else companions
 
-    def _drop_non_atom_literals(self, literals: LiteralMask) -> LiteralMask:
-        """Return a mask of literals without the literals that stand for disjunctions."""
+    def _drop_disjunction_bits(self, literals: LiteralMask) -> LiteralMask:
+        """Return a mask without the bits that stand for disjunctions in conditions instead of literals."""
         return literals & (1 << 2 * self._atoms) - 1
 
     def _negate_literals(self, literals: LiteralMask) -> LiteralMask:

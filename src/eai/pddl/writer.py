@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.pddl.model import UnparsedOperator
+from eai.pddl.model import OperatorText
 
 
 def write_domain(domain: m.PddlDomain) -> str:
@@ -57,10 +57,10 @@ def write_action(action: m.PddlAction) -> str:
     )
 
 
-def unparse_operator(action: m.PddlAction) -> UnparsedOperator:
-    """Return an operator as an `UnparsedOperator`: its parameters, precondition and effect as PDDL text."""
+def unparse_operator(action: m.PddlAction) -> OperatorText:
+    """Return an operator as an `OperatorText`: its parameters, precondition and effect as PDDL text."""
     parameters = _write_list(_write_variables(action.parameters))
-    return UnparsedOperator(
+    return OperatorText(
         action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
     )
 

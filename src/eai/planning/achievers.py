@@ -1,7 +1,7 @@
 """Achievers: the effects of operators that make an atom true or false, and the conditions of these effects.
 
-A match of an atom is an achiever with the objects that the atom assigns to variables. Static facts (facts
-that no action changes) determine the matches, so a search computes each match only once.
+A ground atom binds some variables of its achievers. Static facts (facts that no action changes) restrict the
+other variables. So a search needs to find the achievers only once for each atom.
 """
 
 from __future__ import annotations
@@ -85,26 +85,28 @@ class Achiever:
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        more_subgoals: which conditions of the effect other actions may establish first. If false: conditions
-            that mention no variables but those of the atom. If true: also conditions that mention other
-            parameters of the operator.
+        with_parameter_subgoals: whether conditions that mention any parameters of the operator become
+            subgoals, which other actions may establish. If false, only conditions become subgoals that
+            mention no variables except those of the atom.
 
     Attributes:
         schema: the effect.
         conditions: the conditions that actions can establish if they do not hold, in order. Each is a pair of
             the formula and a function that tests it.
         open_variables: number of the effect's variables that the atom does not determine.
-        is_fixed: whether the bindings that complete a match depend only on facts that no action changes.
+        is_fixed: whether the possible bindings depend only on facts that no action changes.
     """
 
-    def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, more_subgoals: bool = False) -> None:
+    def __init__(
+        self, schema: EffectSchema, vocabulary: Vocabulary, *, with_parameter_subgoals: bool = False
+    ) -> None:
         self.schema = schema
         self._vocabulary = vocabulary
         self._frame = SlotAllocator([f.Variable(name) for name in schema.variables])
         self._compiler = ConditionCompiler(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], tuple[_BindingProcedure, _BindingProcedure]] = {}
         self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
-        own_conditions = _find_effect_conditions(schema, more_subgoals=more_subgoals)
+        own_conditions = _find_effect_conditions(schema, with_parameter_subgoals=with_parameter_subgoals)
         others = [c for c in schema.conditions if c not in own_conditions]
         needed = [c for c in (*own_conditions, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_static_formula(c, vocabulary)]
@@ -121,13 +123,13 @@ class Achiever:
     def complete_bindings(
         self, state: State, scope: Mapping[str, int], usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield the bindings that complete a match and meet the conditions that no action may establish.
+        """Yield all bindings of the effect's variables that meet the conditions that are no subgoals.
 
         Args:
             state: the state.
-            scope: the match: a mapping from variables to objects.
+            scope: mapping from the variables that have an object already to these objects.
             usable_mask: the mask of the objects that actions may use.
-            effort: counter of values tried for variables, as in `complete_bindings`.
+            effort: counter of values tried for variables. At its limit, no more bindings are yielded.
 
         Yields:
             A binding of `schema.variables`: the same list each time, changed in place.
@@ -135,12 +137,15 @@ class Achiever:
         return complete_bindings(state, self.make_partial_binding(state.scene, scope), usable_mask, effort)
 
     def make_partial_binding(
-        self, scene: Scene, scope: Mapping[str, int], *, for_all_states: bool = False
+        self, scene: Scene, scope: Mapping[str, int], *, only_static_conditions: bool = False
     ) -> _PartialBinding:
-        """Return a match (the objects that an atom assigns to variables) as an incomplete binding.
+        """Return an incomplete binding, with the procedure that completes it.
 
-        The binding can be completed in one state or, if ``for_all_states``, in all states with the same
-        unchanging facts.
+        Args:
+            scene: the objects.
+            scope: mapping from the variables that have an object already to these objects.
+            only_static_conditions: whether the procedure tests only conditions on facts that no action
+                changes. Its results then hold in all states of an episode.
         """
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
@@ -153,20 +158,20 @@ class Achiever:
             self._joins[unbound] = joins
         return _PartialBinding(
             self._frame.bind_arguments(scene, [scope.get(name, UNBOUND) for name in names]),
-            joins[for_all_states],
+            joins[only_static_conditions],
         )
 
-    def ground_condition(self, number: int, binding: FrameBinding, scene: Scene) -> _GroundCondition:
-        """Return the condition with a number as a subgoal about the objects of a binding."""
-        scope, literal = self.get_object_scope(binding), self._literals[number]
-        condition, _ = self.conditions[number]
+    def ground_condition(self, index: int, binding: FrameBinding, scene: Scene) -> _GroundCondition:
+        """Return the condition at an index of `conditions` as a subgoal about the objects of a binding."""
+        scope, literal = self.map_variables_to_objects(binding), self._literals[index]
+        condition, _ = self.conditions[index]
         if literal is None:
             return _GroundCondition(Subgoal(condition, scope, True), None)
         arguments = find_argument_indices(literal, scope, scene)
         atom = GroundAtom(literal.predicate, arguments, literal is condition)
         return _GroundCondition(Subgoal(condition, scope, True), atom)
 
-    def get_object_scope(self, binding: FrameBinding) -> dict[str, int]:
+    def map_variables_to_objects(self, binding: FrameBinding) -> dict[str, int]:
         """Return a binding as a mapping from variables to objects."""
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
@@ -209,11 +214,11 @@ class Achiever:
 def complete_bindings(
     state: State, partial: _PartialBinding, usable: int, effort: SearchEffort | None = None
 ) -> Iterator[FrameBinding]:
-    """Yield the bindings of all variables that complete a match, like `Achiever.complete_bindings`.
+    """Yield the bindings of all variables that an incomplete binding allows in a state.
 
     Args:
         state: the state.
-        partial: the match as an incomplete binding.
+        partial: the incomplete binding, with the conditions that complete bindings must meet.
         usable: the mask of the objects that actions may use.
         effort: counter of values tried for variables. If its limit is exceeded, no more bindings are yielded.
             None for no limit.
@@ -275,30 +280,36 @@ class AchieversByPredicate:
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(make_schema_of_execution(o), vocabulary) for o in domain.operators}
-        self._matches: _AchieverMatcher | None = None
+        self._matches: _AtomAchieverFinder | None = None
         for operator in domain.operators:
             for schema in self.schemas[operator.name]:
                 self.by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
     def find_achievers(
-        self, predicate: str, *, adding: bool, more_subgoals: bool = False
+        self, predicate: str, *, adding: bool, with_parameter_subgoals: bool = False
     ) -> Sequence[Achiever]:
         """Return the achievers that make atoms of a predicate true, or false, simplest first.
 
         The simplest achievers use only the objects of the atom, and have fewest conditions. With
-        ``more_subgoals``, actions may also establish conditions about other objects of the operator.
+        ``with_parameter_subgoals``, only achievers are returned that have subgoals about other parameters of
+        their operator.
         """
-        return self._compiled(predicate, adding, more_subgoals)
+        return self._compiled(predicate, adding, with_parameter_subgoals)
 
-    def _compile_achievers(self, predicate: str, adding: bool, more_subgoals: bool) -> Sequence[Achiever]:
+    def _compile_achievers(
+        self, predicate: str, adding: bool, with_parameter_subgoals: bool
+    ) -> Sequence[Achiever]:
         schemas = self.by_effect.get((predicate, adding), ())
         suitable = [
             schema
             for schema in schemas
-            if not more_subgoals or _allows_more_subgoals(schema, self._vocabulary)
+            if not with_parameter_subgoals or _has_parameter_subgoals(schema, self._vocabulary)
         ]
-        achievers = [Achiever(schema, self._vocabulary, more_subgoals=more_subgoals) for schema in suitable]
+        achievers = [
+            Achiever(schema, self._vocabulary, with_parameter_subgoals=with_parameter_subgoals)
+            for schema in suitable
+        ]
         return sorted(achievers, key=_measure_complexity)
 
     def get_static_parts_of_state(self, state: State) -> Sequence[object]:
@@ -310,17 +321,15 @@ class AchieversByPredicate:
             *[tuples[slot] for slot in self._fixed_tuples],
         ]
 
-    def make_operator_achievers(self, names: Iterable[str]) -> list[Achiever]:
-        """Return an achiever for each of the named operators.
+    def get_achievers_of_execution(self, operator_names: Iterable[str]) -> list[Achiever]:
+        """Return, for each named operator, an achiever of the goal that any of its actions is executed.
 
-        The achiever stands for any action of the operator, regardless of the facts that the action changes.
-
-        Unknown names are skipped.
+        Its bindings are the actions of the operator. Unknown names are skipped.
         """
-        return [self._taking[name] for name in names if name in self._taking]
+        return [self._taking[name] for name in operator_names if name in self._taking]
 
-    def get_achiever_matcher(self, state: State, usable_mask: int) -> _AchieverMatcher:
-        """Return the object that finds the matches of atoms in a state.
+    def get_atom_achiever_finder(self, state: State, usable_mask: int) -> _AtomAchieverFinder:
+        """Return the object that finds the achievers of ground atoms in a state.
 
         The object is cached and serves all states with the same unchanging facts.
 
@@ -328,12 +337,12 @@ class AchieversByPredicate:
             state: the state.
             usable_mask: the mask of the objects that actions may use.
         """
-        if self._matches is None or not self._matches.is_matcher_valid_in(state, usable_mask):
-            self._matches = _AchieverMatcher(self, state, usable_mask)
+        if self._matches is None or not self._matches.is_finder_valid_in(state, usable_mask):
+            self._matches = _AtomAchieverFinder(self, state, usable_mask)
         return self._matches
 
     def find_changing_operators(self, predicates: Iterable[str]) -> list[Operator]:
-        """Return the names of the operators that change any of the predicates, in a fixed order."""
+        """Return the operators that change any of the predicates, in a fixed order."""
         operators = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
         return list(operators.values())
 
@@ -346,14 +355,15 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
     return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
 
 
-def _find_effect_conditions(schema: EffectSchema, *, more_subgoals: bool) -> list[f.Formula]:
-    """Return the conditions of an effect that mention only variables of its atom.
+def _find_effect_conditions(schema: EffectSchema, *, with_parameter_subgoals: bool) -> list[f.Formula]:
+    """Return the conditions of an effect that become subgoals if they do not hold.
 
-    If ``more_subgoals``, also return conditions that mention parameters of the operator.
+    These are the conditions that mention only variables of the effect's atom. With
+    ``with_parameter_subgoals``, conditions on other parameters of the operator become subgoals, too.
     """
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
-    if more_subgoals:
+    if with_parameter_subgoals:
         variables = (atom_variables | {p.name for p in schema.operator.parameters}) - schema.read_variables
         conditions += [
             c for c in schema.conditions if c not in conditions and find_free_variables(c) <= variables
@@ -361,9 +371,11 @@ def _find_effect_conditions(schema: EffectSchema, *, more_subgoals: bool) -> lis
     return conditions
 
 
-def _allows_more_subgoals(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    own_conditions = _find_effect_conditions(schema, more_subgoals=False)
-    others = [c for c in _find_effect_conditions(schema, more_subgoals=True) if c not in own_conditions]
+def _has_parameter_subgoals(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
+    own_conditions = _find_effect_conditions(schema, with_parameter_subgoals=False)
+    others = [
+        c for c in _find_effect_conditions(schema, with_parameter_subgoals=True) if c not in own_conditions
+    ]
     return any(c != f.TRUE and not _is_static_formula(c, vocabulary) for c in others)
 
 
@@ -430,7 +442,7 @@ _MAX_CACHED_ACTIONS = 30_000
 """Maximum number of ground actions whose conditions are cached for all states of a search."""
 
 _MAX_BINDINGS = 100_000
-"""Maximum number of values tried for variables to find all bindings of one match."""
+"""Maximum number of values tried for variables to find all bindings of one achiever of a ground atom."""
 
 
 class _CandidateAction(NamedTuple):
@@ -441,7 +453,7 @@ class _CandidateAction(NamedTuple):
 
 
 class _CandidateActions:
-    """The ground actions of a match in one state. Each action is tested once, when it is first needed."""
+    """The ground actions that an achiever offers in a state. Each is tested when it is first needed."""
 
     __slots__ = ("_rest", "_tested")
 
@@ -456,35 +468,39 @@ class _CandidateActions:
             yield action
 
 
-class _MatchedAchiever:
-    """An achiever of a ground atom, with the objects that the atom determines.
+class _PartlyBoundAchiever:
+    """An achiever with the objects that a ground atom gives to some of its variables.
 
     Args:
         achiever: the achiever.
         partial: the binding of the variables that the atom determines.
-        cached_bindings: all bindings that complete the match; None if they must be searched in every state.
-        caching: counter of actions whose conditions are cached for all states, at most up to its limit.
+        cached_bindings: all complete bindings; None if they must be searched in every state.
+        cached_action_counter: counter of actions whose ground conditions are cached. At its limit, conditions
+            of further actions are not cached.
     """
 
-    __slots__ = ("_cached_bindings", "_caching", "_conditions", "_partial", "achiever")
+    __slots__ = ("_cached_action_counter", "_cached_bindings", "_conditions", "_partial", "achiever")
 
     def __init__(
         self,
         achiever: Achiever,
         partial: _PartialBinding,
         cached_bindings: Sequence[tuple[int, ...]] | None,
-        caching: SearchEffort,
+        cached_action_counter: SearchEffort,
     ) -> None:
         self.achiever = achiever
         self._partial = partial
         self._cached_bindings = cached_bindings
-        self._caching = caching
+        self._cached_action_counter = cached_action_counter
         self._conditions: dict[tuple[int, ...], list[_GroundCondition | None]] = {}
 
     def complete_bindings(
         self, state: State, usable: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield the bindings that complete the match in a state, as `Achiever.complete_bindings` does."""
+        """Yield the complete bindings of the achiever's variables in a state.
+
+        Bindings meet the achiever's conditions that no action may establish.
+        """
         return (
             complete_bindings(state, self._partial, usable, effort)
             if self._cached_bindings is None
@@ -492,57 +508,57 @@ class _MatchedAchiever:
         )
 
     def has_failing_conditions(self, state: State, at_least: float) -> bool:
-        """Whether ``at_least`` or more conditions fail in a state for all values of unbound variables."""
+        """Whether ``at_least`` or more of the conditions that mention no unbound variable fail in a state."""
         binding, failing = [*self._partial.binding], 0
         for holds in self._partial.join.needed:
             failing += not holds(state, binding)
         return failing >= at_least
 
-    def make_candidates(
-        self, state: State, usable: int, bindings: SearchEffort, looks: SearchEffort
+    def make_candidate_actions(
+        self, state: State, usable: int, tried_values: SearchEffort, tested_actions: SearchEffort
     ) -> _CandidateActions:
-        """Return the ground actions of the match in a state, in the order of `complete_bindings`.
+        """Return the ground actions of the achiever in a state, each with its failing conditions.
 
         Args:
             state: the state.
             usable: the mask of the objects that actions may use.
-            bindings: counter of values tried for variables, as in `complete_bindings`.
-            looks: counter of tested actions. If its limit is exceeded, no more actions follow.
+            tried_values: counter of values tried for variables. At its limit, no more actions follow.
+            tested_actions: counter of tested actions. At its limit, no more actions follow.
         """
-        return _CandidateActions(self._test_actions(state, usable, bindings, looks))
+        return _CandidateActions(self._generate_tested_actions(state, usable, tried_values, tested_actions))
 
-    def _test_actions(
-        self, state: State, usable: int, bindings: SearchEffort, looks: SearchEffort
+    def _generate_tested_actions(
+        self, state: State, usable: int, tried_values: SearchEffort, tested_actions: SearchEffort
     ) -> Iterator[_CandidateAction]:
         tests, arity = self.achiever.conditions, self.achiever.schema.operator.arity
-        for binding in self.complete_bindings(state, usable, bindings):
-            if looks.spend():
+        for binding in self.complete_bindings(state, usable, tried_values):
+            if tested_actions.spend():
                 return
             failing = [i for i, (_, holds) in enumerate(tests) if not holds(state, binding)]
             conditions = self._ground_conditions(binding, failing, state.scene) if failing else ()
             yield _CandidateAction(tuple(binding[1 : 1 + arity]), conditions)
 
     def _ground_conditions(
-        self, binding: FrameBinding, numbers: Sequence[int], scene: Scene
+        self, binding: FrameBinding, condition_indices: Sequence[int], scene: Scene
     ) -> Sequence[_GroundCondition]:
-        """Return the conditions with given numbers as subgoals about the objects of a binding."""
+        """Return some of the achiever's conditions as subgoals about the objects of a binding."""
         key = tuple(binding)
         cached = self._conditions.get(key)
         if cached is None:
             cached = [None] * len(self.achiever.conditions)
-            if not self._caching.spend():
+            if not self._cached_action_counter.spend():
                 self._conditions[key] = cached
         found: list[_GroundCondition] = []
-        for number in numbers:
-            condition = cached[number]
+        for index in condition_indices:
+            condition = cached[index]
             if condition is None:
-                condition = cached[number] = self.achiever.ground_condition(number, binding, scene)
+                condition = cached[index] = self.achiever.ground_condition(index, binding, scene)
             found.append(condition)
         return found
 
 
-class _AchieverMatcher:
-    """The matches of atoms (their achievers with objects) in all states with equal unchanging facts.
+class _AtomAchieverFinder:
+    """Finds the achievers of ground atoms, for all states with equal unchanging facts.
 
     Args:
         achievers: the achievers of the domain.
@@ -555,37 +571,39 @@ class _AchieverMatcher:
         self._state = state
         self._usable = usable
         self._fixed = achievers.get_static_parts_of_state(state)
-        self._found: dict[tuple[GroundAtom, bool], Sequence[_MatchedAchiever]] = {}
-        self._operators: dict[Achiever, _MatchedAchiever] = {}
-        self._caching = SearchEffort(_MAX_CACHED_ACTIONS)
+        self._found: dict[tuple[GroundAtom, bool], Sequence[_PartlyBoundAchiever]] = {}
+        self._operators: dict[Achiever, _PartlyBoundAchiever] = {}
+        self._cached_action_counter = SearchEffort(_MAX_CACHED_ACTIONS)
 
-    def is_matcher_valid_in(self, state: State, usable_mask: int) -> bool:
-        """Whether the matches are also valid in another state with other objects for actions."""
+    def is_finder_valid_in(self, state: State, usable_mask: int) -> bool:
+        """Whether the cached achievers are valid in a state, if actions may use the objects in a mask."""
         return (
             self._state.scene is state.scene
             and self._usable == usable_mask
             and self._fixed == self._achievers.get_static_parts_of_state(state)
         )
 
-    def find_matched_achievers(
-        self, atom: GroundAtom, *, more_subgoals: bool = False
-    ) -> Sequence[_MatchedAchiever]:
-        """Return the matches of an atom of a stored predicate, in the order of the predicate's achievers."""
-        matches = self._found.get((atom, more_subgoals))
+    def find_achievers_of_atom(
+        self, atom: GroundAtom, *, with_parameter_subgoals: bool = False
+    ) -> Sequence[_PartlyBoundAchiever]:
+        """Return the achievers of an atom of a stored predicate, partly bound by the atom, simplest first."""
+        matches = self._found.get((atom, with_parameter_subgoals))
         if matches is None:
-            matches = self._found[atom, more_subgoals] = self._match_achievers(
-                atom, more_subgoals=more_subgoals
+            matches = self._found[atom, with_parameter_subgoals] = self._find_uncached_achievers_of_atom(
+                atom, with_parameter_subgoals=with_parameter_subgoals
             )
         return matches
 
-    def _match_achievers(self, atom: GroundAtom, *, more_subgoals: bool) -> Sequence[_MatchedAchiever]:
-        matches: list[_MatchedAchiever] = []
+    def _find_uncached_achievers_of_atom(
+        self, atom: GroundAtom, *, with_parameter_subgoals: bool
+    ) -> Sequence[_PartlyBoundAchiever]:
+        matches: list[_PartlyBoundAchiever] = []
         for achiever in self._achievers.find_achievers(
-            atom.predicate, adding=atom.truth, more_subgoals=more_subgoals
+            atom.predicate, adding=atom.truth, with_parameter_subgoals=with_parameter_subgoals
         ):
             scope = achiever.match_atom_arguments(atom.arguments, self._state.scene)
             if scope is not None:
-                fixed = achiever.make_partial_binding(self._state.scene, scope, for_all_states=True)
+                fixed = achiever.make_partial_binding(self._state.scene, scope, only_static_conditions=True)
                 max_bindings = _MAX_CACHED_BINDINGS + 1 if achiever.is_fixed else 1
                 effort = SearchEffort(_MAX_BINDINGS)
                 completions = complete_bindings(self._state, fixed, self._usable, effort)
@@ -594,15 +612,19 @@ class _AchieverMatcher:
                     partial = achiever.make_partial_binding(self._state.scene, scope)
                     is_whole = len(bindings) < max_bindings and not effort.is_exceeded
                     cached = bindings if is_whole else None
-                    matches.append(_MatchedAchiever(achiever, partial, cached, self._caching))
+                    matches.append(
+                        _PartlyBoundAchiever(achiever, partial, cached, self._cached_action_counter)
+                    )
         return matches
 
-    def match_operators(self, names: Iterable[str]) -> Sequence[_MatchedAchiever]:
-        """Return the match of each named operator, which stands for its actions with any objects."""
+    def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
+        """Return an achiever for each named operator: its candidates are all actions of the operator."""
         matches = []
-        for achiever in self._achievers.make_operator_achievers(names):
+        for achiever in self._achievers.get_achievers_of_execution(operator_names):
             if achiever not in self._operators:
                 partial = achiever.make_partial_binding(self._state.scene, {})
-                self._operators[achiever] = _MatchedAchiever(achiever, partial, None, self._caching)
+                self._operators[achiever] = _PartlyBoundAchiever(
+                    achiever, partial, None, self._cached_action_counter
+                )
             matches.append(self._operators[achiever])
         return matches

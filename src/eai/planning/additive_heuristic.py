@@ -39,11 +39,11 @@ def choose_cheapest_exactly(number: int, conditions: Sequence[Subgoal], cost: Co
         return None
     opposites = [condition.negated for condition in conditions]
 
-    def make_extra_cost_key(index: int) -> tuple[bool, float]:
-        own_cost = cost(conditions[index])
-        return own_cost == float("inf"), own_cost - cost(opposites[index])
+    def make_key_of_extra_cost_over_opposite(condition_index: int) -> tuple[bool, float]:
+        own_cost = cost(conditions[condition_index])
+        return own_cost == float("inf"), own_cost - cost(opposites[condition_index])
 
-    order = sorted(range(len(conditions)), key=make_extra_cost_key)
+    order = sorted(range(len(conditions)), key=make_key_of_extra_cost_over_opposite)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
@@ -97,7 +97,7 @@ _MAX_DEPTH = 60
 """Maximum nesting depth of computations of the cost of atoms. Deeper atoms count as unreachable."""
 
 
-class _FormulaInstance(NamedTuple):
+class _FormulaWithObjects(NamedTuple):
     """A formula (given by its ``id``), the objects of its free variables, and whether it must hold."""
 
     formula: int
@@ -105,7 +105,7 @@ class _FormulaInstance(NamedTuple):
     truth: bool
 
 
-_Key: TypeAlias = GroundAtom | _FormulaInstance
+_Key: TypeAlias = GroundAtom | _FormulaWithObjects
 
 
 class _CheapestAction(NamedTuple):
@@ -171,7 +171,7 @@ class CostEstimates:
         self.atom = self._unfolding.ground_atom
         self._protected = [condition for condition in protected if self.holds(condition)]
         self._usable = make_mask(objects)
-        self._matches = heuristic.achievers.get_achiever_matcher(state, self._usable)
+        self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
         self._candidates: dict[object, Iterable[_CandidateAction]] = {}
         self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
@@ -185,10 +185,10 @@ class CostEstimates:
         costs = (self._compute_cost(subgoal, limit) for limit in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
-    def find_cheapest_action(self, names: Sequence[str]) -> _CheapestAction:
+    def find_cheapest_action_of_operators(self, operator_names: Sequence[str]) -> _CheapestAction:
         """Return the cheapest action, with any objects, of the operators with these names."""
         for limit in _HORIZONS:
-            best = self._find_cheaper_action(names, _CheapestAction(limit, None, ()))
+            best = self._find_cheaper_action(operator_names, _CheapestAction(limit, None, ()))
             if best.action is not None:
                 return best
         return _NO_SUPPORTER
@@ -205,8 +205,8 @@ class CostEstimates:
     def split_into_cheapest_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
         """Return the parts of a condition that together establish it, by the cheapest choices.
 
-        The result is None for an atom of a stored predicate or of a predicate that a function computes, and
-        if no choice establishes the condition.
+        The result is None if no choice establishes the condition. It is also None for an atom without a
+        definition by a formula: its predicate is stored, or a function computes it.
         """
         if isinstance(subgoal.formula, Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
@@ -236,8 +236,8 @@ class CostEstimates:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
         An action counts only if its cost is below ``limit``, and if its conditions can be established without
-        the atom. If there is no such action at any cost, achievers with ``more_subgoals`` (see `Achiever`)
-        are tried.
+        the atom. If there is no such action at any cost, achievers are tried that have subgoals about other
+        parameters of their operator.
         """
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
@@ -250,30 +250,36 @@ class CostEstimates:
         horizon = _round_up_cost_limit(limit)
         best = self._find_cheaper_action(atom, _CheapestAction(horizon, None, ()))
         if best.action is None and horizon == INFINITE:
-            best = self._find_cheaper_action(atom, best, more_subgoals=True)
+            best = self._find_cheaper_action(atom, best, with_parameter_subgoals=True)
         self._open.discard(atom)
         supporter = _NO_SUPPORTER if best.action is None else best
         self._supporters[atom] = (supporter, horizon)
         return supporter if supporter.cost < limit else _NO_SUPPORTER
 
     def _find_cheaper_action(
-        self, target: GroundAtom | Sequence[str], best: _CheapestAction, *, more_subgoals: bool = False
+        self,
+        target: GroundAtom | Sequence[str],
+        best: _CheapestAction,
+        *,
+        with_parameter_subgoals: bool = False,
     ) -> _CheapestAction:
         """Return the first of the cheapest actions that cost less than ``best``, else ``best``.
 
         The actions make an atom true, or false, or belong to the named operators.
         """
         matches = (
-            self._matches.find_matched_achievers(target, more_subgoals=more_subgoals)
+            self._matches.find_achievers_of_atom(target, with_parameter_subgoals=with_parameter_subgoals)
             if isinstance(target, GroundAtom)
-            else self._matches.match_operators(target)
+            else self._matches.get_achievers_of_operators(target)
         )
         for match in matches:
             if match.has_failing_conditions(self.state, best.cost - _MIN_COST):
                 continue
             candidates = self._candidates.get(match)
             if candidates is None:
-                candidates = match.make_candidates(self.state, self._usable, self.bindings, self._looks)
+                candidates = match.make_candidate_actions(
+                    self.state, self._usable, self.bindings, self._looks
+                )
                 self._candidates[match] = candidates
             best = self._find_cheapest_candidate(match.achiever.schema.operator.name, candidates, best)
             if best.cost <= _MIN_COST:
@@ -296,7 +302,7 @@ class CostEstimates:
             case Exists() | ForAll() as formula:
                 names = self._heuristic.readings.list_free_variables(formula)
                 values = tuple([subgoal.scope[name] for name in names])
-                key = _FormulaInstance(id(formula), values, subgoal.truth)
+                key = _FormulaWithObjects(id(formula), values, subgoal.truth)
             case _:
                 return self._compute_cost_of_parts(subgoal, limit)
         cached, tried_limit = self._costs.get(key, (INFINITE, 0.0))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates
@@ -41,13 +41,27 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Maximum number of actions making a set of changes for which no set with fewer actions is sought.
+"""Number of actions that is few enough for a set of changes: no set with fewer actions is searched.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """
 
 _MAX_BINDINGS = 3_000_000
 """Maximum number of values tried for parameters to list the actions of one operator."""
+
+
+class _EffectOnChange(NamedTuple):
+    """An effect that makes or undoes a change, with objects for its variables.
+
+    Attributes:
+        schema: the effect.
+        scope: mapping from the variables that the action and the change determine to objects.
+        makes_change: True if the effect makes the change, False if it makes the opposite change.
+    """
+
+    schema: EffectSchema
+    scope: dict[str, int]
+    makes_change: bool
 
 
 class FactChangeFinder:
@@ -104,7 +118,11 @@ class FactChangeFinder:
                 for name in self._find_operators_without_schema(change)
                 for a in self.get_actions_of_operator(name)
             ]
-            makers = [action for _, _, actions in self._find_schemas_making(change) for action in actions]
+            makers = [
+                action
+                for _, _, actions in self._find_schemas_and_actions_making(change)
+                for action in actions
+            ]
             all_makers = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
         return all_makers
 
@@ -118,7 +136,7 @@ class FactChangeFinder:
         yield from (
             (self.get_actions_of_operator(name), []) for name in self._find_operators_without_schema(change)
         )
-        for schema, scope, actions in self._find_schemas_making(change):
+        for schema, scope, actions in self._find_schemas_and_actions_making(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
             open_names = {name for _, names in conditions for name in names if name not in scope}
             names = [parameter.name for parameter in schema.operator.parameters]
@@ -128,13 +146,16 @@ class FactChangeFinder:
                 groups.setdefault(tuple([action.arguments[i] for i in positions]), []).append(action)
             for values, group in groups.items():
                 inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
-                yield group, _select_conditions_in_scope(conditions, {**scope, **inner})
+                yield group, _select_conditions_with_bound_variables(conditions, {**scope, **inner})
 
     def _find_operators_without_schema(self, change: FactChange) -> list[str]:
-        """Return the names of operators that change a predicate by effects that have no effect schema."""
+        """Return the names of operators that may make a change by an effect without an effect schema.
+
+        `make_effect_schemas` makes no schema if an effect reuses the name of an outer variable.
+        """
         return [name for name, changed in self._unread.items() if change.predicate in changed]
 
-    def _find_schemas_making(
+    def _find_schemas_and_actions_making(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
         """Yield each effect schema that makes a change.
@@ -168,8 +189,8 @@ class FactChangeFinder:
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}
-            for achiever in self._achievers.make_operator_achievers([name]):
-                partial = achiever.make_partial_binding(self._initial.scene, {}, for_all_states=True)
+            for achiever in self._achievers.get_achievers_of_execution([name]):
+                partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
                 effort = SearchEffort(_MAX_BINDINGS)
                 for binding in complete_bindings(self._initial, partial, self._usable, effort):
                     if effort.spend(ACTION_BINDINGS):
@@ -192,8 +213,8 @@ class FactChangeFinder:
 
     def _exceeds_action_limit(self, operator_name: str) -> bool:
         effort = SearchEffort(_MAX_BINDINGS)
-        for achiever in self._achievers.make_operator_achievers([operator_name]):
-            partial = achiever.make_partial_binding(self._initial.scene, {}, for_all_states=True)
+        for achiever in self._achievers.get_achievers_of_execution([operator_name]):
+            partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
             for _ in complete_bindings(self._initial, partial, self._usable, effort):
                 if effort.spend(ACTION_BINDINGS):
                     break
@@ -207,10 +228,15 @@ class FactChangeFinder:
         """Return the conditions of an action's checks, each with a mapping from its variables to objects."""
         operator = self._domain.compiled_operators[action.operator].operator
         scope = operator.map_parameters(action.arguments)
-        return [(simplify_by_other_checks(check, operator.checks), scope) for check in operator.checks]
+        return [
+            (simplify_check_given_other_checks(check, operator.checks), scope) for check in operator.checks
+        ]
 
     def find_effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
-        """Yield the known conditions of each effect by which an action may make a change."""
+        """Yield the conditions of each effect by which an action may make a change.
+
+        Conditions are omitted if they mention variables whose objects the action and the change leave open.
+        """
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
         effect = action.operator, change.predicate, change.truth
@@ -222,7 +248,7 @@ class FactChangeFinder:
                     conditions = self._schema_conditions[id(schema)] = _list_conditions_with_variables(schema)
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
-    def find_prior_changes_and_undoing(
+    def find_improving_changes_and_undoing(
         self, step: Action, state: State, wanted_changes: ChangeSet, *, is_executed: bool
     ) -> tuple[ChangeSet, bool]:
         """Return changes that may improve a step's effects, and whether the step undoes a wanted change.
@@ -242,9 +268,9 @@ class FactChangeFinder:
             ), is_executed
         earlier_changes: set[FactChange] = set()
         undoes = False
-        for schema, scope, helps in self._find_relevant_effects(step, wanted_changes):
+        for schema, scope, helps in self._find_effects_making_or_undoing(step, wanted_changes):
             if helps and not is_executed:
-                return self.find_changes_to_toggle_skipping(step, state, is_executed=False), False
+                return self.find_changes_to_skip_or_unskip_step(step, state, is_executed=False), False
             tried = schema.checks if schema.operator.alternatives else ()
             parts = [(condition, scope) for condition in (*schema.conditions, *tried)]
             closed_parts = [part for part in parts if find_free_variables(part[0]) <= scope.keys()]
@@ -265,20 +291,22 @@ class FactChangeFinder:
                         closed_parts, state, False, all_needed=False
                     )
         if undoes:
-            earlier_changes |= self.find_changes_to_toggle_skipping(step, state, is_executed=True)
+            earlier_changes |= self.find_changes_to_skip_or_unskip_step(step, state, is_executed=True)
         return frozenset(earlier_changes), undoes
 
-    def _find_relevant_effects(
+    def _find_effects_making_or_undoing(
         self, action: Action, changes: ChangeSet
-    ) -> Iterator[tuple[EffectSchema, dict[str, int], bool]]:
+    ) -> Iterator[_EffectOnChange]:
         for schema in self._achievers.schemas[action.operator]:
             for change in changes:
                 if change.predicate == schema.atom.predicate:
                     scope = self._match_schema(schema, action, change._replace(truth=schema.adds))
                     if scope is not None:
-                        yield schema, scope, schema.adds == change.truth
+                        yield _EffectOnChange(schema, scope, schema.adds == change.truth)
 
-    def find_changes_to_toggle_skipping(self, step: Action, state: State, *, is_executed: bool) -> ChangeSet:
+    def find_changes_to_skip_or_unskip_step(
+        self, step: Action, state: State, *, is_executed: bool
+    ) -> ChangeSet:
         """Return the changes that may turn an executed step into a skipped step, or the reverse.
 
         A step is skipped if it is not needed in the state.
@@ -448,14 +476,16 @@ def _list_conditions_with_variables(schema: EffectSchema) -> list[tuple[f.Formul
     return [(condition, find_free_variables(condition)) for condition in conditions]
 
 
-def _select_conditions_in_scope(
-    conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
+def _select_conditions_with_bound_variables(
+    conditions_with_variables: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
 ) -> list[ScopedCondition]:
-    return [(condition, scope) for condition, names in conditions if scope.keys() >= set(names)]
+    return [
+        (condition, scope) for condition, names in conditions_with_variables if scope.keys() >= set(names)
+    ]
 
 
 @cache
-def simplify_by_other_checks(check: Check, operator_checks: tuple[Check, ...]) -> f.Formula:
+def simplify_check_given_other_checks(check: Check, operator_checks: tuple[Check, ...]) -> f.Formula:
     """Return the condition of a check, without disjuncts that contradict the operator's other checks."""
     condition = check.condition
     required = [other.condition for other in operator_checks if other is not check]

@@ -51,7 +51,10 @@ class EffectSchema(NamedTuple):
 
 
 def make_schema_of_execution(operator: Operator) -> EffectSchema:
-    """Return a schema that stands for the execution of an operator, not for a change of a fact."""
+    """Return an effect schema of no fact, whose only condition is that the operator's checks pass.
+
+    It serves for goals to execute an operator, and as a template for the operator's other schemas.
+    """
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 
@@ -91,9 +94,10 @@ def find_changed_predicates(operator: Operator) -> list[str]:
 
 
 def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
-    """Return all predicates that an operator changes if `make_effect_schemas` leaves out any of its effects.
+    """Return an operator's predicates for which effect schemas are incomplete.
 
-    Otherwise, return an empty set, because the effect schemas describe all effects.
+    `make_effect_schemas` leaves out an effect whose variable has the name of an outer variable. Then all
+    predicates that the operator changes are returned. Otherwise the set is empty.
     """
     changed = find_changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*make_effect_schemas(operator)]) else ())

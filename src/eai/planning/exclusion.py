@@ -32,16 +32,19 @@ from eai.world.effect import ANYTHING
 from eai.world.state import State
 
 _MAX_PAIRS = 64
-"""Maximum number of pairs of facts in one proof; further pairs are assumed not to exclude each other."""
+"""Maximum number of pairs of facts in a proof of exclusion. Further pairs count as not exclusive."""
 
 _MAX_CACHED_ANSWERS = 4096
 """Maximum number of cached answers to whether facts hold in the initial state of one episode."""
 
 _MAX_LEMMAS = 64
-"""Maximum number of cached proofs for each pair of facts, and for pairs that differ only in their objects."""
+"""Maximum number of cached proofs for a pair of facts. Pairs that differ only in their objects share them."""
 
 _PASSES = 2
-"""Number of times that each condition of a state is supposed. Later times use facts from earlier times."""
+"""Number of passes over conditions that are tested for a contradiction.
+
+The second pass uses the facts that followed from later conditions in the first pass.
+"""
 
 _FactArgument: TypeAlias = int | str | None
 """Argument of a fact: an object by index, an unknown object by a name, or None for any object."""
@@ -49,7 +52,7 @@ _FactArgument: TypeAlias = int | str | None
 _ArgumentScope: TypeAlias = Mapping[str, _FactArgument]
 
 
-class _FactPattern(NamedTuple):
+class _FactWithOpenArguments(NamedTuple):
     """A fact of a stored predicate; an argument that is None matches any object.
 
     If ``is_membership`` is true, the predicate is a category, and the fact is that an object belongs to it.
@@ -60,15 +63,16 @@ class _FactPattern(NamedTuple):
     is_membership: bool = False
 
 
-_Facts: TypeAlias = tuple[_FactPattern, ...]
+_Facts: TypeAlias = tuple[_FactWithOpenArguments, ...]
 """Facts without unknown objects. A proof asks whether all the facts hold in the initial state."""
 
 
 class _Lemma(NamedTuple):
-    """The result of a proof about a pair of facts, for all episodes with the same answers to some questions.
+    """The result of a proof about a pair of facts. It may serve in other episodes.
 
     Attributes:
-        answers: the questions that the proof asked, with numbers for the objects, and their answers.
+        answers: the facts of the initial state that the proof used, each with its truth, and with numbers for
+            the objects. The result is valid in every episode in which these answers are true.
         is_exclusive: whether it is proved that the facts exclude each other.
     """
 
@@ -99,7 +103,7 @@ class ExclusionRules:
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
         self.changed = {name for o in domain.operators for name in find_changed_predicates(o)}
         self.unread = {name for o in domain.operators for name in find_predicates_without_schema(o)}
-        self.rivals = self._find_rivals(domain)
+        self.rivals = self._map_to_possibly_exclusive_predicates(domain)
         self.constants = self._find_constants(domain)
         self.lemmas: dict[tuple[_Facts, tuple[int, ...]], list[_Lemma]] = {}
 
@@ -107,7 +111,7 @@ class ExclusionRules:
         """Return the object that proves exclusions in the episode that begins in a state."""
         return _ExclusionProver(self, initial)
 
-    def _find_rivals(self, domain: Domain) -> dict[str, set[str]]:
+    def _map_to_possibly_exclusive_predicates(self, domain: Domain) -> dict[str, set[str]]:
         """Return, for each predicate, the predicates whose facts may exclude its facts.
 
         An operator adds facts of one of the two predicates, and deletes or reads facts of the other.
@@ -147,7 +151,7 @@ class _ExclusionProver:
     def __init__(self, rules: ExclusionRules, initial: State) -> None:
         self.rules = rules
         self.index = {constant: find_object(constant, initial.scene) for constant in rules.constants}
-        self.answer = lru_cache(_MAX_CACHED_ANSWERS)(self._hold_at_start)
+        self.are_true_at_start = lru_cache(_MAX_CACHED_ANSWERS)(self._are_true_at_start_uncached)
         self.is_exclusive = lru_cache(_MAX_CACHED_ANSWERS)(self._is_exclusive)
         self._initial = initial
 
@@ -157,7 +161,9 @@ class _ExclusionProver:
         for predicate, arguments, truth in literals:
             atom = f.Atom(predicate, tuple([f.Variable(str(i)) for i in arguments]))
             conditions.append(_Condition(atom, {str(i): i for i in arguments}, truth))
-        return not _SupposedState(self, self.answer, self.is_exclusive).may_hold_together(conditions)
+        return not _HypotheticalState(self, self.are_true_at_start, self.is_exclusive).may_hold_together(
+            conditions
+        )
 
     def _is_exclusive(self, pair: _Facts) -> bool:
         """Whether it is proved that a pair of facts excludes each other in this episode."""
@@ -165,40 +171,47 @@ class _ExclusionProver:
         objects = [*dict.fromkeys([*self.index.values(), *arguments])]
         numbers = {index: number for number, index in enumerate(objects)}
         constants = tuple([numbers[index] for index in self.index.values()])
-        lemmas = self.rules.lemmas.setdefault((_renumber(pair, numbers), constants), [])
+        lemmas = self.rules.lemmas.setdefault((_replace_object_indices(pair, numbers), constants), [])
         for lemma in tuple(lemmas):
-            if all(self.answer(_renumber(facts, objects)) is answer for facts, answer in lemma.answers):
+            if all(
+                self.are_true_at_start(_replace_object_indices(facts, objects)) is answer
+                for facts, answer in lemma.answers
+            ):
                 return lemma.is_exclusive
         proof = _InductionProof(self)
         result = proof.proves_exclusive(pair)
-        answers = [(_renumber(facts, numbers), answer) for facts, answer in proof.answers.items()]
+        answers = [
+            (_replace_object_indices(facts, numbers), answer) for facts, answer in proof.answers.items()
+        ]
         lemmas.append(_Lemma(tuple(answers), result))
         del lemmas[:-_MAX_LEMMAS]
         return result
 
-    def _hold_at_start(self, facts: _Facts) -> bool:
+    def _are_true_at_start_uncached(self, facts: _Facts) -> bool:
         return all(map(self._holds_at_start, facts))
 
-    def _holds_at_start(self, fact: _FactPattern) -> bool:
+    def _holds_at_start(self, fact: _FactWithOpenArguments) -> bool:
         match fact:
-            case _FactPattern(category, (int(index),), True):
+            case _FactWithOpenArguments(category, (int(index),), True):
                 return bool(self._initial.scene.get_category_mask(category) >> index & 1)
-            case _FactPattern(predicate, (None,)):
+            case _FactWithOpenArguments(predicate, (None,)):
                 return bool(self._initial.mask(predicate))
-            case _FactPattern(predicate, (int(source), None)):
+            case _FactWithOpenArguments(predicate, (int(source), None)):
                 return bool(self._initial.relation(predicate).row(source))
-            case _FactPattern(predicate, (None, int(target))):
+            case _FactWithOpenArguments(predicate, (None, int(target))):
                 return bool(self._initial.relation(predicate).column(target))
-            case _FactPattern(predicate, (None, None)):
+            case _FactWithOpenArguments(predicate, (None, None)):
                 return len(self._initial.relation(predicate)) > 0
-            case _FactPattern(predicate, arguments) if None in arguments:
+            case _FactWithOpenArguments(predicate, arguments) if None in arguments:
                 members = self._initial.tuple_set(predicate).members
-                return any(_matches_pattern(_FactPattern(predicate, member), fact) for member in members)
+                return any(
+                    _matches_pattern(_FactWithOpenArguments(predicate, member), fact) for member in members
+                )
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
     def resolve_term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
-        """Return the object of a term: an index, the name of an unknown object, or None for any object."""
+        """Return the object of a term: its index, a name for one unknown object, or None for any object."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index[term]
 
 
@@ -230,17 +243,17 @@ class _InductionProof:
         again.
         """
         self._judged = pair
-        self._is_assumed(pair)
+        self._is_assumed_exclusive(pair)
         while self._pending and pair not in self._failed:
             self._judged = next(iter(self._pending))
             del self._pending[self._judged]
-            if not self._is_invariant_exclusion(*self._judged):
+            if not self._is_exclusion_true_at_start_and_kept(*self._judged):
                 self._failed.add(self._judged)
                 dependents = self._dependents[self._judged]
                 self._pending |= {other: None for other in dependents if other not in self._failed}
         return pair not in self._failed
 
-    def _is_assumed(self, pair: _Facts) -> bool:
+    def _is_assumed_exclusive(self, pair: _Facts) -> bool:
         if pair not in self._dependents:
             if len(self._dependents) >= _MAX_PAIRS:
                 return False
@@ -249,15 +262,17 @@ class _InductionProof:
         self._dependents[pair][self._judged] = None
         return pair not in self._failed
 
-    def _answer(self, question: _Facts) -> bool:
-        if question not in self.answers:
-            self.answers[question] = self._prover.answer(question)
-        return self.answers[question]
+    def _are_true_at_start(self, facts: _Facts) -> bool:
+        if facts not in self.answers:
+            self.answers[facts] = self._prover.are_true_at_start(facts)
+        return self.answers[facts]
 
-    def _is_invariant_exclusion(self, one: _FactPattern, other: _FactPattern) -> bool:
+    def _is_exclusion_true_at_start_and_kept(
+        self, one: _FactWithOpenArguments, other: _FactWithOpenArguments
+    ) -> bool:
         """Whether two facts do not both hold in the initial state, and no action makes both true."""
         rules = self._prover.rules
-        if rules.unread & {one.predicate, other.predicate} or self._answer((one, other)):
+        if rules.unread & {one.predicate, other.predicate} or self._are_true_at_start((one, other)):
             return False
         return all(
             self._preserves_exclusion(schema, added, other_fact)
@@ -267,7 +282,9 @@ class _InductionProof:
             if schema.adds and schema.atom.predicate == added.predicate
         )
 
-    def _preserves_exclusion(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
+    def _preserves_exclusion(
+        self, schema: EffectSchema, added: _FactWithOpenArguments, other: _FactWithOpenArguments
+    ) -> bool:
         """Whether an effect that adds one fact guarantees that the other fact is false afterwards."""
         scope: dict[str, _FactArgument] | None = match_atom(
             schema.atom, added.arguments, self._prover.index.__getitem__
@@ -278,8 +295,10 @@ class _InductionProof:
         terms = [f"{i}?" if argument is None else argument for i, argument in enumerate(other.arguments)]
         instance = other._replace(arguments=tuple(terms))
         effects = self._prover.rules.effects[schema.operator.name]
-        is_deleted = any(self._deletes_fact_whenever(effect, schema, instance, full) for effect in effects)
-        if not is_deleted and self._may_take_place([(schema, full)], instance):
+        is_deleted = any(
+            self._deletes_fact_if_other_effect_happens(effect, schema, instance, full) for effect in effects
+        )
+        if not is_deleted and self._may_effects_happen_together([(schema, full)], instance):
             return False
         return not any(
             self._may_add_both_facts(schema, scope, effect, other)
@@ -292,7 +311,7 @@ class _InductionProof:
         first: EffectSchema,
         first_scope: _ArgumentScope,
         second: EffectSchema,
-        second_fact: _FactPattern,
+        second_fact: _FactWithOpenArguments,
     ) -> bool:
         parameters = [p.name for p in first.operator.parameters]
         bound = {name: first_scope[name] for name in parameters if name in first_scope}
@@ -304,13 +323,15 @@ class _InductionProof:
         shared = {name: second_scope.get(name, f"{name}?") for name in parameters}
         first_full = {**{name: f"{name}?" for name in first.variables}, **first_scope, **shared}
         second_full = {**{name: f"{name}??" for name in second.variables}, **second_scope, **shared}
-        return self._may_take_place([(first, first_full), (second, second_full)])
+        return self._may_effects_happen_together([(first, first_full), (second, second_full)])
 
-    def _may_take_place(
-        self, effects: Iterable[tuple[EffectSchema, _ArgumentScope]], *facts: _FactPattern
+    def _may_effects_happen_together(
+        self, effects: Iterable[tuple[EffectSchema, _ArgumentScope]], *facts_before: _FactWithOpenArguments
     ) -> bool:
-        """Whether effects of one action may take place in a state that has some facts."""
-        return _SupposedState(self._prover, self._answer, self._is_assumed, *facts).may_hold_together(
+        """Whether effects of one action may happen together, in a state in which some facts hold."""
+        return _HypotheticalState(
+            self._prover, self._are_true_at_start, self._is_assumed_exclusive, *facts_before
+        ).may_hold_together(
             [
                 _Condition(formula, scope)
                 for schema, scope in effects
@@ -318,10 +339,14 @@ class _InductionProof:
             ]
         )
 
-    def _deletes_fact_whenever(
-        self, effect: EffectSchema, other_effect: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
+    def _deletes_fact_if_other_effect_happens(
+        self,
+        effect: EffectSchema,
+        other_effect: EffectSchema,
+        fact: _FactWithOpenArguments,
+        scope: _ArgumentScope,
     ) -> bool:
-        """Whether an effect deletes a fact whenever another effect of the same operator takes place."""
+        """Whether an effect deletes a fact in all cases in which another effect of its operator happens."""
         return (
             not effect.adds
             and effect.atom.predicate == fact.predicate
@@ -333,34 +358,34 @@ class _InductionProof:
         )
 
 
-class _SupposedState:
-    """A partly known state: facts that are supposed to hold, and the immediate consequences of the facts.
+class _HypotheticalState:
+    """A hypothetical state for a proof by contradiction: assumed facts, and their immediate consequences.
 
     Args:
         prover: the prover of the episode.
-        answer: answers questions about the initial state.
+        are_true_at_start: function that returns whether all of some facts hold in the initial state.
         are_exclusive: whether a pair of facts is exclusive, by a proof or by assumption.
-        facts: the facts that are supposed to hold.
+        facts: the facts that are assumed to hold.
     """
 
     def __init__(
         self,
         prover: _ExclusionProver,
-        answer: Callable[[_Facts], bool],
+        are_true_at_start: Callable[[_Facts], bool],
         are_exclusive: Callable[[_Facts], bool],
-        *facts: _FactPattern,
+        *facts: _FactWithOpenArguments,
     ) -> None:
         self._prover = prover
-        self._answer = answer
+        self._are_true_at_start = are_true_at_start
         self._are_exclusive = are_exclusive
         self._true = {fact: _replace_unknown_by_none(fact) for fact in facts}
-        self._false: list[_FactPattern] = []
+        self._false: list[_FactWithOpenArguments] = []
         self._unknown = 0
 
     def may_hold_together(self, conditions: Sequence[_Condition]) -> bool:
-        """Suppose that conditions hold. Return False if it is proved that no state meets them all."""
+        """Assume that conditions hold. Return False if it is proved that no state meets them all."""
         # Consequences of a later condition may decide an earlier condition.
-        return all(self._try_to_suppose(condition) for _ in range(_PASSES) for condition in conditions)
+        return all(self._try_to_assume(condition) for _ in range(_PASSES) for condition in conditions)
 
     def _is_impossible(self, condition: _Condition) -> bool:
         """Whether no instance of a condition can be met; None in its scope stands for any object."""
@@ -376,14 +401,11 @@ class _SupposedState:
         are_all_needed, parts = self._split_condition(condition)
         return (any if are_all_needed else all)(map(self._is_impossible, parts))
 
-    def _try_to_suppose(self, condition: _Condition) -> bool:
-        """Suppose that a condition is met, and record the consequences.
-
-        Return False if the consequences contradict earlier suppositions.
-        """
-        are_all_needed, parts = self._split_condition(condition, is_supposed=True)
+    def _try_to_assume(self, condition: _Condition) -> bool:
+        """Assume a condition, and record its consequences. Return False if they contradict known facts."""
+        are_all_needed, parts = self._split_condition(condition, is_assumed_true=True)
         if are_all_needed and parts and not isinstance(condition.formula, f.Exists | f.ForAll):
-            return all(map(self._try_to_suppose, parts))
+            return all(map(self._try_to_assume, parts))
         if self._is_impossible(condition):
             return False
         if self._is_impossible(condition._replace(truth=not condition.truth)):
@@ -393,10 +415,10 @@ class _SupposedState:
             return self._add_fact(fact, truth=condition.truth)
         if not are_all_needed:
             parts = [part for part in parts if not self._is_impossible(part)]
-        return (not are_all_needed and len(parts) > 1) or all(map(self._try_to_suppose, parts))
+        return (not are_all_needed and len(parts) > 1) or all(map(self._try_to_assume, parts))
 
     def _split_condition(
-        self, condition: _Condition, *, is_supposed: bool = False
+        self, condition: _Condition, *, is_assumed_true: bool = False
     ) -> tuple[bool, Sequence[_Condition]]:
         """Return whether all parts of a condition must be met (if False, one part), and the parts.
 
@@ -423,44 +445,49 @@ class _SupposedState:
                 )
                 return not truth, either
             case f.Exists(variable, body) | f.ForAll(variable, body):
-                is_one_enough = isinstance(formula, f.Exists) is truth
+                is_existential = isinstance(formula, f.Exists) is truth
                 return True, [
                     _Condition(body, {**scope, variable.name: term}, truth, unfolded)
-                    for term in self._list_instances(
-                        variable, scope, is_one_enough=is_one_enough, is_supposed=is_supposed
+                    for term in self._list_values_of_quantified_variable(
+                        variable, scope, is_existential=is_existential, is_assumed_true=is_assumed_true
                     )
                 ]
         return True, ()
 
-    def _list_instances(
-        self, variable: f.Variable, scope: _ArgumentScope, *, is_one_enough: bool, is_supposed: bool
+    def _list_values_of_quantified_variable(
+        self, variable: f.Variable, scope: _ArgumentScope, *, is_existential: bool, is_assumed_true: bool
     ) -> list[_FactArgument]:
-        """Return the objects that stand for the variable of a quantifier.
+        """Return the values for which the body of a quantified formula is examined.
 
-        If ``is_supposed``, the caller supposes the formula. Otherwise it tests if the formula is impossible.
+        They depend on the quantifier, and on whether the formula is assumed true or tested for impossibility.
+        An existential formula that is assumed true holds for one new unknown object. To be impossible, it
+        must be impossible for None (any object). A universal formula that is assumed true holds for None,
+        unless its variable has a category. It is impossible if it is for an object of the facts.
         """
-        if is_one_enough and is_supposed:
+        if is_existential and is_assumed_true:
             self._unknown += 1
-            # None in the scope stands for any object, and each object can need another value.
+            # A variable with None in the scope may be any object, and each object may need another witness.
             return [] if None in scope.values() else [f"{self._unknown}"]
-        if is_one_enough or is_supposed:
-            return [None] if is_one_enough or variable.category is None else []
+        if is_existential or is_assumed_true:
+            return [None] if is_existential or variable.category is None else []
         objects = dict.fromkeys(i for fact in self._true for i in fact.arguments)
         if variable.category is None:
             return [*objects]
-        members = [_FactPattern(variable.category, (i,), True) for i in objects if isinstance(i, int)]
-        return [member.arguments[0] for member in members if self._answer((member,))]
+        members = [
+            _FactWithOpenArguments(variable.category, (i,), True) for i in objects if isinstance(i, int)
+        ]
+        return [member.arguments[0] for member in members if self._are_true_at_start((member,))]
 
-    def _find_stored_fact(self, condition: _Condition) -> _FactPattern | None:
+    def _find_stored_fact(self, condition: _Condition) -> _FactWithOpenArguments | None:
         """Return the fact of a condition that is an atom of a stored predicate; None for other conditions."""
         match condition.formula:
             case f.Atom(predicate, terms) if predicate not in self._prover.rules.vocabulary.derived_by_name:
                 arguments = [self._prover.resolve_term(term, condition.scope) for term in terms]
-                return _FactPattern(predicate, tuple(arguments))
+                return _FactWithOpenArguments(predicate, tuple(arguments))
             case _:
                 return None
 
-    def _add_fact(self, fact: _FactPattern, *, truth: bool) -> bool:
+    def _add_fact(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
         if not truth:
             self._false.append(fact)
             return not any(_matches_pattern(known_fact, fact) for known_fact in self._true)
@@ -468,21 +495,24 @@ class _SupposedState:
             self._true[fact] = _replace_unknown_by_none(fact)
         return True
 
-    def _is_fact_impossible(self, fact: _FactPattern, *, truth: bool) -> bool:
-        """Whether all instances of a fact must be false, or (``truth`` False) must be true."""
+    def _is_fact_impossible(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
+        """Whether a fact must be false with any objects as its open arguments.
+
+        If ``truth`` is False: whether the fact must be true with any objects.
+        """
         rules, general = self._prover.rules, _replace_unknown_by_none(fact)
         if fact in self._true:
             return not truth
         if fact.predicate not in rules.changed:
             return (truth or (general == fact and None not in fact.arguments)) and (
-                self._answer((general,)) is not truth
+                self._are_true_at_start((general,)) is not truth
             )
         return truth and (
             any(_matches_pattern(fact, other) for other in self._false)
             or any(self._exclude_each_other(general, other) for other in self._true.values())
         )
 
-    def _exclude_each_other(self, one: _FactPattern, other: _FactPattern) -> bool:
+    def _exclude_each_other(self, one: _FactWithOpenArguments, other: _FactWithOpenArguments) -> bool:
         """Whether two facts without unknown objects exclude each other."""
         rules = self._prover.rules
         if one.predicate == other.predicate:
@@ -498,23 +528,26 @@ class _SupposedState:
         return self._are_exclusive(tuple(sorted((one, other), key=str)))
 
 
-def _replace_unknown_by_none(fact: _FactPattern) -> _FactPattern:
-    """Return a fact in which None replaces each unknown object."""
-    return _FactPattern(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
+def _replace_unknown_by_none(fact: _FactWithOpenArguments) -> _FactWithOpenArguments:
+    """Return a fact in which None (any object) replaces each name for an unknown object."""
+    return _FactWithOpenArguments(
+        fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments])
+    )
 
 
-def _matches_pattern(fact: _FactPattern, pattern: _FactPattern) -> bool:
+def _matches_pattern(fact: _FactWithOpenArguments, pattern: _FactWithOpenArguments) -> bool:
     return fact.predicate == pattern.predicate and all(
         expected in (None, argument)
         for expected, argument in zip(pattern.arguments, fact.arguments, strict=True)
     )
 
 
-def _renumber(facts: _Facts, numbers: Mapping[int, int] | Sequence[int]) -> _Facts:
-    """Return facts with other numbers for their objects."""
+def _replace_object_indices(facts: _Facts, new_indices: Mapping[int, int] | Sequence[int]) -> _Facts:
     return tuple(
         [
-            fact._replace(arguments=tuple([numbers[i] if isinstance(i, int) else i for i in fact.arguments]))
+            fact._replace(
+                arguments=tuple([new_indices[i] if isinstance(i, int) else i for i in fact.arguments])
+            )
             for fact in facts
         ]
     )

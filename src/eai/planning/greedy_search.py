@@ -56,37 +56,47 @@ class GreedySearch:
         return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
     def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> CostEstimates:
-        """Return cost estimates from a node's state. Actions that undo a protected condition cost more."""
+        """Return cost estimates from a node's state.
+
+        Actions that make a condition in ``protected`` false cost more.
+        """
         return CostEstimates(
             self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
         )
 
     def search(
-        self, start: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count: int, limits: Limits
+        self, start: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int, limits: Limits
     ) -> PlanNode | SearchEndReason:
         """Search for a path from a node to a target. If no path is found, return how the search ended.
 
         Args:
             start: the node.
             subgoals: closed conditions that must hold at the end.
-            action_goal_count: number of action goals (operators to take, in order) that must have been
-                taken at the end.
-            limits: the limits. If they are thorough, all applicable actions are tried after the preferred
-                actions.
+            needed_action_goal_count: number of action goals (operators to take, in order) that must be taken
+                at the end.
+            limits: the limits. If `Limits.thorough` is set, all applicable actions are tried after the
+                preferred actions.
         """
         if self.is_over:
             return SearchEndReason.STATES
         effort = SearchEffort(min(limits.states, self.effort.limit - self.effort.used))
         end = _SingleGreedySearch(
-            self, start, (subgoals, action_goal_count), effort, thorough=limits.thorough
+            self, start, (subgoals, needed_action_goal_count), effort, thorough=limits.thorough
         ).search()
         self.effort.used += effort.used
         return end
 
     def estimate_cost_and_preferred_actions(
-        self, node: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count: int
+        self, node: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int
     ) -> tuple[float, tuple[Action, ...]]:
-        """Return the estimated cost of subgoals and action goals, and the preferred actions of a state."""
+        """Return the estimated cost from a node to a target, and the preferred actions of the node's state.
+
+        Args:
+            node: the node.
+            subgoals: closed conditions that the target meets.
+            needed_action_goal_count: number of action goals (operators to take, in order) that are taken at
+                the target.
+        """
         estimates = self.make_estimates(node, subgoals)
         preferred = _PreferredActions(self.heuristic, estimates)
         total = 0.0
@@ -95,14 +105,14 @@ class GreedySearch:
             total += cost
             if 0.0 < cost < INFINITE:
                 preferred.collect_actions_towards(condition)
-        for names in self.successors.goals[node.met : action_goal_count]:
-            supporter = estimates.find_cheapest_action(names)
+        for names in self.successors.goals[node.met : needed_action_goal_count]:
+            supporter = estimates.find_cheapest_action_of_operators(names)
             total += supporter.cost
             preferred.collect_action(supporter.action, supporter.prerequisites)
         return total, tuple(preferred.actions)
 
 
-class _QueuedExpansion(NamedTuple):
+class _NodeWithActionsToTry(NamedTuple):
     """A state to expand, its rank, and the actions that expand the state; None for all applicable actions."""
 
     node: PlanNode
@@ -129,13 +139,15 @@ class _SingleGreedySearch:
         self._effort = effort
         self._thorough = thorough
         self._seen = {(start.state, start.met)}
-        self._open: OpenList[_QueuedExpansion] = OpenList()
+        self._open: OpenList[_NodeWithActionsToTry] = OpenList()
 
     def search(self) -> PlanNode | SearchEndReason:
         """Search for a path from the start to the target."""
-        return self._add_state(self._start) or run_best_first_search(self._open.pop, self._expand_state)
+        return self._queue_node_unless_target(self._start) or run_best_first_search(
+            self._open.pop, self._expand_state
+        )
 
-    def _expand_state(self, expansion: _QueuedExpansion) -> PlanNode | SearchEndReason | None:
+    def _expand_state(self, expansion: _NodeWithActionsToTry) -> PlanNode | SearchEndReason | None:
         """Expand a state by its preferred actions: applicable actions on cheapest estimated paths.
 
         A thorough search later expands the state by all other actions.
@@ -151,7 +163,7 @@ class _SingleGreedySearch:
             if after is None or (after.state, after.met) in self._seen:
                 continue
             self._seen.add((after.state, after.met))
-            goal = self._add_state(after)
+            goal = self._queue_node_unless_target(after)
             if goal is not None:
                 return goal
         return SearchEndReason.STATES if self._is_over else None
@@ -160,15 +172,15 @@ class _SingleGreedySearch:
     def _is_over(self) -> bool:
         return self._effort.is_used_up or self._searches.is_over
 
-    def _add_state(self, node: PlanNode) -> PlanNode | None:
-        """Queue a node by its estimated cost, or return the node if its state is the target of the search."""
+    def _queue_node_unless_target(self, node: PlanNode) -> PlanNode | None:
+        """Queue a node by its estimated cost. If it reaches the target of the search, return it instead."""
         self._effort.used += 1
         ahead, preferred = self._searches.estimate_cost_and_preferred_actions(node, *self._target)
         if ahead == 0.0:
             return node
         cost = ahead + _STEP_COST * (node.depth - self._start.depth)
         rank = (cost, -self._effort.used)
-        self._open.push(_QueuedExpansion(node, rank, preferred), _UNEXPANDED, *rank)
+        self._open.push(_NodeWithActionsToTry(node, rank, preferred), _UNEXPANDED, *rank)
         return None
 
 

@@ -37,7 +37,7 @@ _MAX_CONDITIONS = 30_000
 """Maximum number of conditions in a `_RelaxationGraph`; further conditions are assumed to hold."""
 
 _MAX_VALUES = 60
-"""Maximum number of values of a quantified variable up to which a graph has one condition for each value."""
+"""Maximum number of values of a quantified variable if `_RelaxationGraph` has a condition for each value."""
 
 _MAX_BRANCHES = 200
 """Maximum number of branches of the search for a smallest set of actions from all landmarks (cuts).
@@ -148,9 +148,10 @@ class _RelaxationGraph:
         return seen
 
     def _group_actions_making(self, node_number: int) -> list[tuple[Sequence[Action], list[int]]]:
-        """Return groups of actions that make the change of a node, each group with its conditions.
+        """Return the actions that make a change, in groups whose effects have equal conditions.
 
-        The result is [] if the node is a condition instead of a change.
+        Each group comes with the numbers of its conditions. The change is given by the number of its node in
+        the graph. The result is [] if this node is a condition instead of a change.
         """
         change = self._changes.get(node_number)
         if change is None:
@@ -182,7 +183,7 @@ class _RelaxationGraph:
         return reached
 
     def _add_actions_making(self, node_numbers: Iterable[int]) -> bool:
-        """Extend the graph by the actions that make changes among its nodes. Return whether it grew."""
+        """Extend the graph by the actions that make the changes of some nodes. Return whether it grew."""
         fresh = [
             (number, action)
             for number in node_numbers
@@ -193,9 +194,9 @@ class _RelaxationGraph:
         return sum([self._add_action_making(number, action) for number, action in fresh]) > 0
 
     def _add_action_making(self, node_number: int, action: Action) -> bool:
-        """Add the conditions of each effect by which an action makes a change.
+        """Add an action to the graph as a way to make a change, if the action's conditions can be met.
 
-        Return whether any conditions were added.
+        The change is given by the number of its node. Return whether the action was added.
         """
         alternatives: list[int] = []
         for conditions in self._change_finder.find_effect_conditions(action, self._changes[node_number]):
@@ -275,7 +276,7 @@ class _RelaxationGraph:
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
             return self._add_changes_node(self._change_finder.find_changes_of_all_predicates_in(atom))
-        if result is None:  # a recursive definition refers to the atom by this number
+        if result is None:  # the number is needed now, because a recursive definition contains the atom
             number = self._numbers[key] = self._add_graph_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -313,16 +314,14 @@ class _RelaxationGraph:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
         return _TRUE if _TRUE in numbers else self._get_and_or_node(numbers, 1, _FALSE)
 
-    def _get_and_or_node(
-        self, part_nodes: tuple[int, ...], needed_count: int, node_without_parts: int
-    ) -> int:
+    def _get_and_or_node(self, part_nodes: tuple[int, ...], needed_count: int, node_if_no_parts: int) -> int:
         """Return the number of the graph node of a condition with some parts: a conjunction or a disjunction.
 
         The condition is a disjunction if ``needed_count`` (the number of parts that must hold) is 1.
         Otherwise it is a conjunction, and ``needed_count`` is the number of its parts.
         """
         if len(part_nodes) < 2:
-            return part_nodes[0] if part_nodes else node_without_parts
+            return part_nodes[0] if part_nodes else node_if_no_parts
         key = needed_count > 1, part_nodes
         number = self._numbers.get(key)
         if number is None:
@@ -382,8 +381,8 @@ class Landmarks:
         for action in cut:
             self._hits[action] = self._hits.get(action, 0) | bit
 
-    def find_hit_cuts_mask(self, action: Action | None) -> int:
-        """Return the landmarks (cuts) that contain an action, as a bit mask."""
+    def get_mask_of_cuts_with_action(self, action: Action | None) -> int:
+        """Return the landmarks (cuts) that contain an action, as a bit mask; 0 for a deleted step (None)."""
         return 0 if action is None else self._hits.get(action, 0)
 
     def find_missed_cuts_mask(self, actions: Iterable[Action]) -> int:
@@ -398,7 +397,9 @@ class Landmarks:
         return self._get_min_hitting_set(cuts_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
-        """Find landmarks (cuts) until the minimum number of missing actions rises, or no more exist.
+        """Find landmarks (cuts) that contain no action of a plan.
+
+        Stop if a plan that succeeds needs more additional actions than was known, or if no landmark is left.
 
         Args:
             plan_actions: the actions of the plan.
@@ -488,15 +489,17 @@ class _HittingSetSearch:
                 cuts_mask &= ~covered
         return number
 
-    def _search_smaller_cover(self, cuts_mask: int, chosen_patterns: tuple[int, ...]) -> None:
+    def _search_smaller_cover(self, uncovered_mask: int, patterns_so_far: tuple[int, ...]) -> None:
         self._branches += 1
-        if not cuts_mask:
-            self.best = chosen_patterns
+        if not uncovered_mask:
+            self.best = patterns_so_far
             return
-        if self._branches > _MAX_BRANCHES or len(chosen_patterns) + self._count_disjoint_cuts(
-            cuts_mask
+        if self._branches > _MAX_BRANCHES or len(patterns_so_far) + self._count_disjoint_cuts(
+            uncovered_mask
         ) >= len(self.best):
             return
-        patterns = next(patterns_of_bit for bit, patterns_of_bit in self._with_bit.items() if cuts_mask & bit)
-        for pattern in sorted(patterns, key=lambda pattern: -(pattern & cuts_mask).bit_count()):
-            self._search_smaller_cover(cuts_mask & ~pattern, (*chosen_patterns, pattern))
+        patterns = next(
+            patterns_of_bit for bit, patterns_of_bit in self._with_bit.items() if uncovered_mask & bit
+        )
+        for pattern in sorted(patterns, key=lambda pattern: -(pattern & uncovered_mask).bit_count()):
+            self._search_smaller_cover(uncovered_mask & ~pattern, (*patterns_so_far, pattern))

@@ -28,7 +28,7 @@ _FIRST_LIMITS = Limits(50, thorough=False)
 """Limits of the first search for one goal."""
 
 _LIMIT_GROWTH = 4
-"""Factor by which the maximum number of states grows each time the searches for all goals fail."""
+"""Factor by which the maximum number of states grows after the search for each single goal has failed."""
 
 _WHOLE_GOAL_FACTOR = 4
 """Factor by which a search may reach more states if it must reach all parts of a goal at once."""
@@ -215,7 +215,7 @@ class _GoalAgenda:
         self._failed: set[int] = set()
 
     def reach_next_goal(self, node: PlanNode, limits: Limits) -> PlanNode | None:
-        """Return a node in which one more goal is reached; None if the searches for all goals fail."""
+        """Return a node in which one more goal is reached; None if the search for each single goal fails."""
         holds = self._search.make_estimates(node).holds
         reached = tuple([goal for goal in self._goals if holds(goal)])
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
@@ -264,7 +264,9 @@ class _GoalAgenda:
 
     def _estimate_cost(self, goal: int, node: PlanNode, estimates: CostEstimates) -> None:
         if goal == _NEXT_ACTION:
-            self._costs[goal] = estimates.find_cheapest_action(self._search.successors.goals[node.met]).cost
+            self._costs[goal] = estimates.find_cheapest_action_of_operators(
+                self._search.successors.goals[node.met]
+            ).cost
         else:
             self._costs[goal] = estimates.estimate(self._goals[goal])
 
@@ -309,7 +311,7 @@ class _GoalAgenda:
         return None
 
     def _search_subgoals(
-        self, node: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count: int, limits: Limits
+        self, node: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int, limits: Limits
     ) -> PlanNode | None:
-        end = self._search.search(node, subgoals, action_goal_count, limits)
+        end = self._search.search(node, subgoals, needed_action_goal_count, limits)
         return None if isinstance(end, SearchEndReason) else end

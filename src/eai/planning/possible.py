@@ -59,8 +59,8 @@ class PossibleFacts:
             o.name: list(self._generate_possible_scopes(o, initial, usable)) for o in domain.operators
         }
         before = -1
-        while self.count_literals() > before and self.has_examined_all_actions:
-            before = self.count_literals()
+        while self.count_possible_literals() > before and self.has_examined_all_actions:
+            before = self.count_possible_literals()
             self._apply_actions()
 
     @property
@@ -68,7 +68,7 @@ class PossibleFacts:
         """Whether all actions were examined within the limit of effort. If not, every fact may hold."""
         return not self._effort.is_exceeded
 
-    def count_literals(self) -> int:
+    def count_possible_literals(self) -> int:
         """Return the number of facts that may be true plus the number of facts that may be false."""
         return len(self.possibly_true) + len(self.possibly_false)
 
@@ -141,7 +141,10 @@ class PossibleFacts:
         return scope[term.name] if isinstance(term, f.Variable) else find_object(term, self._scene)
 
     def _may_literal_hold_cached(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
-        """Whether a literal may ever hold. A literal that may hold stays possible."""
+        """Whether a literal may ever hold.
+
+        True is cached for good, since no literal becomes impossible again.
+        """
         literal = predicate, arguments, truth
         if literal in self._proved or literal in self._denied:
             return literal in self._proved

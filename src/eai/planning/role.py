@@ -35,7 +35,7 @@ def infer_operator_role(operator: Operator) -> OperatorRole:
 def _is_movement(changes: list[EffectSchema]) -> bool:
     own_predicates = {change.atom.predicate for change in changes if change.atom.arguments == (AGENT,)}
     left_predicates = {
-        change.atom.predicate for change in changes if _ends_agent_relation_to_all_objects(change)
+        change.atom.predicate for change in changes if _deletes_agent_relation_to_every_object(change)
     }
     binary_changes = [change for change in changes if len(change.atom.arguments) == 2]
     added_predicates = {
@@ -46,8 +46,8 @@ def _is_movement(changes: list[EffectSchema]) -> bool:
     )
 
 
-def _ends_agent_relation_to_all_objects(effect: EffectSchema) -> bool:
-    """Whether a change ends a relation of the agent to all objects, not only to one argument."""
+def _deletes_agent_relation_to_every_object(effect: EffectSchema) -> bool:
+    """Whether an effect deletes a relation of the agent to any object, not only to a parameter."""
     if effect.adds or AGENT not in effect.atom.arguments or len(effect.atom.arguments) != 2:
         return False
     (other,) = [term for term in effect.atom.arguments if term != AGENT] or [AGENT]

@@ -18,7 +18,7 @@ from eai.logic.formula import Atom
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.execute import PlanStep
 from eai.pddl.export import ExportedProblem, ProblemToExport, export_problems
-from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, UnparsedOperator, find_effect_atoms
+from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, find_effect_atoms
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import unparse_operator, write_problem
 from eai.planning.planner import Planner
@@ -40,7 +40,7 @@ class OperatorLibrary:
     """
 
     header: PddlDomain
-    operators: Mapping[str, UnparsedOperator]
+    operators: Mapping[str, OperatorText]
     categories: Mapping[str, Category]
 
 

@@ -396,14 +396,14 @@ class FormulaEvaluator:
 
     def list_free_variables(self, formula: f.Formula) -> tuple[str, ...]:
         """Return the names of the free variables of a formula, in alphabetical order."""
-        return self._compile_once(formula)[1]
+        return self._get_compiled_test(formula)[1]
 
     def holds(self, formula: f.Formula, scope: Scope, state: State) -> bool:
         """Whether a formula holds in a state; ``scope`` maps its free variables to object indices."""
-        _, names, frame, truth = self._truths.get(id(formula)) or self._compile_once(formula)
+        _, names, frame, truth = self._truths.get(id(formula)) or self._get_compiled_test(formula)
         return truth(state, frame.bind_arguments(state.scene, [scope[name] for name in names]))
 
-    def _compile_once(self, formula: f.Formula) -> _CompiledTest:
+    def _get_compiled_test(self, formula: f.Formula) -> _CompiledTest:
         compiled = self._truths.get(id(formula))
         if compiled is None:
             names = tuple(sorted(find_free_variables(formula)))

@@ -6,11 +6,11 @@ Run them on a domain of your own with a few of its initial states::
     for defect in check_domain(domain, states):
         print(defect)
 
-The tests execute random actions from the states. One rule is the paper's: a step is additional only if its
-intended effect already holds (appendix, "Action Sequencing: Trajectory Error Detection"). The intended effect
-of an operator is its visible, unconditional additions and deletions. Effects on every object that meets a
-condition, and conditional effects, are not intended effects. For example, an agent that already sits on a
-sofa need not sit down again because it no longer faces an object.
+The tests execute random actions from the states. One rule comes from the paper "Embodied Agent Interface": a
+step is additional only if its intended effect already holds (appendix, "Action Sequencing: Trajectory Error
+Detection"). The intended effect of an operator is its visible, unconditional additions and deletions. Effects
+on every object that meets a condition, and conditional effects, are not intended effects. For example, an
+agent that already sits on a sofa need not sit down again because it no longer faces an object.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def check_domain(
     *,
     seed: int = 0,
     steps: int = 200,
-    measured: Collection[str] | None = None,
+    simulated_predicates: Collection[str] | None = None,
 ) -> tuple[str, ...]:
     """Return all defects of a domain and its simulator, each as a text that names the operator or the domain.
 
@@ -51,12 +51,13 @@ def check_domain(
         states: the states in which the random walks begin.
         seed: seed of the random walks.
         steps: number of actions tried from each state.
-        measured: the stored predicates whose facts after an action are decided by the simulator; the facts of
-            all other predicates must change as the domain declares. None if the simulator decides all facts.
+        simulated_predicates: the stored predicates whose facts after an action are decided by the simulator;
+            the facts of all other predicates must change as the domain declares. None if the simulator
+            decides all facts.
     """
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     names = {predicate.name for predicate in domain.vocabulary.predicates}
-    follow = frozenset() if measured is None else names.difference(measured)
+    follow = frozenset() if simulated_predicates is None else names.difference(simulated_predicates)
     walks = (defect for state in states for defect in _check_random_walk(domain, state, rng, steps, follow))
     return tuple(dict.fromkeys(walks))
 
@@ -102,14 +103,16 @@ def _check_simulator(
     domain: Domain,
     before: State,
     action: Action,
-    declared_state: State,
+    state_by_declared_effects: State,
     simulated_state: State,
     declared_predicates: AbstractSet[str],
 ) -> Iterator[_Defect]:
-    for effect in _find_effects_made_true(domain, before, action, declared_state):
+    for effect in _find_effects_made_true(domain, before, action, state_by_declared_effects):
         if not domain.holds(effect, simulated_state, map_parameters_to_indices(action, domain)):
             yield f"{action.operator}: executed without its intended effect {print_ltl(effect)}"
-    for name in sorted(compare_states(declared_state, simulated_state).predicates & declared_predicates):
+    for name in sorted(
+        compare_states(state_by_declared_effects, simulated_state).predicates & declared_predicates
+    ):
         yield f"{action.operator}: the simulator changes {name}, which must follow the declaration"
 
 
@@ -150,7 +153,7 @@ def _check_additional_step_changes_nothing(
 
 
 def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
-    """Yield the visible changes that an action always makes, as formulas that hold after the action.
+    """Yield the changes of visible predicates that an action always makes, as formulas that hold after it.
 
     For `When`, the formula is a disjunction: the changes if the condition held, or the changes otherwise.
     """

@@ -36,12 +36,12 @@ class Simulator(Protocol):
         A simulator makes it by `State.replace_facts`.
         """
 
-    def act(self, action: Action, declared_state: State) -> State | Fault:
+    def act(self, action: Action, state_by_declared_effects: State) -> State | Fault:
         """Execute an action whose declared checks all hold.
 
         Args:
             action: the action.
-            declared_state: the state that the declared effects lead to.
+            state_by_declared_effects: the state that the declared effects lead to.
 
         Returns:
             The state after the action, in which its intended effects hold; or a fault if the action failed
@@ -62,10 +62,10 @@ class _DeclaredEffectsSimulator:
     def __init__(self, initial: State) -> None:
         self.state = initial
 
-    def act(self, action: Action, declared_state: State) -> State | Fault:
+    def act(self, action: Action, state_by_declared_effects: State) -> State | Fault:
         """Return the state that the declared effects lead to."""
-        self.state = declared_state
-        return declared_state
+        self.state = state_by_declared_effects
+        return state_by_declared_effects
 
 
 def make_declared_simulator(initial: State) -> Simulator:
@@ -121,7 +121,7 @@ class Domain:
         with prefix_errors_with_location("visible", DomainError):
             _ = self.find_visible_objects
         with prefix_errors_with_location("landmarks", DomainError):
-            _ = self.find_landmark_objects
+            _ = self.find_initially_known_objects
         _ = self.compiled_operators
 
     @cached_property
@@ -170,10 +170,10 @@ class Domain:
         return self._compile_filter(self.visible or TRUE)
 
     @cached_property
-    def find_landmark_objects(self) -> Callable[[State, ObjectMask], ObjectMask]:
-        """Function that takes a state and a mask of objects, and returns the mask of the landmarks.
+    def find_initially_known_objects(self) -> Callable[[State, ObjectMask], ObjectMask]:
+        """Function that takes a state and a mask of objects, and returns the landmarks among them.
 
-        Landmarks are objects that the agent knows from the start.
+        Landmarks are objects that the agent knows from the start without seeing them.
         """
         return self._compile_filter(self.landmarks or FALSE)
 

@@ -173,9 +173,11 @@ class EffectCompiler:
         if len(atom.arguments) > 2:
             return self._compile_tuple_set_change(atom, predicate_slot, scope, adding=adding)
         if not atom.arguments or atom.arguments[0] == ANYTHING:
-            return lambda before, draft, binding: draft.set_marked_objects(predicate_slot, int(adding))
+            return lambda before, draft, binding: draft.set_objects_of_unary_predicate(
+                predicate_slot, int(adding)
+            )
         slot = self._frame.find_slot(atom.arguments[0], scope)
-        return lambda before, draft, binding: draft.mark_object(predicate_slot, binding[slot], adding)
+        return lambda before, draft, binding: draft.set_unary_fact(predicate_slot, binding[slot], adding)
 
     def _compile_relation_change(
         self, atom: Atom, predicate_slot: int, scope: SlotByVariable, *, adding: bool
@@ -186,9 +188,11 @@ class EffectCompiler:
             return lambda before, draft, binding: draft.clear_column(predicate_slot, binding[target])
         source = self._frame.find_slot(left, scope)
         if right == ANYTHING:
-            return lambda before, draft, binding: draft.set_row(predicate_slot, binding[source], 0)
+            return lambda before, draft, binding: draft.set_targets_in_relation(
+                predicate_slot, binding[source], 0
+            )
         target = self._frame.find_slot(right, scope)
-        return lambda before, draft, binding: draft.set_related(
+        return lambda before, draft, binding: draft.set_binary_fact(
             predicate_slot, binding[source], binding[target], adding
         )
 

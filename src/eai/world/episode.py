@@ -106,7 +106,7 @@ class Episode:
             start: number of tried steps to leave out.
         """
         offset = sum([step.executed for step in self._steps[:start]])
-        steps = [_renumber_earlier_state(step, offset) for step in self._steps[start:]]
+        steps = [_lower_state_number_of_fault(step, offset) for step in self._steps[start:]]
         return Trajectory(self._history.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
@@ -160,7 +160,7 @@ class Episode:
         return None
 
 
-def _renumber_earlier_state(step: Step, offset: int) -> Step:
+def _lower_state_number_of_fault(step: Step, offset: int) -> Step:
     """Return a step for a trajectory without its first ``offset`` states: `Fault.earlier` is lower."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:

@@ -15,7 +15,7 @@ from eai.world.condition import ConditionCompiler
 from eai.world.effect import Apply, EffectCompiler
 from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, SlotAllocator
 from eai.world.operator import Check, Operator
-from eai.world.relation import make_mask
+from eai.world.relation import ObjectMask, make_mask
 from eai.world.state import State, StateDraft
 from eai.world.vocabulary import Vocabulary
 
@@ -124,7 +124,7 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_alternatives(
+    def find_failed_alternatives_still_due(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedOperatorAlternative, ...]:
         """Return the alternatives that failed and whose conditions still hold after the action."""
@@ -137,7 +137,10 @@ class CompiledOperator:
         return tuple(failed_tries)
 
     def _find_failures_of_alternatives(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
-        """Return the failed check of each attempted alternative; () if any succeeds or none is attempted."""
+        """Return the failed check of each alternative (one way for the operator to act) that is tried.
+
+        An alternative is tried if its condition holds. Return () if one succeeds or none is tried.
+        """
         failures = []
         for attempt in self.alternatives:
             if attempt.is_attempted(state, binding):
@@ -212,39 +215,42 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
         for groups in (single, several)
     ]
 
-    def complete_arguments(
+    def generate_arguments_from_parameter(
         state: State,
         binding: FrameBinding,
-        slot: int,
-        objects: Sequence[int],
-        among: Sequence[int],
+        next_parameter: int,
+        objects_in_order: Sequence[int],
+        allowed_objects: Sequence[ObjectMask],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield the arguments that pass the checks and begin with the values before ``slot`` in a binding.
+        """Yield the arguments that pass the checks, given the arguments before parameter ``next_parameter``.
 
-        ``among`` has for each parameter the mask of the objects that pass its own checks.
+        ``binding`` holds these first arguments. Parameters are numbered from 1. ``allowed_objects`` has for
+        each parameter the mask of the objects that pass the checks of this parameter alone.
         """
-        if slot > len(names):
-            yield tuple(binding[1:slot])
+        if next_parameter > len(names):
+            yield tuple(binding[1:next_parameter])
             return
-        matching = joint_filters[slot - 1](state, binding, among[slot - 1])
-        for index in objects:
+        matching = joint_filters[next_parameter - 1](state, binding, allowed_objects[next_parameter - 1])
+        for index in objects_in_order:
             if matching >> index & 1:
                 if spend():
                     return
-                binding[slot] = index
-                yield from complete_arguments(state, binding, slot + 1, objects, among, spend)
-        binding[slot] = UNBOUND
+                binding[next_parameter] = index
+                yield from generate_arguments_from_parameter(
+                    state, binding, next_parameter + 1, objects_in_order, allowed_objects, spend
+                )
+        binding[next_parameter] = UNBOUND
 
     def find_arguments(state: State, objects: Sequence[int], spend: Spend) -> Iterator[tuple[int, ...]]:
         binding = frame.bind_arguments(state.scene, [UNBOUND] * len(names))
         if not first(state, binding):
             return
-        among: list[int] = []
+        allowed_objects: list[ObjectMask] = []
         for matching in own_filters:
-            among.append(matching(state, binding, make_mask(objects)))
-            if not among[-1]:
+            allowed_objects.append(matching(state, binding, make_mask(objects)))
+            if not allowed_objects[-1]:
                 return
-        yield from complete_arguments(state, binding, 1, objects, among, spend)
+        yield from generate_arguments_from_parameter(state, binding, 1, objects, allowed_objects, spend)
 
     return find_arguments

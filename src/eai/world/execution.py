@@ -38,8 +38,8 @@ class Trajectory:
 
     Attributes:
         states: the initial state, then the state after each executed step.
-        steps: every step tried, in order. The first step with a fault other than an additional step ends a
-            plan; the steps after it are not tried.
+        steps: every step tried, in order. A fault ends a plan, and later steps are not tried. Only after
+            the fault `ADDITIONAL_STEP` the plan goes on with the next step.
     """
 
     states: tuple[State, ...]

@@ -7,7 +7,9 @@ from typing import Literal, TypeAlias
 
 
 class FaultKind(str, Enum):
-    """The kinds of error in the paper's section "Error types". The values are the names that records use.
+    """The kinds of error of a step in a plan. The values are the names that answer files contain.
+
+    The paper "Embodied Agent Interface" defines them in its section "Error types".
 
     After `ADDITIONAL_STEP` the step is skipped and the plan continues. All other kinds end the plan. `SLIP`
     occurs only in experiments and is not an error of the agent: the action was possible but had no effect.

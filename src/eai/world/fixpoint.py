@@ -16,7 +16,7 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
 _MAX_CACHED_STATES = 1024
-"""Maximum number of states whose relations are cached. The same number limits the cached scenes."""
+"""Maximum number of states for which the facts of recursive predicates are cached."""
 
 
 def make_recursive_predicates(
@@ -50,7 +50,7 @@ class _RecursivePredicates:
         self._definitions = definitions
         self._names = {definition.name for definition in definitions}
         self._get_vocabulary = get_vocabulary
-        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._make_scenes_of_iteration)
+        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._make_scenes_for_fixpoint_search)
         self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least_fixpoint)
         self.predicates: list[DerivedPredicate] = [
             self._make_predicate(definition) for definition in definitions
@@ -62,7 +62,7 @@ class _RecursivePredicates:
             return LookupPredicate(
                 defined.name,
                 defined.arity,
-                partial(self._find_last_arguments, defined.name),
+                partial(self._find_objects_completing_fact, defined.name),
                 reads,
                 defined,
             )
@@ -70,9 +70,11 @@ class _RecursivePredicates:
             defined.name, defined.arity, partial(self._is_true, defined.name), reads, defined
         )
 
-    def _find_last_arguments(self, name: str, state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def _find_objects_completing_fact(
+        self, predicate: str, state: State, first_arguments: tuple[int, ...]
+    ) -> ObjectMask:
         least = self._least(state)
-        return least.relation(name).row(arguments[0]) if arguments else least.mask(name)
+        return least.relation(predicate).row(first_arguments[0]) if first_arguments else least.mask(predicate)
 
     def _is_true(self, name: str, state: State, arguments: tuple[int, ...]) -> bool:
         return self._least(state).has(name, *arguments)
@@ -84,10 +86,11 @@ class _RecursivePredicates:
         )
 
     @cached_property
-    def _iteration_vocabulary(self) -> Vocabulary:
-        """Vocabulary for one iteration of the fixpoint.
+    def _vocabulary_with_next_relations(self) -> Vocabulary:
+        """Vocabulary in which each recursive predicate has its current and its next relation.
 
-        The current relations of the recursive predicates are stored; their next relations are derived.
+        The next relation follows from the current relations by the definitions. Current relations are stored
+        predicates. Next relations are derived predicates.
         """
         whole = self._get_vocabulary()
         others = [item for item in whole.derived if item.name not in self._names]
@@ -98,18 +101,26 @@ class _RecursivePredicates:
         return replace(whole, predicates=predicates, derived=(*others, *next_ones))
 
     @cached_property
-    def _listers_of_next_facts(self) -> Sequence[tuple[str, FactLister]]:
+    def _next_fact_listers_by_predicate(self) -> Sequence[tuple[str, FactLister]]:
         names = [definition.name for definition in self._definitions]
         return [
-            (name, make_fact_lister(self._iteration_vocabulary, f"{name} ", allow_equal_arguments=True))
+            (
+                name,
+                make_fact_lister(
+                    self._vocabulary_with_next_relations, f"{name} ", allow_equal_arguments=True
+                ),
+            )
             for name in names
         ]
 
-    def _make_scenes_of_iteration(self, scene: Scene) -> tuple[Scene, Scene]:
-        """Return two copies of a scene: for states with all predicates, and with recursive ones only."""
+    def _make_scenes_for_fixpoint_search(self, scene: Scene) -> tuple[Scene, Scene]:
+        """Return two copies of a scene: one with all predicates, one with the recursive predicates only.
+
+        In both, the recursive predicates are stored, so that facts of the predicates can be added to a state.
+        """
         all_predicates_scene, recursive_predicates_scene = [
             Scene(vocabulary, scene.objects, scene.agent)
-            for vocabulary in (self._iteration_vocabulary, self._recursive_predicates_vocabulary)
+            for vocabulary in (self._vocabulary_with_next_relations, self._recursive_predicates_vocabulary)
         ]
         return all_predicates_scene, recursive_predicates_scene
 
@@ -131,7 +142,7 @@ class _RecursivePredicates:
             )
             next_facts = [
                 Fact(name, fact.arguments)
-                for name, facts_of in self._listers_of_next_facts
+                for name, facts_of in self._next_fact_listers_by_predicate
                 for fact in facts_of.list_facts(extended, everything)
             ]
             if len(next_facts) == len(facts):

@@ -36,7 +36,7 @@ class SlotAllocator:
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
         self._first_other = 1 + len(parameters)
-        self._others: list[int] = []  # UNBOUND for each slot after the parameters
+        self._others: list[int] = []  # UNBOUND for each constant, and each variable that is no parameter
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 

@@ -88,8 +88,9 @@ the number of that state. None means that the condition never held: a step is mi
 def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
     """Return the number of the last state in which a history condition of a failed check held.
 
-    This `HistoryRule` finds a wrong order if each history condition has held in some state. Return None if a
-    condition never held, or if the failed check is not about a missing step.
+    This `HistoryRule` finds a wrong order if each history condition (a condition of the check on earlier
+    states) has held in some state. Return None if one never held, or if the check's fault is not
+    `MISSING_STEP`.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
@@ -112,8 +113,9 @@ def find_when_action_was_possible(
 ) -> int | None:
     """Return the number of the last earlier state in which an action was possible; None if it never was.
 
-    This `HistoryRule` finds a wrong order if, in an earlier state, all checks of the operator (or of its
-    alternative) passed, and all history conditions of the failed check held.
+    The action was possible in a state if two conditions hold. All checks that were tested together with the
+    failed check passed. The failed check's history conditions (its conditions on earlier states) held. This
+    `HistoryRule` finds a wrong order if there was such a state.
     """
     if history.before is None:
         return None

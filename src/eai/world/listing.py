@@ -47,7 +47,7 @@ class FactLister:
     _find_tuples: _TupleFinder
 
     @property
-    def is_stored(self) -> bool:
+    def is_of_stored_predicate(self) -> bool:
         """Whether the predicate is stored, not derived."""
         return self.sources == (self.predicate,)
 
@@ -107,7 +107,7 @@ def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, allow_equal_arg
     conditions = ConditionCompiler(vocabulary, frame)
     if declared.arity == 2:
         values = conditions.compile_filter(declared(*variables), frame.scope["x1"], frame.scope)
-        return partial(_list_derived_pairs, values, frame, allow_equal_arguments)
+        return partial(_list_pairs_of_derived_predicate, values, frame, allow_equal_arguments)
     tuples = (
         partial(product, repeat=declared.arity)
         if allow_equal_arguments
@@ -138,9 +138,9 @@ def _list_stored_tuples(
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
 
-def _list_derived_pairs(
-    find_second_objects: ObjectFilter,
-    frame: SlotAllocator,
+def _list_pairs_of_derived_predicate(
+    find_second_arguments: ObjectFilter,
+    argument_slots: SlotAllocator,
     allow_equal: bool,
     state: State,
     objects: _ObjectIndices,
@@ -150,7 +150,7 @@ def _list_derived_pairs(
     for x in objects:
         wanted = among if including_any >> x & 1 else among & including_any
         row = (
-            find_second_objects(state, frame.bind_arguments(state.scene, (x, UNBOUND)), wanted)
+            find_second_arguments(state, argument_slots.bind_arguments(state.scene, (x, UNBOUND)), wanted)
             if wanted
             else 0
         )

@@ -11,7 +11,7 @@ and as target, costs two dictionary entries.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import reduce
 from itertools import islice
 from operator import or_
@@ -28,8 +28,9 @@ Few powers of 2 have equal remainders modulo this prime, so different relations 
 
 
 class InitialRelation:
-    """The base of relations: the rows and columns at the start of an episode. A base never changes.
+    """A relation as it is at the start of an episode: a bit mask for each row and for each column.
 
+    It never changes. Later relations of the episode store only the rows and columns that differ from it.
     ``sources`` and ``targets`` are the masks of all objects with a nonempty row, and with a nonempty column.
     Both masks are computed if they are not given.
     """
@@ -101,7 +102,7 @@ class Relation:
             return line
         line = self._base.rows[source]
         return (
-            _compute_current_line(line, source, self._columns, self._column_keys)
+            _compute_row_from_changed_columns(line, source, self._columns, self._column_keys)
             if self._column_keys
             else line
         )
@@ -118,7 +119,11 @@ class Relation:
         if line is not None:
             return line
         line = self._base.columns[target]
-        return _compute_current_line(line, target, self._rows, self._row_keys) if self._row_keys else line
+        return (
+            _compute_row_from_changed_columns(line, target, self._rows, self._row_keys)
+            if self._row_keys
+            else line
+        )
 
     def has(self, source: int, target: int) -> bool:
         """Whether the pair (source, target) is in the relation."""
@@ -138,7 +143,7 @@ class Relation:
         return Relation(self._base, self)
 
     def set_row(self, source: int, targets: ObjectMask) -> None:
-        """Change this relation, a new copy, so that ``source`` has exactly these targets (a bit mask)."""
+        """Give ``source`` exactly these targets (a bit mask). A relation of a state must not change."""
         bit = 1 << source
         self._hash = None
         self._rows[source] = targets
@@ -146,10 +151,10 @@ class Relation:
         self.sources = self.sources | bit if targets else self.sources & ~bit
         self.targets |= targets
         if self._column_keys:
-            _write_line_into_replaced_lines(self._columns, source, targets)
+            _write_row_into_changed_columns(self._columns, source, targets)
 
     def set_column(self, target: int, sources: ObjectMask) -> None:
-        """Change this relation, a new copy, so that ``target`` has exactly these sources (a bit mask)."""
+        """Give ``target`` exactly these sources (a bit mask). A relation of a state must not change."""
         bit = 1 << target
         self._hash = None
         self._columns[target] = sources
@@ -157,11 +162,13 @@ class Relation:
         self.targets = self.targets | bit if sources else self.targets & ~bit
         self.sources |= sources
         if self._row_keys:
-            _write_line_into_replaced_lines(self._rows, target, sources)
+            _write_row_into_changed_columns(self._rows, target, sources)
 
     def flip_pair(self, source: int, target: int) -> None:
-        """Add a pair to this relation, a new copy, if it lacks the pair; else remove the pair."""
-        if target in self._columns and source not in self._rows:  # avoids replacing another row
+        """Add a pair if it is missing, else remove it. A relation of a state must not change."""
+        if (
+            target in self._columns and source not in self._rows
+        ):  # the column is stored already, the row is not
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -257,22 +264,30 @@ def keep_lowest_bits(mask: int, number: int) -> int:
     return sum([1 << position for position in islice(iterate_bits(mask), number)])
 
 
-def _compute_current_line(
-    initial_line: int, index: int, replaced_lines: dict[int, int], replaced_mask: int
-) -> int:
-    """Return a current row: its row in the base, changed by the replaced columns that cross it.
+def _compute_row_from_changed_columns(
+    initial_row: ObjectMask,
+    source: int,
+    changed_columns: Mapping[int, ObjectMask],
+    changed_column_indices: ObjectMask,
+) -> ObjectMask:
+    """Return the row of ``source``, given its row at the start of the episode and all changed columns.
 
-    Likewise, return a current column: its column in the base, changed by the replaced rows.
+    To compute a column from changed rows, swap rows and columns in the arguments.
     """
-    line = initial_line & ~replaced_mask
-    for key, mask in replaced_lines.items():
-        if mask >> index & 1:
-            line |= 1 << key
-    return line
+    row = initial_row & ~changed_column_indices
+    for target, column in changed_columns.items():
+        if column >> source & 1:
+            row |= 1 << target
+    return row
 
 
-def _write_line_into_replaced_lines(replaced_lines: dict[int, int], index: int, new_line: int) -> None:
-    """Write the bits of a new row ``index`` into the replaced columns, or of a new column into the rows."""
-    bit = 1 << index
-    for key, mask in replaced_lines.items():
-        replaced_lines[key] = mask | bit if new_line >> key & 1 else mask & ~bit
+def _write_row_into_changed_columns(
+    changed_columns: dict[int, ObjectMask], source: int, row: ObjectMask
+) -> None:
+    """Make the changed columns, which are stored too, agree with the new row of ``source``.
+
+    To make changed rows agree with a new column, swap rows and columns in the arguments.
+    """
+    bit = 1 << source
+    for target, column in changed_columns.items():
+        changed_columns[target] = column | bit if row >> target & 1 else column & ~bit

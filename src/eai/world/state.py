@@ -233,7 +233,7 @@ class State:
         stated, draft = self.scene.state(facts), StateDraft(self)
         for slot, relation in enumerate(stated.binary):
             for source in range(len(self.scene.objects)):
-                draft.set_row(slot, source, relation.row(source))
+                draft.set_targets_in_relation(slot, source, relation.row(source))
         return State(self.scene, stated.unary, tuple(draft.binary), stated.tuples)
 
     def __eq__(self, other: object) -> bool:
@@ -310,21 +310,21 @@ class StateDraft:
         self.tuples = before.tuples
         self._copied = 0
 
-    def mark_object(self, slot: int, index: int, marked: bool) -> None:
-        """Make a unary predicate true of an object, or false if not ``marked``."""
-        bit = 1 << index
-        self.unary[slot] = self.unary[slot] | bit if marked else self.unary[slot] & ~bit
+    def set_unary_fact(self, predicate_slot: int, object_index: int, truth: bool) -> None:
+        """Make a unary predicate true or false of an object."""
+        bit, mask = 1 << object_index, self.unary[predicate_slot]
+        self.unary[predicate_slot] = mask | bit if truth else mask & ~bit
 
-    def set_marked_objects(self, slot: int, objects: int) -> None:
+    def set_objects_of_unary_predicate(self, predicate_slot: int, objects: ObjectMask) -> None:
         """Make a unary predicate true of exactly these objects (a bit mask)."""
-        self.unary[slot] = objects
+        self.unary[predicate_slot] = objects
 
-    def set_related(self, slot: int, source: int, target: int, related: bool) -> None:
-        """Add a pair to a relation, or remove the pair if ``related`` is False."""
-        if self.binary[slot].has(source, target) is not related:
+    def set_binary_fact(self, slot: int, source: int, target: int, truth: bool) -> None:
+        """Add a pair to a relation, or remove the pair if ``truth`` is False."""
+        if self.binary[slot].has(source, target) is not truth:
             self._copy_relation(slot).flip_pair(source, target)
 
-    def set_row(self, slot: int, source: int, targets: int) -> None:
+    def set_targets_in_relation(self, slot: int, source: int, targets: ObjectMask) -> None:
         """Relate ``source`` to exactly the targets in a bit mask."""
         if self.binary[slot].row(source) != targets:
             self._copy_relation(slot).set_row(source, targets)

@@ -15,7 +15,7 @@ from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperO
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
-from eai.pddl.model import UnparsedOperator
+from eai.pddl.model import OperatorText
 from eai.pddl.planning import PddlPlanner
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
@@ -23,10 +23,10 @@ from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.task import Category
 from sweeps import swept
 
-OPEN = UnparsedOperator(
+OPEN = OperatorText(
     "open", "(?a - agent ?o - object)", "(and (shut ?o) (near ?a ?o))", "(and (wide ?o) (not (shut ?o)))"
 )
-LIGHT = UnparsedOperator(
+LIGHT = OperatorText(
     "light", "(?a - agent ?o - object)", "(exists (?b) (and (wide ?b) (in ?o ?b)))", "(lit ?o)"
 )
 HEADER = """(define (domain d) (:types agent object)
@@ -55,7 +55,7 @@ def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], Operat
 def operator(
     precondition: str = OPEN.precondition, effect: str = OPEN.effect, parameters: str = OPEN.parameters
 ) -> str:
-    return UnparsedOperator("open", parameters, precondition, effect).write_pddl
+    return OperatorText("open", parameters, precondition, effect).write_pddl
 
 
 def offences(verdict: Verdict) -> set[str]:

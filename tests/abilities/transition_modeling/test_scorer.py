@@ -14,7 +14,7 @@ from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVe
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import ClauseComparison
-from eai.pddl.model import UnparsedOperator
+from eai.pddl.model import OperatorText
 from eai.pddl.planners import make_planner, resolve_automatic_choice
 from eai.pddl.planning import (
     PddlPlanner,
@@ -31,9 +31,9 @@ from eai.tasks.task import Category
 from eai.world.fault import FaultKind
 from operator_rules import gold_answer
 
-OPEN = UnparsedOperator("open", "(?o)", "(and (shut ?o) (near ?o))", "(not (shut ?o))")
-LIGHT = UnparsedOperator("light", "(?o)", "(near ?o)", "(lit ?o)")
-STAMP = UnparsedOperator("stamp", "(?o)", "()", "(lit ?o)")
+OPEN = OperatorText("open", "(?o)", "(and (shut ?o) (near ?o))", "(not (shut ?o))")
+LIGHT = OperatorText("light", "(?o)", "(near ?o)", "(lit ?o)")
+STAMP = OperatorText("stamp", "(?o)", "()", "(lit ?o)")
 DOMAIN = OperatorLibrary(
     read_domain("(define (domain d) (:predicates (shut ?o) (near ?o) (lit ?o) (used ?o)))"),
     {"open": OPEN, "light": LIGHT, "stamp": STAMP},
@@ -54,7 +54,7 @@ TASK = TransitionTask(
 )
 
 
-def answer(*operators: UnparsedOperator) -> str:
+def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.write_pddl for operator in operators)})
 
 
@@ -103,9 +103,9 @@ def test_a_missing_operator_costs_recall_and_the_plan() -> None:
     assert verdict.planner is PlannerOutcome.UNSOLVABLE
 
 
-GHOST = UnparsedOperator("light", "(?o)", "(and (near ?o) (bright ?o))", "(lit ?o)")
-SILENT = UnparsedOperator("light", "(?o)", "(used ?o)", "(lit ?o)")
-EVERYTHING = UnparsedOperator("open", "()", "()", "(forall (?a) (lit ?a))")
+GHOST = OperatorText("light", "(?o)", "(and (near ?o) (bright ?o))", "(lit ?o)")
+SILENT = OperatorText("light", "(?o)", "(used ?o)", "(lit ?o)")
+EVERYTHING = OperatorText("open", "()", "()", "(forall (?a) (lit ?a))")
 
 
 def test_what_was_not_asked_for_does_not_help() -> None:
@@ -120,10 +120,10 @@ def test_a_predicate_that_the_domain_lacks_is_counted() -> None:
 
 
 def test_a_clause_is_right_or_wrong_as_a_unit_in_each_category() -> None:
-    nested = UnparsedOperator("light", "(?o)", "(not (exists (?x) (and (near ?x) (shut ?x))))", "(lit ?o)")
+    nested = OperatorText("light", "(?o)", "(not (exists (?x) (and (near ?x) (shut ?x))))", "(lit ?o)")
     library = OperatorLibrary(DOMAIN.header, {"light": nested}, DOMAIN.categories)
     task = TransitionTask("t", library, ("light",), (Category.OBJECT_STATES,), TASK.problem_text)
-    half = UnparsedOperator("light", "(?o)", "(not (exists (?y) (and (bright ?y) (near ?y))))", "(lit ?o)")
+    half = OperatorText("light", "(?o)", "(not (exists (?y) (and (bright ?y) (near ?y))))", "(lit ?o)")
     for operator, side, in_literals in (
         (nested, {"all": (1, 0, 0), "object_states": (1, 0, 0), "spatial_relations": (1, 0, 0)}, (2, 0, 0)),
         (
@@ -155,9 +155,7 @@ def test_an_unreadable_answer_misses_all_clauses() -> None:
     assert (verdict.planner, verdict.excluded) == (PlannerOutcome.INPUT_ERROR, None)
 
 
-@pytest.mark.parametrize(
-    "text", [gold_answer(TASK), "3", answer(UnparsedOperator("open", "()", "(dark)", "()"))]
-)
+@pytest.mark.parametrize("text", [gold_answer(TASK), "3", answer(OperatorText("open", "()", "(dark)", "()"))])
 def test_without_a_planner_nothing_is_said_of_plans(rules_with: MakeRules, text: str) -> None:
     verdict = TransitionModelingScorer(TASK, rules_with(None)).score(text)
     assert (verdict.success, verdict.plan_works) == (None, None)
@@ -188,7 +186,7 @@ def test_equal_operators_are_planned_with_once(rules_with: MakeRules, problems: 
 
 def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
     scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
-    notes = scorer.explain(answer(UnparsedOperator("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
+    notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
     assert "open: the precondition has the additional clause (near ?x) (no parameter: ?x)" in notes
     assert "open: unbound_variable in the precondition of open: x" in notes
@@ -226,13 +224,13 @@ def test_an_explanation_names_renamed_parameters() -> None:
 
 
 def test_an_explanation_says_which_clauses_are_alternatives() -> None:
-    gold = UnparsedOperator("open", "(?o)", "(or (shut ?o) (near ?o))", "(not (shut ?o))")
+    gold = OperatorText("open", "(?o)", "(or (shut ?o) (near ?o))", "(not (shut ?o))")
     library = OperatorLibrary(DOMAIN.header, {"open": gold, "stamp": STAMP}, DOMAIN.categories)
     task = TransitionTask("t", library, ("open", "stamp"), TASK.categories, TASK.problem_text)
     scorer = TransitionModelingScorer(task, PaperOperatorRules(None))
     written = [
-        UnparsedOperator("open", "(?o)", "(and (shut ?o) (used ?o))", "(not (shut ?o))"),
-        UnparsedOperator("stamp", "(?o)", "(or (near ?o) (used ?o))", "(lit ?o)"),
+        OperatorText("open", "(?o)", "(and (shut ?o) (used ?o))", "(not (shut ?o))"),
+        OperatorText("stamp", "(?o)", "(or (near ?o) (used ?o))", "(lit ?o)"),
     ]
     assert [note for note in scorer.explain(answer(*written)).notes if "precondition" in note] == [
         "open: the precondition lacks the alternatives (shut ?o), (near ?o)",
@@ -242,7 +240,7 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
 
 
 def test_an_explanation_says_what_an_unreadable_side_lacks() -> None:
-    nested = UnparsedOperator("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
+    nested = OperatorText("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
     notes = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner())).explain(answer(nested)).notes
     assert "open: malformed in the precondition of open: expected a word, not a list" in notes
     assert "planner: input_error (precondition of open: malformed: expected a word, not a list)" in notes
@@ -265,8 +263,8 @@ TASK_OF_TWO = TransitionTask(
     OperatorLibrary(
         DOMAIN.header,
         {
-            "open": UnparsedOperator("open", "(?a ?b)", "(and (shut ?a) (near ?b))", "(not (shut ?a))"),
-            "light": UnparsedOperator("light", "(?a)", "(not (shut ?a))", "(lit ?a)"),
+            "open": OperatorText("open", "(?a ?b)", "(and (shut ?a) (near ?b))", "(not (shut ?a))"),
+            "light": OperatorText("light", "(?a)", "(not (shut ?a))", "(lit ?a)"),
         },
         DOMAIN.categories,
     ),
@@ -292,7 +290,7 @@ TASK_OF_TWO = TransitionTask(
 def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works: bool, note: str) -> None:
     scorer = TransitionModelingScorer(TASK_OF_TWO, PaperOperatorRules(BuiltInPlanner()))
     light = TASK_OF_TWO.domain.operators["light"]
-    assessment = scorer.assess(answer(UnparsedOperator("open", *opened.split("|")), light))
+    assessment = scorer.assess(answer(OperatorText("open", *opened.split("|")), light))
     verdict = assessment.verdict
     assert isinstance(verdict, OperatorVerdict)
     assert verdict.planner is PlannerOutcome.SOLVED
@@ -343,7 +341,7 @@ def test_caches_of_rules_have_a_maximum_size(rules_with: MakeRules) -> None:
     scorer = TransitionModelingScorer(TASK, rules)
     length = 100_000
     texts = [
-        answer(UnparsedOperator("open", "(?o)", f"({number:x<{length}} ?o)", "(not (shut ?o))"))
+        answer(OperatorText("open", "(?o)", f"({number:x<{length}} ?o)", "(not (shut ?o))"))
         for number in range(MAX_CACHED_CHARACTERS // length + 2)
     ]
     first = scorer.score(texts[0])

@@ -6,7 +6,7 @@ import pytest
 
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
 from eai.pddl.check import PddlFinding, PddlViolationKind
-from eai.pddl.model import PddlAction, PddlDomain, UnparsedOperator
+from eai.pddl.model import OperatorText, PddlAction, PddlDomain
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
@@ -21,7 +21,7 @@ PROBLEM = "(define (problem p) (:domain d) (:objects hall - room cup - thing) (:
 
 
 def read(precondition: str, effect: str, parameters: str = "(?x - thing)", name: str = "act") -> object:
-    return read_operator(UnparsedOperator(name, parameters, precondition, effect), HEADER)
+    return read_operator(OperatorText(name, parameters, precondition, effect), HEADER)
 
 
 def action(precondition: str, effect: str, parameters: str = "(?x - thing)", name: str = "act") -> PddlAction:

@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-from eai.pddl.model import UnparsedOperator
+from eai.pddl.model import OperatorText
 from eai.pddl.planning import PddlPlanner, PlannerOutcome
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
@@ -26,9 +26,9 @@ from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.task import Category
 from results.verdicts import record
 
-OPEN = UnparsedOperator("open", "(?o)", "(shut ?o)", "(wide ?o)")
-LIGHT = UnparsedOperator("light", "(?o)", "(wide ?o)", "(lit ?o)")
-BROKEN = UnparsedOperator("open", "(?o)", "(lit ?o)", "(wide ?o)")
+OPEN = OperatorText("open", "(?o)", "(shut ?o)", "(wide ?o)")
+LIGHT = OperatorText("light", "(?o)", "(wide ?o)", "(lit ?o)")
+BROKEN = OperatorText("open", "(?o)", "(lit ?o)", "(wide ?o)")
 DOMAIN = OperatorLibrary(
     read_domain("(define (domain d) (:predicates (shut ?o) (wide ?o) (lit ?o)))"),
     {"open": OPEN, "light": LIGHT},
@@ -40,7 +40,7 @@ TASK = TransitionTask("t", DOMAIN, ("open", "light"), CATEGORIES, PROBLEM)
 S, U, X = (o.value for o in (PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE, PlannerOutcome.INPUT_ERROR))
 
 
-def answer(*operators: UnparsedOperator) -> str:
+def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.write_pddl for operator in operators)})
 
 
@@ -68,7 +68,7 @@ ANSWERS = [
     (answer(OPEN, LIGHT), {"open": S, "light": S}),
     (answer(BROKEN, LIGHT), {"open": U, "light": S}),
     (answer(LIGHT), {"open": NOT_WRITTEN, "light": S}),
-    (answer(UnparsedOperator("open", "()", "(dark)", "()"), LIGHT), {"open": X, "light": S}),
+    (answer(OperatorText("open", "()", "(dark)", "()"), LIGHT), {"open": X, "light": S}),
     ("no operators", dict.fromkeys(("open", "light"), NOT_WRITTEN)),
     ("3", dict.fromkeys(("open", "light"), NOT_WRITTEN)),
 ]
@@ -81,8 +81,8 @@ def test_each_operator_is_tried_alone_among_gold_operators(text: str, outcomes: 
     assert all(each.categories == "object_states spatial_relations" for each in found)
 
 
-NO_EFFECT = UnparsedOperator("open", "(?o)", "(shut ?o)", "(shut ?o)")
-OTHER_NAMES = UnparsedOperator("open", "(?x)", "(shut ?x)", "(wide ?x)")
+NO_EFFECT = OperatorText("open", "(?o)", "(shut ?o)", "(shut ?o)")
+OTHER_NAMES = OperatorText("open", "(?x)", "(shut ?x)", "(wide ?x)")
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ OTHER_NAMES = UnparsedOperator("open", "(?x)", "(shut ?x)", "(wide ?x)")
     [(OPEN, True, True), (BROKEN, False, True), (NO_EFFECT, True, False), (OTHER_NAMES, False, False)],
 )
 def test_one_side_of_an_operator_is_tried_with_the_gold_parameters_and_other_side(
-    rules_with: MakeRules, written: UnparsedOperator, precondition: bool, effect: bool
+    rules_with: MakeRules, written: OperatorText, precondition: bool, effect: bool
 ) -> None:
     parts: tuple[tuple[ReplacedPart, bool], ...] = (("precondition", precondition), ("effect", effect))
     for replaced, expected in parts:
@@ -99,7 +99,7 @@ def test_one_side_of_an_operator_is_tried_with_the_gold_parameters_and_other_sid
 
 
 def test_a_trial_records_the_errors_of_the_replaced_part() -> None:
-    both = UnparsedOperator("open", "(?o)", "(lit ?o)", "(and (wide ?o) (lit ?o))")
+    both = OperatorText("open", "(?o)", "(lit ?o)", "(and (wide ?o) (lit ?o))")
     wrong = ("precondition:missing:shut", "precondition:additional:lit", "effect:additional:lit")
     parts: dict[ReplacedPart, tuple[str, ...]] = {
         "operator": wrong,

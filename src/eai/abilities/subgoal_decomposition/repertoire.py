@@ -260,7 +260,7 @@ class OperatorIndex:
         }
         usable = make_mask(objects)
         partial, effort = (
-            taken.make_partial_binding(state.scene, scope, for_all_states=True),
+            taken.make_partial_binding(state.scene, scope, only_static_conditions=True),
             SearchEffort(Limits().bindings),
         )
         bindings = complete_bindings(state, partial, usable, effort)

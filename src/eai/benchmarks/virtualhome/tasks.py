@@ -120,9 +120,9 @@ class _IndexedGraph:
         draft, index = StateDraft(state), self.index
         self._update_unary_masks(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
-            draft.set_related(_BINARY[relation], index[source], index[target], False)
+            draft.set_binary_fact(_BINARY[relation], index[source], index[target], False)
         for source, relation, target in delta.added_edges:
-            draft.set_related(_BINARY[relation], index[source], index[target], True)
+            draft.set_binary_fact(_BINARY[relation], index[source], index[target], True)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
 
 

@@ -63,7 +63,7 @@ from eai.extensions.reference.planner_of_2024 import normalise, read_operator
 from eai.logic.matching import find_maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import ClauseComparison
-from eai.pddl.model import PddlAction, UnparsedOperator
+from eai.pddl.model import OperatorText, PddlAction
 from eai.pddl.planning import PlannerResult, PlanningTask, make_input_error_result
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.task import TaskExclusion
@@ -79,7 +79,7 @@ _UNBALANCED = "(()"
 _UNBALANCED_CLOSE = 1  # the offset that eai-eval assumes if no parenthesis closes the list
 
 
-def extract_operators_like_published_code(answer: str) -> tuple[UnparsedOperator, ...] | None:
+def extract_operators_like_published_code(answer: str) -> tuple[OperatorText, ...] | None:
     """Return the operators of an answer in order of first mention, or None for eai-eval's format error.
 
     An answer without any operator gives an empty result, not None.
@@ -90,7 +90,7 @@ def extract_operators_like_published_code(answer: str) -> tuple[UnparsedOperator
     if ";" in content:
         content = _COMMENT.sub("", content)
     content = " ".join(content.split())
-    operators: dict[str, UnparsedOperator] = {}
+    operators: dict[str, OperatorText] = {}
     position = 0
     while head := _HEAD.search(content, position):
         positions = [content.find(key, head.end()) for key in (":parameters", ":precondition", ":effect")]
@@ -100,9 +100,7 @@ def extract_operators_like_published_code(answer: str) -> tuple[UnparsedOperator
         if parameters is None:
             return None
         name = head.group(1)
-        operators[name] = UnparsedOperator(
-            name, parameters, precondition or _UNBALANCED, effect or _UNBALANCED
-        )
+        operators[name] = OperatorText(name, parameters, precondition or _UNBALANCED, effect or _UNBALANCED)
         closing = _UNBALANCED_CLOSE if effect is None else effect.index(")") - 1
         position = positions[2] + closing + 1
     return tuple(operators.values())
@@ -153,8 +151,8 @@ class PublishedOperatorRules(OperatorScoringRules):
     """Scores operators as eai-eval does. Caches avoid repeated comparison of equal texts."""
 
     counts_clauses: ClassVar[bool] = False
-    reports: ResultCache[UnparsedOperator, OperatorReport] = field(default_factory=ResultCache)
-    read: ResultCache[UnparsedOperator, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
+    reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
+    read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer. An answer with eai-eval's format error excludes its task."""
@@ -206,7 +204,7 @@ class PublishedOperatorRules(OperatorScoringRules):
             for name in task.operators
         }
 
-    def _make_report(self, task: TransitionTask, operator: UnparsedOperator) -> OperatorReport:
+    def _make_report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
@@ -215,7 +213,7 @@ class PublishedOperatorRules(OperatorScoringRules):
         )
 
     def _plan_with_written_operators(
-        self, task: TransitionTask, written: tuple[UnparsedOperator, ...]
+        self, task: TransitionTask, written: tuple[OperatorText, ...]
     ) -> PlannerResult:
         if self.planner is None:
             return NOT_RUN
@@ -226,7 +224,7 @@ class PublishedOperatorRules(OperatorScoringRules):
         return self.solve(key, size, lambda: self._make_planning_task(task, operators))
 
     def _make_planning_task(
-        self, task: TransitionTask, operators: tuple[UnparsedOperator, ...]
+        self, task: TransitionTask, operators: tuple[OperatorText, ...]
     ) -> PlanningTask | PlannerResult:
         actions = []
         for operator in operators:
@@ -241,7 +239,7 @@ class PublishedOperatorRules(OperatorScoringRules):
 
 
 def _compare_operators(
-    written: UnparsedOperator, gold: UnparsedOperator, status: OperatorStatus = OperatorStatus.COMPARED
+    written: OperatorText, gold: OperatorText, status: OperatorStatus = OperatorStatus.COMPARED
 ) -> OperatorReport:
     precondition = compare_clauses_like_published_code(written.precondition, gold.precondition)
     return OperatorReport(
@@ -249,9 +247,7 @@ def _compare_operators(
     )
 
 
-def _replace_part(
-    written: UnparsedOperator, gold: UnparsedOperator, replaced: ReplacedPart
-) -> UnparsedOperator:
+def _replace_part(written: OperatorText, gold: OperatorText, replaced: ReplacedPart) -> OperatorText:
     match replaced:
         case "precondition":
             return replace(gold, precondition=written.precondition)

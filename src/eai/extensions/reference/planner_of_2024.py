@@ -35,7 +35,7 @@ import eai.pddl.model as m
 from eai.logic.rewriting import map_leaves, push_negations_inwards
 from eai.logic.traversal import get_bound_variables, get_terms, map_subformulas, wrap_in_quantifiers
 from eai.pddl.check import DeclaredNames, PddlError, PddlFinding, PddlViolationKind, check_action
-from eai.pddl.model import UnparsedOperator
+from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
@@ -139,7 +139,7 @@ _REFUSED = frozenset(
 )
 
 
-def read_operator(source: UnparsedOperator, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
+def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
     """Read an operator and bind its variables, or return why the planner refuses the operator's domain.
 
     The result is None for an operator that the planner removes without a message: an operator without effect,
@@ -185,9 +185,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     )
 
 
-def _read_and_check_operator(
-    source: UnparsedOperator, header: m.PddlDomain
-) -> m.PddlAction | PddlFinding | None:
+def _read_and_check_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
     location = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from eai.planning.conflict_changes import ChangeSet, FactChangeFinder, simplify_by_other_checks
+from eai.planning.conflict_changes import ChangeSet, FactChangeFinder, simplify_check_given_other_checks
 from eai.planning.effect_schema import FactChange
 from eai.planning.planner import PlanningGoal
 from eai.planning.repair.edits import EditedPlan, PlanSteps
@@ -111,7 +111,9 @@ class PlanStateCache:
         return missed
 
     def compute_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
-        """Return the path of a plan: the moments before its entries, up to the first impossible step.
+        """Execute a plan, and return its path: the moments before its entries, up to an impossible step.
+
+        A moment is a state, and how many operators of the goal's list were executed so far.
 
         Args:
             plan: the plan.
@@ -141,7 +143,7 @@ class PlanStateCache:
         return failed + len(self.find_unmet_goals(number)) + len(self.goal.actions) - taken
 
     def plan_succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
-        """Whether a plan with this path succeeds."""
+        """Whether a plan succeeds, given its path (see `compute_path`)."""
         number, taken = path[-1]
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 
@@ -220,7 +222,7 @@ class _HelpingEditFinder:
             holds = self._change_finder.holds(check.condition, scope, state)
             if not holds:
                 changes |= self._change_finder.find_necessary_changes(
-                    simplify_by_other_checks(check, operator.checks), scope, state, truth=True
+                    simplify_check_given_other_checks(check, operator.checks), scope, state, truth=True
                 )
                 return frozenset(changes)
             if check.fault is FaultKind.ADDITIONAL_STEP:
@@ -271,7 +273,7 @@ class _HelpingEditFinder:
             entry = plan[position - 1]
             if entry.action is None:
                 continue
-            earlier_changes, undoes = self._find_prior_changes_and_undoing(
+            earlier_changes, undoes = self._find_improving_changes_and_undoing(
                 path[position - 1][0], entry.action, fact_changes, operator_names
             )
             if entry.is_kept and undoes:
@@ -282,10 +284,10 @@ class _HelpingEditFinder:
                 fact_changes |= earlier_changes
         return helping_edits
 
-    def _find_prior_changes_and_undoing(
+    def _find_improving_changes_and_undoing(
         self, state_number: int, action: Action, changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return earlier changes that may make a step cause more of ``changes``, or undo fewer of them.
+        """Return the changes before a step after which the step may make or keep more of ``changes``.
 
         The step is ``action``. The second returned value is whether the step undoes any of ``changes``.
         """
@@ -293,11 +295,11 @@ class _HelpingEditFinder:
             self._states.by_number[state_number],
             self._states.get_next_state_and_executed(state_number, action)[1],
         )
-        earlier_changes, undoes = self._change_finder.find_prior_changes_and_undoing(
+        earlier_changes, undoes = self._change_finder.find_improving_changes_and_undoing(
             action, state, changes, is_executed=executed
         )
         if action.operator in operator_names and not executed:
-            earlier_changes |= self._change_finder.find_changes_to_toggle_skipping(
+            earlier_changes |= self._change_finder.find_changes_to_skip_or_unskip_step(
                 action, state, is_executed=False
             )
         return earlier_changes, undoes

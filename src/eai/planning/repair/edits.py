@@ -129,9 +129,9 @@ class EditCost(NamedTuple):
     deletions: int
     insertions: int
 
-    def count_min_edits_with_more(self, further_steps: int) -> int:
-        """Return the minimum number of edits after inserting ``further_steps`` steps into the edited plan."""
-        return self.edits + max(0, further_steps - self.deletions)
+    def count_min_edits_with_inserted_steps(self, inserted_steps: int) -> int:
+        """Return the minimum number of edits after more steps are inserted into the edited plan."""
+        return self.edits + max(0, inserted_steps - self.deletions)
 
 
 def compute_edit_cost(plan: EditedPlan) -> EditCost:
@@ -158,7 +158,7 @@ def count_edits(plan: EditedPlan | None) -> float:
     return inf if plan is None else compute_edit_cost(plan).edits
 
 
-def find_positions_of_free_deletions(plan: EditedPlan) -> Iterator[int]:
+def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion costs no further edit.
 
     Just before such a step, the plan has more insertions than deletions. So the deletion turns an insertion

@@ -31,7 +31,7 @@ from eai.planning.repair.edits import (
     align_plans,
     compute_edit_cost,
     count_edits,
-    find_positions_of_free_deletions,
+    find_positions_to_delete_without_cost,
     insert_or_delete_step,
     list_plan_edits,
     make_unedited_plan,
@@ -87,10 +87,10 @@ _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one operation of the search."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Two counts of operations for finding edits that may resolve a conflict.
+"""Two numbers that measure the effort for a conflict in operations of the search.
 
-The first is the number of operations for each moment of the plan. The second is the number of edits that
-count as one operation.
+Finding the edits that may resolve it counts as ``_CONFLICT_EFFORT`` operations for each step of the plan.
+Trying ``_EDITS_PER_EFFORT`` edits counts as one operation.
 """
 
 
@@ -188,9 +188,10 @@ class Repairer:
     def _execute_possible_steps(
         self, plan: PlanSteps, effort: SearchEffort
     ) -> tuple[list[Action], PlanMoment]:
-        """Return a plan's possible steps, and the moment after the last of them.
+        """Return a plan's possible steps, with inserted actions that make more of its steps possible.
 
-        Among the steps are inserted actions that make steps of the plan possible.
+        The second returned value is the moment after the last step: a state, and how many operators of the
+        goal's list were executed.
         """
         actions: list[Action] = []
         moment, skipped = START[0], 0
@@ -321,12 +322,19 @@ class Repairer:
         actions: Iterable[Action | None],
         landmarks: Landmarks,
     ) -> Iterator[PlanEdit]:
-        """Yield copies of an edit, each with an inserted action that makes the edited plan succeed."""
+        """Yield an edit with each of the actions as its inserted action, if the edited plan then succeeds.
+
+        Without an action, the edit gives only the position and, for a replacement, the removed step.
+        """
         rest = plan[edit.step + (edit.removed is not None) :]
         lacked = landmarks.find_missed_cuts_mask(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
         for action in actions:
-            if action is None or action == old_action or lacked & ~landmarks.find_hit_cuts_mask(action):
+            if (
+                action is None
+                or action == old_action
+                or lacked & ~landmarks.get_mask_of_cuts_with_action(action)
+            ):
                 continue
             if self.states.get_next_state_and_executed(moment[0], action)[1] and self._succeeds_from(
                 self.states.take_step(moment, action), rest
@@ -373,8 +381,9 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: the moments of the plan, one before each entry. If ``first_unknown`` is not -1, these are the
-            moments of the plan without its last edit; they are right up to entry ``first_unknown``.
+        path: the moment before each entry of the plan: a state, and how many operators of the goal's list
+            were executed. If ``first_unknown`` is not -1, these are the moments of the plan without its
+            last edit; they are right up to entry ``first_unknown``.
         first_unknown: number of the first entry whose moment is not computed yet; -1 if all are computed.
         failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
             for the plan before the last edit.
@@ -400,7 +409,7 @@ class _RepairNode(NamedTuple):
     @property
     def min_repair_edits(self) -> int:
         """Minimum number of edits of any repair that includes all edits made to the plan so far."""
-        return max(self.min_edits, self.cost.count_min_edits_with_more(self.missing_steps))
+        return max(self.min_edits, self.cost.count_min_edits_with_inserted_steps(self.missing_steps))
 
 
 class _RepairSearch:
@@ -437,7 +446,7 @@ class _RepairSearch:
         """
         self.effort.limit = limit
         while self.min_edits < known_edits and (node := self._waiting.pop()) is not None:
-            updated = self._update_bounds(node)
+            updated = self._update_min_edits(node)
             if updated.min_repair_edits > node.min_repair_edits:
                 self._add_to_queue(updated)
                 continue
@@ -471,8 +480,8 @@ class _RepairSearch:
     def _execute_plan_of(self, node: _RepairNode) -> bool:
         """Execute the plan of a node. Return True if the plan succeeds.
 
-        A plan that fails is queued again. So is each copy of the plan with one more deletion that turns an
-        insertion into a replacement.
+        A plan that fails is queued again. Further plans with one more step deleted are queued. They have
+        no more edits, because the deletion and an earlier insertion together count as one replacement.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.compute_path(node.plan, node.path, node.first_unknown)
@@ -482,10 +491,13 @@ class _RepairSearch:
         lacks = self._states.count_failed_steps_and_goals(rest, path[-1])
         self._push_node(
             node._replace(
-                path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.count_min_edits_with_more(1)
+                path=path,
+                first_unknown=-1,
+                failures=lacks,
+                min_edits=node.cost.count_min_edits_with_inserted_steps(1),
             )
         )
-        for position in find_positions_of_free_deletions(node.plan):
+        for position in find_positions_to_delete_without_cost(node.plan):
             if position < len(path):
                 self._push_node(self._make_deletion_node(node._replace(path=path, failures=lacks), position))
         return False
@@ -510,17 +522,23 @@ class _RepairSearch:
                 if child.min_repair_edits <= node.min_repair_edits:
                     self._push_node(child)
             elif actions:
-                max_cost = max(max_cost, self._queue_insertions(node, position, actions, lacking))
+                max_cost = max(
+                    max_cost, self._queue_insertions_and_find_max_cost(node, position, actions, lacking)
+                )
         if max_cost > node.min_repair_edits:
             self._add_to_queue(node._replace(edits=edits, min_edits=node.min_repair_edits + 1))
 
-    def _queue_insertions(
-        self, node: _RepairNode, position: int, actions: Sequence[Action | None], missing: dict[Action, int]
+    def _queue_insertions_and_find_max_cost(
+        self,
+        node: _RepairNode,
+        position: int,
+        actions: Sequence[Action | None],
+        missing_step_counts: dict[Action, int],
     ) -> int:
-        """Queue each plan with one action inserted at a position, if the insertion adds no cost.
+        """Queue the plan with each action inserted at a position, if its repair needs no more edits.
 
-        Return the maximum cost of all plans with one of the actions inserted. ``missing`` caches for each
-        action the number of steps that the plan still lacks after the insertion.
+        Return the highest number of edits that the repair needs after the insertion of any of the actions.
+        ``missing_step_counts`` caches, for each action, the minimum number of steps that are missing then.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])
@@ -531,14 +549,14 @@ class _RepairSearch:
         )
         max_cost = 0
         for action in filter(None, actions):
-            lacked = node.missed_cuts & ~self._landmarks.find_hit_cuts_mask(action)
-            number = missing.get(action)
+            lacked = node.missed_cuts & ~self._landmarks.get_mask_of_cuts_with_action(action)
+            number = missing_step_counts.get(action)
             if number is None:
-                number = missing[action] = self._landmarks.count_min_actions(lacked)
-            rank = costs.count_min_edits_with_more(number)
+                number = missing_step_counts[action] = self._landmarks.count_min_actions(lacked)
+            rank = costs.count_min_edits_with_inserted_steps(number)
             if (
                 rank <= last
-                and rank < costs.count_min_edits_with_more(1)
+                and rank < costs.count_min_edits_with_inserted_steps(1)
                 and self._is_useless_insertion(node, position, action)
             ):
                 rank += 1
@@ -551,12 +569,15 @@ class _RepairSearch:
     def _make_deletion_node(self, node: _RepairNode, position: int) -> _RepairNode:
         plan, at = insert_or_delete_step(node.plan, position, None)
         lacked = node.missed_cuts
-        if self._landmarks.find_hit_cuts_mask(node.plan[position].action):
+        if self._landmarks.get_mask_of_cuts_with_action(node.plan[position].action):
             lacked = self._landmarks.find_missed_cuts_mask([e.action for e in plan if e.action is not None])
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
-    def _update_bounds(self, node: _RepairNode) -> _RepairNode:
-        """Search for more landmarks. Return the node with the bounds that the landmarks prove."""
+    def _update_min_edits(self, node: _RepairNode) -> _RepairNode:
+        """Search for more landmarks (sets of actions from which every plan that succeeds has an action).
+
+        Return the node with the minimum number of missing steps that all landmarks prove.
+        """
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else SearchEffort(0)
         landmarks.add_cuts_missed_by(self._steps, search_effort)
