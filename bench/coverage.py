@@ -22,7 +22,7 @@ from eai.results.certainty import (
     TaskContribution,
     compute_difference_intervals,
     compute_rate_intervals,
-    compute_rate_with_error_by_unit,
+    compute_rate_with_error_by_sampling_unit,
     sum_shares_by_task_name,
 )
 from extensions.adaptive.abilities import ability
@@ -68,7 +68,7 @@ def bootstrap(cases: Sequence[TaskContribution], generator: random.Random) -> In
 
 def plain(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
-    rate = compute_rate_with_error_by_unit(sum_shares_by_task_name(cases))
+    rate = compute_rate_with_error_by_sampling_unit(sum_shares_by_task_name(cases))
     if rate is None:
         raise ValueError("no cases: a rate needs at least one")
     p, observed = rate.value, rate.variance_without_pseudo_units

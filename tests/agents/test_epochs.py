@@ -81,7 +81,7 @@ def test_records_keep_the_mean_and_name_the_epoch_they_show(tmp_path: Path) -> N
     assert sorted(runs) == ["m", "m.epoch_1", "m.epoch_2", "m.epoch_3"]
     assert [record.drop_explanations() for record in runs["m"]] == result.records
     assert compute_metric_rates([record.verdict for record in runs["m"]], ACTING) == result.totals.rates
-    assert result.map_tasks_to_recorded_epoch() == {TASK: 2, OTHER: 1}
+    assert result.map_tasks_to_epoch_of_shown_answer() == {TASK: 2, OTHER: 1}
     assert {file.parent.name for file in find_response_files(tmp_path)} == {"epoch_1", "epoch_2", "epoch_3"}
 
 
@@ -113,7 +113,7 @@ def test_runs_of_several_epochs_are_compared_by_their_means(tmp_path: Path) -> N
 
 def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
     scorer = pytest.importorskip("inspect_ai.scorer")
-    from eai.run.scorer import make_metric_with_paper_columns, make_score
+    from eai.run.scorer import make_inspect_metric_of_paper_scores, make_score
 
     result = settled(tmp_path, "lw", "ww", "ww")
     scores = [
@@ -121,7 +121,7 @@ def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
         for (task_id, epoch), record in result.map_keys_to_records().items()
     ]
     shares = {name: rate.share for name, rate in result.totals.rates.items() if rate.denominator}
-    found = make_metric_with_paper_columns("acting")(scores)
+    found = make_inspect_metric_of_paper_scores("acting")(scores)
     assert {name: share for name, share in found.items() if share is not None} == shares
 
 

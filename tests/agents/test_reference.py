@@ -10,7 +10,12 @@ from agents.switches import SWITCHES, WON
 from eai.abilities.protocol import Ability
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
-from eai.agents.reference import add_references, find_reference_solution, find_wrong_references, make_setup
+from eai.agents.reference import (
+    add_reference_plans,
+    find_reference_solution,
+    find_wrong_reference_plans,
+    make_setup,
+)
 from eai.agents.rules import STANDARD, GameRules
 from eai.base.errors import InputError
 from eai.tasks.source import Source
@@ -39,11 +44,11 @@ PADDED = ("GO(shed)", "GO(hall)")
 
 
 def test_a_completed_task_records_the_plans_that_would_be_searched() -> None:
-    completed = add_references(BOTH, SWITCHES)
+    completed = add_reference_plans(BOTH, SWITCHES)
     searched = make_setup(BOTH, SWITCHES, STANDARD).reference
     assert open_setup(completed).reference == searched
     assert (len(completed.shortest_plan), len(completed.reference_plan)) == (3, 5)
-    assert add_references(completed, SWITCHES) is completed
+    assert add_reference_plans(completed, SWITCHES) is completed
 
 
 def test_recorded_plans_are_used_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,12 +94,12 @@ def test_other_goals_have_no_recorded_plans() -> None:
 
 def test_plans_that_are_too_long_are_found_by_a_search() -> None:
     padded = replace(RECORDED, shortest_plan=act(*PADDED, *WON), reference_plan=act(*PADDED, *PADDED, *WON))
-    assert list(find_wrong_references(padded, SWITCHES, searches=False)) == []
-    assert list(find_wrong_references(padded, SWITCHES, searches=True)) == [
+    assert list(find_wrong_reference_plans(padded, SWITCHES, searches=False)) == []
+    assert list(find_wrong_reference_plans(padded, SWITCHES, searches=True)) == [
         "shortest: expected at most 3 steps, as a search finds, found 6",
         "reference: expected at most 5 steps, as a search finds, found 8",
     ]
-    assert list(find_wrong_references(RECORDED, SWITCHES, searches=True)) == []
+    assert list(find_wrong_reference_plans(RECORDED, SWITCHES, searches=True)) == []
 
 
 def test_a_setup_without_limits_has_none_even_if_the_limit_was_read_before() -> None:

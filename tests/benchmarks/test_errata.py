@@ -410,7 +410,7 @@ def test_an_excluded_task_has_a_record_but_is_not_in_the_denominator() -> None:
     effect = RunTotals.from_records(records).errata
     assert effect is not None
     assert (effect.tasks, effect.scored, effect.left_out, effect.corrected) == (2, 1, ("light",), ())
-    assert str(effect.remark).startswith("Of 2 tasks, 1 left out, because")
+    assert str(effect.remark_on_errata).startswith("Of 2 tasks, 1 left out, because")
     off = open_suite(suite.benchmark, suite.ability, source=Source(errata=NONE))
     assert RunTotals.from_records(score_run(off, answers, {}, ScoringOptions())).errata is None
     assert off.score("light", answer).excluded is None

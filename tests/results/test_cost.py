@@ -13,7 +13,7 @@ from eai.base.errors import InputError
 from eai.results.cost import (
     PriceList,
     Spending,
-    _BenchmarkPaperCost,
+    _CostReportedInBenchmarkPaper,
     _TokenPrice,
     map_cost_units_to_rate_cases,
     read_benchmark_paper_cost,
@@ -100,4 +100,4 @@ def test_the_papers_costs_are_read_as_printed() -> None:
     assert (figures.runs, figures.tokens, figures.queries) == (180, 192_280_000, 84_960)
     assert figures.dollars == 1540.70
     with pytest.raises(ValidationError):
-        _BenchmarkPaperCost.model_validate({**figures.model_dump(), "tokens": "192280000"})
+        _CostReportedInBenchmarkPaper.model_validate({**figures.model_dump(), "tokens": "192280000"})

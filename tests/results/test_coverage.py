@@ -120,7 +120,7 @@ def test_left_out_and_corrected_tasks_are_counted_apart() -> None:
         "left_out": ["c"],
         "corrected": ["b"],
     }
-    assert effect.remark == (
+    assert effect.remark_on_errata == (
         "Of 5 tasks, 1 left out and 1 corrected, because the published data is wrong there "
         "(docs/errata.md); --errata none takes it as published."
     )
@@ -129,7 +129,7 @@ def test_left_out_and_corrected_tasks_are_counted_apart() -> None:
 def test_errata_without_effect_have_no_remark() -> None:
     effect = RunTotals.from_records([used("a"), used("b", excluded=True)]).errata
     assert effect is not None
-    assert effect.remark is None
+    assert effect.remark_on_errata is None
 
 
 def test_each_version_of_errata_is_named_once() -> None:

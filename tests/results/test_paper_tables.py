@@ -19,7 +19,7 @@ from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
     PaperColumn,
-    PublishedSuite,
+    ScoresOfPublishedAnswers,
     format_published_file_name,
     hash_published_scores,
     map_files_to_paper_models,
@@ -185,7 +185,7 @@ def test_scoring_the_copy_model_again_gives_its_published_row(name: str, tool: M
     """If this fails, verdicts have changed: run tools/published_scores.py --null-models."""
     strict = Protocol.STRICT
     made = tool.null_suite(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
-    shipped: PublishedSuite = read_trivial_baseline_scores(strict.value).suites[name]
+    shipped: ScoresOfPublishedAnswers = read_trivial_baseline_scores(strict.value).suites[name]
     again = made["models"]["eai/copy"]
     assert again["answers_sha256"] == shipped.models["eai/copy"].answers_sha256
     rates = dict(zip(shipped.metrics, again["rates"], strict=True))
@@ -213,7 +213,7 @@ def test_scoring_published_answers_again_gives_their_row(name: str, protocol: st
     suite: dict[str, Any] = tool.scored_suite(
         name, tool.ANSWERS, protocol=Protocol(protocol), only=[SAMPLE], planner=PlannerChoice.NONE
     )
-    shipped: PublishedSuite = read_published_scores(protocol).suites[name]
+    shipped: ScoresOfPublishedAnswers = read_published_scores(protocol).suites[name]
     model = map_files_to_paper_models()[SAMPLE]
     again = suite["models"][model]
     assert suite["data_sha256"] == shipped.data_sha256

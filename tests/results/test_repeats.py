@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
 from eai.results.certainty import TaskContribution, compute_interval_of_success_cost
-from eai.results.cost import cost_cases_to_json, map_cost_units_to_rate_cases
+from eai.results.cost import make_json_of_success_cost, map_cost_units_to_rate_cases
 from eai.results.rate import compute_rate
 from eai.results.record import AnswerOrigin, Record
 from eai.results.repeats import (
@@ -76,7 +76,7 @@ def costing(**usage: float) -> list[Record]:
 
 def test_the_cost_of_a_success_includes_failed_answers() -> None:
     records = costing(seconds=2.0)
-    written = cost_cases_to_json(map_cost_units_to_rate_cases(records))
+    written = make_json_of_success_cost(map_cost_units_to_rate_cases(records))
     counted = [record for record in records if record.verdict.excluded is None]
     won = sum(bool(record.verdict.success) for record in counted)  # type: ignore[attr-defined]
     assert 0 < won < len(counted) < len(records)
@@ -92,7 +92,7 @@ def test_the_cost_of_a_success_includes_failed_answers() -> None:
 def test_the_cost_of_a_success_is_missing_without_a_success() -> None:
     cases = [TaskContribution(str(i), str(i), Share(7, 0)) for i in range(3)]
     assert compute_interval_of_success_cost(cases) is None
-    assert cost_cases_to_json({"tokens": cases})["tokens"] == {
+    assert make_json_of_success_cost({"tokens": cases})["tokens"] == {
         "value": None,
         "numerator": 21,
         "denominator": 0,

@@ -24,8 +24,8 @@ from eai.results.reward import (
     METRICS,
     Shaping,
     compute_reward_basis_of_verdict,
-    convert_credit_to_reward,
-    make_credit_metrics,
+    convert_reward_basis_to_reward,
+    make_metrics_of_reward_basis,
 )
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -183,17 +183,17 @@ def paid(earned: RewardBasis | None) -> Worth | None:
     if earned is None:
         return None
     success, goals, progress, diagnosis = [
-        convert_credit_to_reward(earned, shaping) for shaping in [*Shaping][:4]
+        convert_reward_basis_to_reward(earned, shaping) for shaping in [*Shaping][:4]
     ]
     assert (
-        convert_credit_to_reward(earned, Shaping.PARTIAL) == progress
+        convert_reward_basis_to_reward(earned, Shaping.PARTIAL) == progress
     )  # conditions are measured by `Reward`
     return success, goals, progress, diagnosis
 
 
 def test_plans_are_paid_for_the_conditions_that_they_gain() -> None:
     earned = RewardBasis(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
-    assert convert_credit_to_reward(earned, Shaping.PARTIAL) == 1 / 4
+    assert convert_reward_basis_to_reward(earned, Shaping.PARTIAL) == 1 / 4
 
 
 def stated(
@@ -359,17 +359,17 @@ def test_faults_are_counted_by_kind_as_metrics(verdict: Verdict, faults: Mapping
     earned = compute_reward_basis_of_verdict(verdict, (False,))
     assert earned is not None
     assert earned.faults == faults
-    told = make_credit_metrics(earned)
+    told = make_metrics_of_reward_basis(earned)
     assert tuple(told) == METRICS
     assert told["faults"] == sum(faults.values())
     assert {kind: told[f"fault.{kind.value}"] for kind in FaultKind} == dict.fromkeys(FaultKind, 0) | faults
 
 
 def test_metrics_follow_from_the_credit() -> None:
-    told = make_credit_metrics(RewardBasis(1 / 2, success=False, ended=True, faults={A: 2}))
+    told = make_metrics_of_reward_basis(RewardBasis(1 / 2, success=False, ended=True, faults={A: 2}))
     assert (told["success"], told["progress"], told["faults"], told["fault.affordance"]) == (0, 1 / 2, 2, 2)
-    assert make_credit_metrics(RewardBasis(1, success=True, ended=False, faults={}))["success"] == 1
-    assert make_credit_metrics(None) == dict.fromkeys(METRICS, 0)
+    assert make_metrics_of_reward_basis(RewardBasis(1, success=True, ended=False, faults={}))["success"] == 1
+    assert make_metrics_of_reward_basis(None) == dict.fromkeys(METRICS, 0)
 
 
 def test_a_verdict_without_an_ability_has_no_credit() -> None:

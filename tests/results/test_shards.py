@@ -38,7 +38,7 @@ def test_an_invalid_shard_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize("of", [1, 2, 3, 10])
 def test_every_item_is_in_one_shard(of: int) -> None:
-    parts = [[*RunShard(number, of).select(range(7))] for number in range(1, of + 1)]
+    parts = [[*RunShard(number, of).select_items_of_shard(range(7))] for number in range(1, of + 1)]
     assert sorted(item for part in parts for item in part) == list(range(7))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1
 
@@ -54,7 +54,7 @@ RECORDS = [record(str(number)) for number in range(5)]
 def test_shards_are_found_in_order_and_merged_unchanged(tmp_path: Path) -> None:
     for number in (3, 1, 2):
         shard = RunShard(number, 3)
-        write_shard(tmp_path / "run", shard, [make_record_batch([*shard.select(RECORDS)])])
+        write_shard(tmp_path / "run", shard, [make_record_batch([*shard.select_items_of_shard(RECORDS)])])
     (tmp_path / "run" / "records.shard-1-of-x.jsonl").touch()
     found = find_shards(tmp_path)
     assert found == {tmp_path / "run": [tmp_path / "run" / RunShard(n, 3).file_name for n in (1, 2, 3)]}

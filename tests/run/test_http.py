@@ -292,7 +292,7 @@ def test_truncated_answers_are_marked(run: Run) -> None:
     answers, log = run(
         {"long": [Reply('{"a": ["so', finish="length")]}, ("}",), DecodingOptions(max_tokens=5)
     )
-    assert answers.answers["long", 1].truncated
+    assert answers.answers["long", 1].is_cut_off
     assert answers.answers["long", 1].text == '{"a": ["so'
     assert log.requests[0]["max_tokens"] == 5
 
@@ -336,7 +336,7 @@ def test_the_default_limit_is_sent_and_a_cut_answer_counts(ask: Callable[..., Mo
     with serve({"loop": [Reply("sofa sofa", finish="length")]}) as served:
         answers = ask(served.url, ("loop",), answer_limit=1024)
     assert [request["max_tokens"] for request in served.log.requests] == [1024]
-    assert answers.answers["loop", 1].truncated
+    assert answers.answers["loop", 1].is_cut_off
 
 
 def test_a_limit_of_the_user_replaces_the_default(ask: Callable[..., ModelAnswers]) -> None:

@@ -80,7 +80,7 @@ def test_a_file_that_is_no_journal_is_refused_with_its_line(tmp_path: Path) -> N
     ("reason", "cut_off"), [("stop", False), ("max_tokens", True), ("model_length", True), ("unknown", False)]
 )
 def test_an_answer_is_truncated_only_by_a_length_limit(reason: str, cut_off: bool) -> None:
-    assert replace(ANSWER, stop_reason=reason).truncated is cut_off
+    assert replace(ANSWER, stop_reason=reason).is_cut_off is cut_off
 
 
 def test_usage_sums_only_known_numbers() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import PAPER_BENCHMARKS
-from eai.results.paper_tables import PublishedSuite, read_published_scores
+from eai.results.paper_tables import ScoresOfPublishedAnswers, read_published_scores
 
 _ABILITIES = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 _TITLES = {"virtualhome": "VirtualHome", "behavior": "BEHAVIOR"}
@@ -43,5 +43,5 @@ def partial_success_table() -> Iterator[str]:
     yield ""
 
 
-def _ranked(suite: PublishedSuite) -> list[str]:
+def _ranked(suite: ScoresOfPublishedAnswers) -> list[str]:
     return sorted(suite.models, key=lambda model: -(suite.find_rates(model)["partial_success"].percent or 0))

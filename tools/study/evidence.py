@@ -14,7 +14,7 @@ from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine, TidyTableLine, make_task_contribution
-from eai.results.paper_tables import PublishedSuite, map_files_to_paper_models
+from eai.results.paper_tables import ScoresOfPublishedAnswers, map_files_to_paper_models
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.table import Estimate
@@ -58,7 +58,7 @@ class Evidence:
         scores: Scores of the answers, computed earlier with a planner; None to compute rates from records.
     """
 
-    def __init__(self, source: Source, scores: Mapping[str, PublishedSuite] | None = None) -> None:
+    def __init__(self, source: Source, scores: Mapping[str, ScoresOfPublishedAnswers] | None = None) -> None:
         self.source = source
         self._scores = scores
         self._rates: dict[tuple[str, str, str], Mapping[str, Rate]] = {}

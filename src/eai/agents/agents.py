@@ -35,7 +35,7 @@ Agent: TypeAlias = Callable[[], str]
 """Function that returns the next command in the game for which the agent was made."""
 
 _MAX_TRIES = 60
-"""Maximum number of actions that the novel agent simulates in one turn to find a new state."""
+"""Maximum number of actions that `eai/novel` simulates in one turn to find a state not yet visited."""
 
 _MAX_COMPARED = 12
 """Maximum number of actions that the greedy agent compares in one state."""
@@ -183,7 +183,7 @@ class _Explorer:
         self._present = make_condition_that_object_exists(self._domain)
 
     def __call__(self) -> str:
-        """Return the next command of the explorer."""
+        """Return the next command of this agent."""
         game = self._game
         self._visited_objects.update(game.memory.observation.visible)
         if all(game.reached):
@@ -239,7 +239,7 @@ class _Explorer:
         """
         game, task = self._game, self._game.task
         usable_objects, effort = (
-            game.memory.known | self._find_absent_objects(),
+            game.memory.known | self._find_objects_that_do_not_exist_yet(),
             (limits, len(game.memory.known)),
         )
         if (
@@ -258,16 +258,20 @@ class _Explorer:
                 return plan
         return ()
 
-    def _find_absent_objects(self) -> set[int]:
+    def _find_objects_that_do_not_exist_yet(self) -> set[int]:
         """Return the objects of the task that an action must create first."""
         holds = self._planner.heuristic.readings.holds
         state, present = self._game.state, self._present
         return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
 
     def _plan_to_see_objects(self, targets: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
-        """Return a plan that makes the condition of a target true, so that the agent sees hidden objects.
+        """Return a plan that makes one condition true, after which the agent may see new objects.
 
-        Plans that use only the target are tried first, then plans that use all known objects.
+        Plans that act only on the object of the condition are tried first, then plans that act on all known
+        objects.
+
+        Args:
+            targets: objects, each with its condition, such as a container that is to be open.
         """
         known = tuple(sorted(self._game.memory.known))
         if self._opened is not None and len(known) == self._opened[1]:
@@ -286,7 +290,10 @@ class _Explorer:
         return ()
 
     def _find_unvisited_first_known_objects(self) -> Sequence[tuple[int, Formula]]:
-        """Return the unvisited objects known from the start, each with the condition for seeing it."""
+        """Return the objects known from the start that the agent has not visited, such as furniture.
+
+        Each comes with the condition under which the agent sees it.
+        """
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
@@ -296,8 +303,8 @@ class _Explorer:
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that can hide other objects, each with the condition under which it hides nothing.
 
-        Objects that goals name come first. Next come kinds of objects that were least often opened without
-        showing a new object, and among these the visible objects.
+        Objects that goals name come first. The other objects are sorted by how often an object of their kind
+        was opened in vain. Among equals, visible objects come first.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
@@ -320,7 +327,7 @@ class _Explorer:
         return lids
 
 
-class _GoldPlanExplorer(_Explorer):
+class _GoldPlanAgentThatExplores(_Explorer):
     """Agent ``seeker``, which plays the correct plan that the task records.
 
     Before a step with objects that it has not seen, it explores.
@@ -343,7 +350,7 @@ class _GoldPlanExplorer(_Explorer):
 class _GreedyAgent(_Explorer):
     """Agent `eai/greedy`, which takes the action with the lowest estimated distance to the goals.
 
-    The planner's heuristic makes the estimate. The agent explores as the explorer does. It is not a null
+    The planner's heuristic makes the estimate. The agent explores as `eai/explorer` does. It is not a null
     agent, because it knows the goals. It plans only one step ahead, but solves most public tasks.
     """
 
@@ -387,7 +394,7 @@ AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
     **NULLS,
     "oracle": make_reference_solution_agent,
     "gold": gold_plan_agent,
-    "seeker": _GoldPlanExplorer,
+    "seeker": _GoldPlanAgentThatExplores,
     "planner": planner_agent,
     "explorer": _Explorer,
     "greedy": _GreedyAgent,

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
-"""Mapping from rates of success to the maximum length of an episode that counts as a success.
+"""Mapping from metrics to the maximum length of an episode that counts as a success for the metric.
 
 Lengths are multiples of the length of the shortest known plan.
 """

@@ -20,7 +20,7 @@ from eai.agents.rules import OUTCOMES
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
-from eai.results.reward import Shaping, convert_credit_to_reward, make_credit_metrics
+from eai.results.reward import Shaping, convert_reward_basis_to_reward, make_metrics_of_reward_basis
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.world.action import Action, Fault
@@ -144,7 +144,7 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode up to now, by name (`eai.results.reward.METRICS`)."""
-        return make_credit_metrics(self._compute_reward_basis_of_game(is_episode_ended=self.over))
+        return make_metrics_of_reward_basis(self._compute_reward_basis_of_game(is_episode_ended=self.over))
 
     @property
     def reward_if_ended_now(self) -> float:
@@ -172,7 +172,7 @@ class Game:
                 )
                 or 0.0
             )
-        return 0.0 if earned is None else convert_credit_to_reward(earned, self._rules.reward)
+        return 0.0 if earned is None else convert_reward_basis_to_reward(earned, self._rules.reward)
 
     def _list_executed_or_needless_actions(self) -> list[Action]:
         """Return the actions that were executed, or skipped because they were not needed."""
@@ -186,7 +186,8 @@ class Game:
     def _compute_reward_basis_of_game(self, *, is_episode_ended: bool) -> RewardBasis | None:
         if self.refused is not None:
             return RewardBasis(float(self.won), self.won, ended=False, faults=self._faults)
-        if self.task.has_no_plan:  # only a refusal is right, so reached goals earn nothing
+        # the right answer is to call the task impossible, so reached goals earn nothing
+        if self.task.has_no_plan:
             return None
         ended = self._failed or self._lacks_required_done(is_episode_ended=is_episode_ended)
         earned = compute_plan_reward_basis(
@@ -372,7 +373,10 @@ class Game:
         failed_by_chance: bool = False,
         command_repairs: Sequence[str] = (),
     ) -> _GymnasiumInfo:
-        """Return facts about a turn, or about the start of the game, that no observation shows."""
+        """Return what gymnasium calls ``info``: goals reached, errors and other facts that agents do not see.
+
+        Without arguments, the facts are those at the start of the game.
+        """
         info = _GymnasiumInfo(
             task_id=self.stage.task.id,
             goals=list(self.reached),

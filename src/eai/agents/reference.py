@@ -47,10 +47,10 @@ _MAX_CACHED_SETUPS = 4096
 
 @lru_cache(_MAX_CACHED_SETUPS)
 def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
-    """Return the setup for games of the task with this name.
+    """Return the world, goals and rules with which a task can be played as a game, action by action.
 
     Args:
-        task: name of a task of action sequencing, as `Suite.reference` writes it.
+        task: a task, as ``BENCHMARK/action_sequencing/TASK``.
         rules: the rules of the games.
 
     Raises:
@@ -119,7 +119,7 @@ class _WinningCommands(NamedTuple):
 
 
 def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_WinningCommands]:
-    """Yield the games in which an agent reaches all goals, if the number of actions is not limited."""
+    """Let built-in agents play a task without a limit of actions. Yield each game that reaches all goals."""
     endless = setup.make_setup_without_limits()
     for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
@@ -149,7 +149,7 @@ def _find_mistakes_in_reference(setup: GameSetup) -> Iterator[str]:
         yield f"reference: expected to reach goals.{game.reached.index(False)}"
 
 
-def add_references(task: Task, benchmark: Benchmark) -> Task:
+def add_reference_plans(task: Task, benchmark: Benchmark) -> Task:
     """Return a task that records its shortest known plan, and actions that win in the standard setting.
 
     A task that records a shortest plan is returned unchanged, as is a task that cannot be won by actions in
@@ -167,7 +167,7 @@ def add_references(task: Task, benchmark: Benchmark) -> Task:
     return replace(task, shortest_plan=tuple(shortest), reference_plan=reference)
 
 
-def find_wrong_references(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
+def find_wrong_reference_plans(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
     """Yield messages on wrong plans that a task records: its shortest plan, or its reference plan.
 
     The shortest plan is the shortest known one. An agent that sees only part of the world can carry out the
@@ -184,7 +184,7 @@ def find_wrong_references(task: Task, benchmark: Benchmark, *, searches: bool) -
         yield from _find_mistakes_in_reference(setup)
     if not searches or not any(recorded.values()):
         return
-    found = add_references(replace(task, shortest_plan=(), reference_plan=()), benchmark)
+    found = add_reference_plans(replace(task, shortest_plan=(), reference_plan=()), benchmark)
     for member, plan in (("shortest", found.shortest_plan), ("reference", found.reference_plan)):
         number = len(recorded[member])
         if 0 < len(plan) < number:

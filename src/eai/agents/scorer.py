@@ -221,7 +221,7 @@ class _ActingScorer(Scorer):
             )
             return replace(verdict, outlook=outlook, lost_at=lost_at)
 
-        def make_explanation() -> Explanation:
+        def explain_episode_verdict() -> Explanation:
             notes = [] if verdict.error is None else [f"{verdict.error.kind.value}: {verdict.error.detail}"]
             notes.append(
                 f"ended: {verdict.ended}; {len(verdict.action_turns)} actions, at most {verdict.budget}"
@@ -237,7 +237,7 @@ class _ActingScorer(Scorer):
             goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
-        return Assessment(verdict, make_explanation, add_goal_reachability)
+        return Assessment(verdict, explain_episode_verdict, add_goal_reachability)
 
 
 _MAX_SHOWN = 100

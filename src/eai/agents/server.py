@@ -221,7 +221,7 @@ def make_http_app(
         all_share_first_episode: whether all callers act in the first world, without a ticket.
     """
     hosts = [text for name in host_names for text in (name, f"{name}:*")]
-    issuer = AnyHttpUrl("http://localhost")  # AuthSettings requires a URL, but nobody issues tickets there
+    issuer = AnyHttpUrl("http://localhost")  # AuthSettings requires a URL, but no tokens are issued at it
     return make_mcp_server(
         episodes, domain, all_share_first_episode=all_share_first_episode
     ).streamable_http_app(

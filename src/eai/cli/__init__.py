@@ -75,7 +75,7 @@ _BY_PANEL = {
 """Commands of the core by panel, in the order of the help. Commands of extensions are in the last panel."""
 
 _BELOW = ("export tasks", "export pictures")
-"""Subcommands that the help of their group lists first, in this order."""
+"""Subcommands that the help of `eai export` lists first, in this order."""
 
 _NEED_OPTIONS = frozenset({"run", "check"})
 """Commands without required arguments that still print their help if called without arguments."""

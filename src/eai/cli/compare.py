@@ -60,7 +60,10 @@ def compare(
     """
     before, after = _read_runs_by_suite(first), _read_runs_by_suite(second)
     if not before.keys() & after.keys():
-        before, after = _rename_suites_with_equal_tasks(before), _rename_suites_with_equal_tasks(after)
+        before, after = (
+            _name_suites_with_equal_tasks_equally(before),
+            _name_suites_with_equal_tasks_equally(after),
+        )
     shared = [place for place in before if place in after]
     if not shared:
         hint = ", with equal game rules" if any(place.rules for place in (*before, *after)) else ""
@@ -161,7 +164,7 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
     return dict(sorted(runs.items(), key=lambda item: item[1].key.sort_key))
 
 
-def _rename_suites_with_equal_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
+def _name_suites_with_equal_tasks_equally(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
     """Return the runs by suite, with equal names for suites that have equal tasks, so that they are compared.
 
     A variant of a benchmark has its tasks with other prompts. It gets the name of the benchmark, unless two

@@ -38,7 +38,7 @@ class _ConsoleEscapingControls(Console):
     """A console that escapes control characters in texts, so that only styles control the terminal."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """Return the printed segments, with control characters of texts replaced."""
+        """Return the pieces of styled text to print, with control characters in them replaced."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else segment._replace(text=escape_unprintable(segment.text))
 

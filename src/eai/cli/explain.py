@@ -314,7 +314,7 @@ def _print_explanation(
         _print_with_hanging_indent(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
         remark = _format_met_conditions(record)
-        remark += ": none counts, as nothing was carried out" * _is_every_goal_missed_as_unexecutable(
+        remark += ": none counts, as nothing was carried out" * _are_all_goals_missed_without_execution(
             record, explanation
         )
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
@@ -354,7 +354,7 @@ def _format_met_conditions(record: Record) -> str:
     return f", {share.numerator} of {format_count(int(share.denominator), 'condition')} met"
 
 
-def _is_every_goal_missed_as_unexecutable(record: Record, explanation: Explanation) -> bool:
+def _are_all_goals_missed_without_execution(record: Record, explanation: Explanation) -> bool:
     """Whether all goals count as missed because the answer was not executed, even goals true at the start."""
     error = record.verdict.error
     unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED

@@ -292,7 +292,7 @@ def _write_data_set(rows: Iterable[TrainingRow], out: Path, file_format: _Format
     contents[out / "README.md"] = _read_template("card.txt").format(files=files)
     asked = dict.fromkeys((row["data_source"], row["split"]) for row in made if "data_source" in row)
     if asked:
-        contents[out / "eval.yaml"] = _format_eval_yaml(out, asked)
+        contents[out / "eval.yaml"] = _format_hugging_face_eval_yaml(out, asked)
     write_files_atomically(contents)
     return len(made)
 
@@ -301,7 +301,7 @@ def _format_json_lines(rows: Iterable[TrainingRow]) -> Iterator[str]:
     return (f"{json.dumps(row)}\n" for row in rows)
 
 
-def _format_eval_yaml(out: Path, suites_and_splits: Iterable[tuple[str, str]]) -> str:
+def _format_hugging_face_eval_yaml(out: Path, suites_and_splits: Iterable[tuple[str, str]]) -> str:
     """Return the text of eval.yaml, which registers a data set as a benchmark on the Hugging Face Hub.
 
     The file lists each suite with its split. Splits for training are left out.

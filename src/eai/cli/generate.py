@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from rich.table import Table
 
-from eai.agents.reference import add_references
+from eai.agents.reference import add_reference_plans
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import raise_write_errors_as_input_errors
 from eai.base.json_value import Json
@@ -156,9 +156,9 @@ def generate_tasks(
     generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
     seeds = sets.make_seeds(split.value, seed, secret)
     with WorkerPool(workers) as pool:
-        captures: list[tuple[str, str]] = []
+        fingerprints_with_copies: list[tuple[str, str]] = []
         generated = _generate_with_workers(
-            generator, seeds, n, known, captures, pool if workers > 1 else None
+            generator, seeds, n, known, fingerprints_with_copies, pool if workers > 1 else None
         )
         write_lines = partial(_write_lines_of_task_and_pair, benchmark_name=like, benchmark=benchmark)
         outcomes, lines, stopped = _collect_outcomes_and_task_lines(
@@ -176,9 +176,11 @@ def generate_tasks(
         if unanswered:
             validated = f"; VAL accepts {len(plans) - unanswered:,} certificates, no answer on {unanswered:,}"
     write_task_file(file, lines)
-    captures = captures[: len(made) + rejected.count(SeedRejectionReason.COPY)]
+    fingerprints_with_copies = fingerprints_with_copies[
+        : len(made) + rejected.count(SeedRejectionReason.COPY)
+    ]
     content = make_task_file_content(lines)
-    entry = sets.make_manifest_entry(spec, seed, secret, content, made, rejected, captures)
+    entry = sets.make_manifest_entry(spec, seed, secret, content, made, rejected, fingerprints_with_copies)
     new, domain = [each.task for each in made], benchmark.domain
     overlap = {
         (split.value, name): sets.measure_overlap(new, other_tasks[name], domain, held_out)
@@ -188,10 +190,10 @@ def generate_tasks(
         (name, split.value): sets.measure_overlap(other_tasks[name], new, domain, held_out) for name in later
     }
     sets.write_manifest(out, split.value, entry, overlap)
-    estimate = sets.estimate_number_of_tasks(captures)
+    estimate = sets.estimate_number_of_tasks(fingerprints_with_copies)
     if stopped is not None:
         kept = f"{format_count(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
-        raise type(stopped)(f"{stopped}; {kept}; {_describe_estimate(estimate)}")
+        raise type(stopped)(f"{stopped}; {kept}; {_describe_estimated_task_count(estimate)}")
     if not as_json:
         _print_task_statistics(
             sets.compute_set_statistics(list(tasks.values())),
@@ -202,7 +204,7 @@ def generate_tasks(
     line += validated
     value: dict[str, Json] = {"file": str(file), "tasks": len(made), "rejected": len(rejected)}
     value["estimated_tasks"] = estimate
-    print_result(line, _describe_estimate(estimate), value=value, as_json=as_json)
+    print_result(line, _describe_estimated_task_count(estimate), value=value, as_json=as_json)
 
 
 def _generate_with_workers(
@@ -210,7 +212,7 @@ def _generate_with_workers(
     seeds: Iterator[str],
     number: int,
     known: set[tuple[str, str]],
-    captures: list[tuple[str, str]],
+    fingerprints_with_copies: list[tuple[str, str]],
     pool: WorkerPool | None,
 ) -> Iterator[GenerationOutcome]:
     """Yield the task that each seed gives, or the reason why it gives none, until there are enough tasks.
@@ -218,14 +220,14 @@ def _generate_with_workers(
     The tasks are equal for any number of workers.
     """
     if pool is None:
-        return generate_from_seeds(generator, seeds, number, known, captures)
-    judge = partial(judge_seed_batch, _add_references, generator)
+        return generate_from_seeds(generator, seeds, number, known, fingerprints_with_copies)
+    judge = partial(judge_seed_batch, _add_reference_plans_to_task_and_pair, generator)
     vocabulary = generator.benchmark.domain.vocabulary
     judged = (
         load_judged_seed(content, vocabulary)
         for content in pool.map_batches(judge, seeds, batch_sizes=(1, _MAX_BATCH_SEEDS))
     )
-    return select_tasks(judged, generator.spec, number, known, captures)
+    return select_tasks(judged, generator.spec, number, known, fingerprints_with_copies)
 
 
 def _collect_outcomes_and_task_lines(
@@ -259,23 +261,23 @@ def _collect_outcomes_and_task_lines(
     return outcomes, lines, None
 
 
-def _describe_estimate(number: int | None) -> str:
-    if number is None:
+def _describe_estimated_task_count(task_count: int | None) -> str:
+    if task_count is None:
         return "no seed repeated a task, so the number of different tasks cannot be estimated"
-    return f"estimated number of different tasks: at least {number:,}"
+    return f"estimated number of different tasks: at least {task_count:,}"
 
 
-def _add_references(made: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
-    """Return a task, and the second task of its pair, with their references if these are missing."""
-    paired = None if made.paired is None else _add_references(made.paired, benchmark)
-    return replace(made, task=add_references(made.task, benchmark), paired=paired)
+def _add_reference_plans_to_task_and_pair(made: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
+    """Return a task with reference plans, if it has none. If it belongs to a pair, complete both tasks."""
+    paired = None if made.paired is None else _add_reference_plans_to_task_and_pair(made.paired, benchmark)
+    return replace(made, task=add_reference_plans(made.task, benchmark), paired=paired)
 
 
 def _write_lines_of_task_and_pair(
     made: GeneratedTask, benchmark_name: str, benchmark: Benchmark
 ) -> list[str]:
     """Return the line of a generated task in a task file. A pair of tasks has two, sorted by task id."""
-    completed = _add_references(made, benchmark)
+    completed = _add_reference_plans_to_task_and_pair(made, benchmark)
     pair = [one for one in (completed, completed.paired) if one is not None]
     return [
         write_task_line(one.task, benchmark_name, benchmark.domain, one.about)

@@ -1,4 +1,4 @@
-"""Find the extension that shows logs of other projects, for `eai score` and `eai explain`."""
+"""Find the plug-in that reads logs of other projects. `eai score` and `eai explain` pass such logs to it."""
 
 from __future__ import annotations
 

@@ -45,20 +45,20 @@ _UNKNOWN_TIME = "-:--:--"
 P = ParamSpec("P")
 
 BESIDE_A_MAKER = 20
-"""Characters that a progress line needs, besides `BESIDE_THE_TITLE`, for the number of refused attempts."""
+"""Further characters that a progress line of `eai generate` needs, for the number of refused tasks."""
 
 MakingCallback: TypeAlias = Callable[[int, int], None]
-"""Function that is called with the numbers of things made and of refused attempts to make one."""
+"""Function that is called with the number of tasks generated, and of generated tasks that were refused."""
 
 
-class _WorkWatch(Protocol):
+class _WorkProgressCallback(Protocol):
     """Function that is called with the numbers of finished parts and of all parts of some local work."""
 
     def __call__(self, done: int, total: int, refused: int | None = None) -> None:
         """Show the numbers of finished parts, of all parts and, unless None, of refused attempts."""
 
 
-def make_resumable(command: Callable[P, None]) -> Callable[P, None]:
+def make_command_print_how_to_resume(command: Callable[P, None]) -> Callable[P, None]:
     """Return a command that prints how to resume it if it is interrupted."""
 
     @wraps(command)
@@ -74,7 +74,7 @@ def make_resumable(command: Callable[P, None]) -> Callable[P, None]:
 @contextmanager
 def show_data_progress() -> Iterator[ReportProgress]:
     """Show the progress of each step of obtaining the data set, with downloads in megabytes."""
-    watches: dict[str, _WorkWatch] = {}
+    watches: dict[str, _WorkProgressCallback] = {}
     with ExitStack() as shown:
 
         def report_progress(stage: FetchStage, subject: str, done: int, total: int) -> None:
@@ -166,11 +166,11 @@ class _WorkProgress:
         self, first: float = 0, unit: str = "", beside: int = BESIDE_THE_TITLE, kept: int = 0
     ) -> None:
         self._console = get_error_console()
-        self._lines = _SpacedLinePrinter(self._console, first)
+        self._lines = _RateLimitedLinePrinter(self._console, first)
         self._began = time.monotonic()
         self._unit, self._beside, self._kept = unit, beside, kept
 
-    def show(self, title: str) -> AbstractContextManager[_WorkWatch]:
+    def show(self, title: str) -> AbstractContextManager[_WorkProgressCallback]:
         """Show the progress by a bar on a terminal, or by lines in other output."""
         if self._console.is_terminal:
             return self._show_bar(title)
@@ -182,7 +182,7 @@ class _WorkProgress:
         return (time.monotonic() - self._began) / new * (total - done) if new > 0 and done < total else None
 
     @contextmanager
-    def _show_bar(self, title: str) -> Iterator[_WorkWatch]:
+    def _show_bar(self, title: str) -> Iterator[_WorkProgressCallback]:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
         columns = (
@@ -222,7 +222,7 @@ def _cut_start(text: str, width: int) -> str:
     return text if len(text) <= width else f"…{text[len(text) - width + 1 :]}" if width > 1 else ""
 
 
-class _RunPace:
+class _RunProgressInWords:
     """Progress of a run in words: answers, seconds since the last answer, tokens a second, and time left."""
 
     def __init__(self) -> None:
@@ -239,7 +239,7 @@ class _RunPace:
         if self._done_before is None:  # answers that an earlier start recorded take no time
             self._done_before, self._began = done, self._changed
 
-    def describe(self) -> str:
+    def describe_run_progress(self) -> str:
         """Return the progress: ``3/342, waiting 41 s, 23 tokens/s, about 12 min left``."""
         waiting, seconds = time.monotonic() - self._changed, self._changed - self._began
         parts = [f"{self.done}/{self.total}"]
@@ -269,10 +269,10 @@ def _show_live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
     from rich.live import Live
     from rich.text import Text
 
-    pace = _RunPace()
+    pace = _RunProgressInWords()
 
     def draw_line() -> Text:
-        progress = pace.describe()
+        progress = pace.describe_run_progress()
         return Text(f"{_cut_start(title, console.width - len(progress) - 2)}  {progress}", no_wrap=True)
 
     with Live(console=console, transient=True, get_renderable=draw_line):
@@ -282,10 +282,10 @@ def _show_live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
 @contextmanager
 def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
     """Print a line for each tenth of a run, and a line after each minute without a line."""
-    pace, lines, over = _RunPace(), _SpacedLinePrinter(console), Event()
+    pace, lines, over = _RunProgressInWords(), _RateLimitedLinePrinter(console), Event()
 
     def print_progress_if_due() -> None:
-        lines.print_line_if_due(f"{title}: {pace.describe()}", pace.done, pace.total)
+        lines.print_line_if_due(f"{title}: {pace.describe_run_progress()}", pace.done, pace.total)
 
     def update_answering_pace(answered: int, failed: int, total: int, tokens: int) -> None:
         pace.update(answered, failed, total, tokens)
@@ -304,7 +304,7 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
         timer.join()
 
 
-class _SpacedLinePrinter:
+class _RateLimitedLinePrinter:
     """Lines for each tenth and for the first hundred parts of some work, and a line after a long silence.
 
     There is a minimum time between lines.

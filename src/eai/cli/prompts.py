@@ -56,8 +56,8 @@ def write_prompts(
         benchmark: Benchmark of the tasks.
         ability: Ability that the prompts ask for.
         out: Output file.
-        chosen: Function that selects prompts; None for all prompts. It gets all prompts by task id, and as
-            ``of`` the benchmark and ability, which its error message names.
+        chosen: Function that selects prompts from a mapping by task id; None for all prompts. Its argument
+            ``of`` is the text by which its error message names the benchmark and the ability.
         goals: File with a model's answers to goal interpretation. The prompts state the goals in these
             answers, and tasks without an answer have no prompt. If None, prompts state the tasks' own goals.
         as_json: Whether the summary is printed as JSON.
@@ -112,7 +112,7 @@ T = TypeVar("T")
 def choose_tasks(
     entries: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str
 ) -> dict[str, T]:
-    """Return the entries (by task id) of tasks that ``tasks`` names, or of tasks drawn at random.
+    """Return the part of a mapping by task id for tasks that ``tasks`` names, or for a random sample.
 
     Raises:
         InputError: A task does not exist.

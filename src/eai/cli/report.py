@@ -96,7 +96,9 @@ def report(
     kinds = parse_formats(formats)
     listed_prices = None if prices is None else PriceList.read_file(prices)
     own = find_benchmarks_of_runs(records)
-    told = partial(make_explorer_background, open_store(data), own, out, prompts=prompts, pictures=pictures)
+    told = partial(
+        read_domain_data_for_explorer_page, open_store(data), own, out, prompts=prompts, pictures=pictures
+    )
     explorer, summaries = ExplorerData(told), list[RunSummary]()
     files = len(find_record_files(records))
     with show_scoring_progress("reading records", files, quiet=False) as watch:
@@ -135,7 +137,7 @@ def _draw_plots(
         return 0
 
 
-def make_explorer_background(
+def read_domain_data_for_explorer_page(
     source: Store,
     own_benchmarks: Mapping[str, Benchmark],
     out: Path,

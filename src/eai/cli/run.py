@@ -1,6 +1,7 @@
 """``eai run``: obtain a model's answers and score them.
 
-With ``--adaptive``, each task is chosen by the answers so far, until the ability estimate is precise.
+With ``--adaptive``, each task is chosen by the answers so far. The run ends when the model's skill is known
+precisely.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import console, flags, options
 from eai.cli.flags import make_run_flag
 from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, make_flag
-from eai.cli.progress import make_resumable, show_run_progress, show_scoring_progress
+from eai.cli.progress import make_command_print_how_to_resume, show_run_progress, show_scoring_progress
 from eai.cli.prompts import select_tasks_of_suites
 from eai.cli.table import print_results, result_to_json
 from eai.pddl.planning import PlannerChoice
@@ -74,7 +75,7 @@ _WHO, _WHAT, _ALL = "Who is asked", "What is asked", "All options"
 """Titles of the panels of options in the help of ``eai run``."""
 
 
-@make_resumable
+@make_command_print_how_to_resume
 def run(
     context: typer.Context,
     file: Annotated[Path | None, typer.Argument(metavar="FILE.toml")] = None,
@@ -177,7 +178,7 @@ def run(
     remarks = flags.describe_unanswerable_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
     flags.check_replayed_files_match_suites(endpoints, [suite for suite, _ in chosen])
     console.print_note_if_planner_missing([suite for suite, _ in chosen])
-    first = _make_stage_before_answers(request, chosen)
+    first = _make_stage_that_asks_goals_or_scenes(request, chosen)
     fitting = {endpoint.model: _leave_out_long_tasks(request, endpoint, chosen) for endpoint in endpoints}
     save_spec(spec, out)
     outcomes = []
@@ -256,7 +257,7 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
         print_table(console.get_output_console(), make_pass_at_k_table(repeated), wide=wide)
 
 
-def _make_stage_before_answers(
+def _make_stage_that_asks_goals_or_scenes(
     request: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> StageBeforeQuestions | None:
     """Return the stage before the questions, in which a model interprets goals or perceives scenes.
@@ -352,7 +353,7 @@ def _request_answers_and_score(
         for epoch, one in enumerate(result.by_epoch or (result,), 1):
             write_inspect_log_reference(one.folder, answers.logs, epoch)
         if result.by_epoch:
-            write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_recorded_epoch())
+            write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_epoch_of_shown_answer())
     return replace(result, remarks=list_remarks(job, answers.answers))
 
 
@@ -363,7 +364,10 @@ def _print_failures_and_effort(
     if as_json:
         known = [(each, result_to_json(each.totals, each.folder)) for each in outcomes]
         console.print_json(
-            [{**found, "model": each.model, **each.make_non_metric_fields()} for each, found in known]
+            [
+                {**found, "model": each.model, **each.make_summary_fields_beside_metrics()}
+                for each, found in known
+            ]
         )
     for outcome in outcomes:
         for why, task_ids in _merge_similar_failures(outcome.failures):

@@ -104,11 +104,11 @@ class _ScoringJob:
 
     @property
     def records_file(self) -> Path:
-        """The file of records; without a folder for results, the file that it would be in this folder."""
+        """The file of records in the folder of results, or in the working folder if no folder is given."""
         return (self.out or Path()) / (records.RECORDS if self.shard is None else self.shard.file_name)
 
     @property
-    def missing(self) -> dict[str, str]:
+    def reason_by_unanswered_task(self) -> dict[str, str]:
         """The tasks without an answer, each with the reason."""
         missing = map_unanswered_tasks_to_reason(self.suite, self.answers)
         return missing | dict.fromkeys(missing.keys() & set(self.elsewhere), OTHER_RULES)
@@ -121,7 +121,7 @@ class _ScoringJob:
     @property
     def record_count(self) -> int:
         """Number of records."""
-        answers = len(self.answers.responses) + len(self.missing)
+        answers = len(self.answers.responses) + len(self.reason_by_unanswered_task)
         places = range(answers if self.combiner_of_epoch_verdicts is None else len(self.suite.task_ids))
         return len(places if self.shard is None else places[self.shard.number - 1 :: self.shard.of])
 
@@ -298,7 +298,7 @@ def _find_records_of_interrupted_job(job: _ScoringJob, settings: ScoringOptions)
         *(source.errata.value, resolve_automatic_choice(source.planner).value),
         *(source.terms.seconds, source.terms.memory_mib),
         *(settings.explanations, settings.allow_missing, settings.look_back),
-        *(job.answers.model, job.rules, job.missing, job.prompt_name, job.shard),
+        *(job.answers.model, job.rules, job.reason_by_unanswered_task, job.prompt_name, job.shard),
     )
     paths = [path for path in (job.log, job.goals) if path is not None]
     files = [file for path in paths for file in (find_files_below(path, "*") or [path]) if file.is_file()]
@@ -393,7 +393,7 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
     )
     if combine_epochs is None:
         return scoring.score_in_batches(
-            suite, job.answers, job.missing, settings, finish, job.shard, job.kept
+            suite, job.answers, job.reason_by_unanswered_task, settings, finish, job.shard, job.kept
         )
     # imported late, because answers of one epoch do not need it
     from eai.results.epochs import average_records_over_epochs
@@ -404,7 +404,7 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
     ]
     by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, combine_epochs)}
     means = [(finish or replace)(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
-    chosen = means if job.shard is None else [*job.shard.select(means)]
+    chosen = means if job.shard is None else [*job.shard.select_items_of_shard(means)]
     return [records.make_record_batch(chosen[job.kept :])]
 
 

@@ -20,7 +20,7 @@ from eai.cli.options import (
     make_flag,
     parse_external_agent_setting,
 )
-from eai.cli.progress import make_resumable
+from eai.cli.progress import make_command_print_how_to_resume
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_suite_and_task_ids
 from eai.results.trials import AnswerKey
 
@@ -32,7 +32,7 @@ _LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
 
 
 @app.command(no_args_is_help=True)
-@make_resumable
+@make_command_print_how_to_resume
 def mcp(
     domain: OfDomain = "",
     out: Annotated[Path | None, make_flag(panel=OUTPUT)] = None,
@@ -112,10 +112,10 @@ def mcp(
 
 
 def _serve_plan_verifier_tools(**other_options: object) -> None:
-    """Serve the verifier's tools over standard input.
+    """Serve tools that check plans and goals, over standard input (`eai serve mcp --tools`).
 
     Raises:
-        InputError: one of the other options is set. They only serve tasks.
+        InputError: one of the other options is set. They are for serving tasks.
     """
     for name, value in other_options.items():
         if value:

@@ -52,7 +52,9 @@ def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wid
         (totals.coverage, model) for model, totals in results.items()
     ).items():
         print_note_if_incomplete(", ".join(models), coverage)
-    for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
+    for remark in dict.fromkeys(
+        each.errata.remark_on_errata for each in results.values() if each.errata is not None
+    ):
         if remark is not None:
             print_result_line(remark)
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from eai.abilities.protocol import Ability
-from eai.agents.reference import add_references, find_wrong_references
+from eai.agents.reference import add_reference_plans, find_wrong_reference_plans
 from eai.base.errors import InputError
 from eai.base.grouping import MapItems
 from eai.base.json_value import Json
@@ -128,11 +128,11 @@ def _check_task_files(path: Path, workers: int, *, references: bool, as_json: bo
     fine = "all tasks are as they say"
     with WorkerPool(workers) as pool:
         map_items = partial(_map_and_show_progress, pool, f"checking {path}", as_json)
-        find_more_mistakes = partial(_find_wrong_references, references)
+        find_more_mistakes = partial(_list_wrong_reference_plans, references)
         findings = list(check_task_files(path, _find_benchmark_domain, find_more_mistakes, map_items))
         if references and not findings:
             map_items = partial(_map_and_show_progress, pool, f"playing {path}", as_json)
-            added = sum(_add_references_to_file(file, map_items) for file in find_task_files(path))
+            added = sum(_add_reference_plans_to_task_file(file, map_items) for file in find_task_files(path))
             fine += f"; references of {format_count(added, 'task')} added"
     print_findings_and_exit(findings, fine, as_json=as_json)
 
@@ -156,29 +156,29 @@ def _find_benchmark_domain(reference: str) -> Domain:
     return find_benchmark(reference).domain
 
 
-def _find_wrong_references(searches: bool, base: str, task: Task) -> list[str]:
-    return list(find_wrong_references(task, find_benchmark(base), searches=searches))
+def _list_wrong_reference_plans(searches: bool, base: str, task: Task) -> list[str]:
+    return list(find_wrong_reference_plans(task, find_benchmark(base), searches=searches))
 
 
-def _add_references_to_file(file: Path, map_items: MapItems) -> int:
+def _add_reference_plans_to_task_file(file: Path, map_items: MapItems) -> int:
     """Add reference plans to the tasks of a file that lack them. Return the number of changed lines."""
     lines = [place.content.decode() for place in read_task_file_lines(file)]
-    completed = list(map_items(_add_references_to_lines, lines))
+    completed = list(map_items(_add_reference_plans_to_task_lines, lines))
     if completed != lines:
         write_task_file(file, completed)
     return sum(new != old for new, old in zip(completed, lines, strict=True))
 
 
-def _add_references_to_lines(lines: Sequence[str]) -> list[str]:
-    return [_add_references_to_line(line) for line in lines]
+def _add_reference_plans_to_task_lines(lines: Sequence[str]) -> list[str]:
+    return [_add_reference_plans_to_task_line(line) for line in lines]
 
 
-def _add_references_to_line(text: str) -> str:
-    """Return the line of a task with its references, or the line itself if it has them already."""
+def _add_reference_plans_to_task_line(text: str) -> str:
+    """Return the line of a task in a task file with reference plans added, unless it has them."""
     line = read_task_line(text)
     benchmark = find_benchmark(line.base)
     task = make_task_from_line(line, benchmark.domain)
-    completed = add_references(task, benchmark)
+    completed = add_reference_plans(task, benchmark)
     if completed is task:
         return text
     values = {**json.loads(text, strict=False), **list_recorded_plans(completed)}

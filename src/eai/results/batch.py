@@ -114,7 +114,7 @@ class Scoring(WorkerPool):
             len(answers.responses) + len(unanswered),
         )
         if shard is not None:
-            items, number = shard.select(items), -(-number // shard.of)
+            items, number = shard.select_items_of_shard(items), -(-number // shard.of)
         items, number = islice(items, skip, None), number - skip
         mark = partial(
             _add_harness_and_game_rules, default=_find_harness_and_game_rules(suite.ability, answers)
@@ -232,9 +232,9 @@ def _list_rows_in_task_order(
 def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
     """Return the answers of a response file, grouped by the game rules by which the model played.
 
-    Games by the standard rules come first, under the key None. Each group keeps its further epochs. Empty and
-    unreadable answers name no rules, and fail by any rules. They are added to the group of the standard
-    rules, or to the largest group if no game had these rules.
+    Games by the standard rules come first, under the key None. Each group has the answers of all epochs.
+    Empty and unreadable answers fail, whatever the rules. They are added to the group of the standard rules,
+    or to the largest group if no game had these rules.
     """
     declared = get_declaration(ability)
     if not declared.takes_turns:

@@ -76,18 +76,18 @@ _PSEUDO_UNITS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _RateWithErrorByUnit:
+class _RateWithErrorBySamplingUnit:
     """An estimated rate, or difference of rates, with the contribution of each unit to its error.
 
-    Units are tasks, or all tasks of one name. Two pseudo-units (invented tasks or names of mean size, each
-    right or wrong with even chance) are added to the variance.
+    Units are tasks, or groups of near copies of a task. Two pseudo-units are added to the variance, so that
+    it is not too small with few tasks. They are invented units of mean size, right or wrong by even chance.
 
     Attributes:
         value: the estimate, as a fraction of 1.
         centre: the estimate with the two pseudo-units included, one right and one wrong.
         of_units: mapping from each unit to its contribution; the contributions sum to 0.
         of_pseudo_units: the possible contributions of one pseudo-unit to the error, all equally likely.
-            A rate has two: if all answers of the unit are right, and if all are wrong.
+            For a rate there are two: one if the unit is right, one if it is wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
@@ -99,12 +99,15 @@ class _RateWithErrorByUnit:
 
     @property
     def variance_without_pseudo_units(self) -> float:
-        """Variance of the estimate from the real units, without the two pseudo-units."""
+        """Variance of the estimate from the real tasks, without the two invented ones of this class."""
         return sum(added * added for added in self.of_units.values())
 
     @property
     def variance(self) -> float:
-        """Variance of the estimate: jackknife over real units, plus that of the pseudo-units; never zero."""
+        """Variance of the estimate, never zero.
+
+        The sum of the jackknife variance over the real tasks and the variance from the two invented ones.
+        """
         left_out = (
             added / (1 - self.weights[unit])
             for unit, added in self.of_units.items()
@@ -120,7 +123,9 @@ class _RateWithErrorByUnit:
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
 
 
-def compute_rate_with_error_by_unit(shares_by_unit: Mapping[str, Share]) -> _RateWithErrorByUnit | None:
+def compute_rate_with_error_by_sampling_unit(
+    shares_by_unit: Mapping[str, Share],
+) -> _RateWithErrorBySamplingUnit | None:
     """Return a rate with each unit's contribution to its error, or None if the denominator is zero.
 
     Args:
@@ -132,7 +137,7 @@ def compute_rate_with_error_by_unit(shares_by_unit: Mapping[str, Share]) -> _Rat
         return None
     value = sum(share.numerator for share in parts.values()) / whole
     centre = (value * units + _PSEUDO_UNITS / 2) / (units + _PSEUDO_UNITS)
-    return _RateWithErrorByUnit(
+    return _RateWithErrorBySamplingUnit(
         value,
         centre,
         {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
@@ -142,17 +147,18 @@ def compute_rate_with_error_by_unit(shares_by_unit: Mapping[str, Share]) -> _Rat
 
 
 def compute_weighted_mean_of_rates(
-    weighted_rates: Sequence[tuple[float, _RateWithErrorByUnit]],
-) -> _RateWithErrorByUnit:
+    weighted_rates: Sequence[tuple[float, _RateWithErrorBySamplingUnit]],
+) -> _RateWithErrorBySamplingUnit:
     """Return the weighted mean of rates of the same tasks, with each unit's contribution to the mean's error.
 
-    A pseudo-unit (`_RateWithErrorByUnit`) is right in all rates, or wrong in all rates.
+    A unit is a task or a group of near copies. An invented unit (`_RateWithErrorBySamplingUnit`) is right in
+    all rates, or wrong in all rates.
 
     Args:
-        weighted_rates: for each rate, its weight and the result of `compute_rate_with_error_by_unit`; the
-            weights sum to 1.
+        weighted_rates: for each rate, its weight and the result of
+            `compute_rate_with_error_by_sampling_unit`; the weights sum to 1.
     """
-    return _RateWithErrorByUnit(
+    return _RateWithErrorBySamplingUnit(
         sum(weight * rate.value for weight, rate in weighted_rates),
         sum(weight * rate.centre for weight, rate in weighted_rates),
         _sum_weighted_numbers_by_unit([(weight, rate.of_units) for weight, rate in weighted_rates]),
@@ -161,15 +167,15 @@ def compute_weighted_mean_of_rates(
     )
 
 
-def compute_difference_with_error_by_unit(
-    first: _RateWithErrorByUnit, second: _RateWithErrorByUnit
-) -> _RateWithErrorByUnit:
+def compute_rate_difference_by_sampling_unit(
+    first: _RateWithErrorBySamplingUnit, second: _RateWithErrorBySamplingUnit
+) -> _RateWithErrorBySamplingUnit:
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
-    A pseudo-unit (`_RateWithErrorByUnit`) has one contribution for each combination of right and wrong in
-    the two rates.
+    A unit is a task or a group of near copies. An invented unit (`_RateWithErrorBySamplingUnit`) can be right
+    or wrong in each rate, so it has four possible contributions.
     """
-    return _RateWithErrorByUnit(
+    return _RateWithErrorBySamplingUnit(
         second.value - first.value,
         second.centre - first.centre,
         _sum_weighted_numbers_by_unit([(1, second.of_units), (-1, first.of_units)]),
@@ -283,8 +289,8 @@ def compute_rate_intervals(cases: TaskContributions) -> ConfidenceIntervals | No
 
 def _compute_confidence_intervals_of_rate(cases: TaskContributions) -> ConfidenceIntervals | None:
     each_task, each_name = sum_shares_by_task(cases), sum_shares_by_task_name(cases)
-    tasks = compute_rate_with_error_by_unit(each_task)
-    names = tasks if len(each_name) == len(each_task) else compute_rate_with_error_by_unit(each_name)
+    tasks = compute_rate_with_error_by_sampling_unit(each_task)
+    names = tasks if len(each_name) == len(each_task) else compute_rate_with_error_by_sampling_unit(each_name)
     if tasks is None or names is None:
         return None
     yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
@@ -303,9 +309,13 @@ def compute_mean_intervals(parts: Sequence[tuple[float, TaskContributions]]) -> 
     Args:
         parts: pairs of the weight and the cases of a rate; the weights sum to 1.
     """
-    tasks = [(weight, compute_rate_with_error_by_unit(sum_shares_by_task(cases))) for weight, cases in parts]
+    tasks = [
+        (weight, compute_rate_with_error_by_sampling_unit(sum_shares_by_task(cases)))
+        for weight, cases in parts
+    ]
     names = [
-        (weight, compute_rate_with_error_by_unit(sum_shares_by_task_name(cases))) for weight, cases in parts
+        (weight, compute_rate_with_error_by_sampling_unit(sum_shares_by_task_name(cases)))
+        for weight, cases in parts
     ]
     complete = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
     if len(complete[0]) < len(parts):
@@ -325,11 +335,14 @@ def compute_difference_intervals(
     cases.
     """
     pairs = [
-        (compute_rate_with_error_by_unit(sums(first)), compute_rate_with_error_by_unit(sums(second)))
+        (
+            compute_rate_with_error_by_sampling_unit(sums(first)),
+            compute_rate_with_error_by_sampling_unit(sums(second)),
+        )
         for sums in (sum_shares_by_task, sum_shares_by_task_name)
     ]
     both_inputs = [
-        _make_interval_inputs(compute_difference_with_error_by_unit(one, other))
+        _make_interval_inputs(compute_rate_difference_by_sampling_unit(one, other))
         for one, other in pairs
         if one and other
     ]
@@ -370,7 +383,7 @@ class _IntervalInputs(NamedTuple):
         variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
             tasks.
         observed: variance of the estimate from the tasks or names alone. `variance` also has made-up units
-            (`_RateWithErrorByUnit`), so that few tasks do not make an interval too narrow.
+            (`_RateWithErrorBySamplingUnit`), so that few tasks do not make an interval too narrow.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
     """
@@ -382,7 +395,7 @@ class _IntervalInputs(NamedTuple):
     units: int
 
 
-def _make_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
+def _make_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
     quantile = compute_student_quantile(LEVEL, rate.degrees_of_freedom)
     return _IntervalInputs(
         rate.value,
@@ -393,16 +406,16 @@ def _make_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
     )
 
 
-def _make_wilson_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
-    """Return the inputs of Wilson's interval, whose variance is the inverse of the effective number of units.
+def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
+    """Return the inputs of Wilson's interval. Their variance is 1 divided by the effective number of units.
 
-    This is the variance of the estimate, divided by the variance of one yes-or-no answer.
+    It is computed as the variance of the estimate, divided by the variance of one yes-or-no answer.
     """
     inputs = _make_interval_inputs(rate)
     return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))
 
 
-def _make_binomial_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
+def _make_binomial_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
     """Return the inputs of Wilson's interval for independent yes-or-no answers, each of them a unit."""
     units = len(rate.of_units)
     return _IntervalInputs(rate.value, 1 / units, rate.variance_without_pseudo_units, _NORMAL, units)

@@ -250,7 +250,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "response": values.get("response") or "",
             "verdict": _read_verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "origin": origin,
-            "explanation": _index_explained_goals_by_text(values.get("explanation")),
+            "explanation": _convert_explanation_goals_to_mapping(values.get("explanation")),
             "experiment": _read_experiment(values),
             "summaries": _read_study_summaries(values),
             "attempts": _read_attempts(values, ability),
@@ -310,8 +310,8 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
     return {name: _value_to_json(item) for name, item in statement._asdict().items()}
 
 
-def _index_explained_goals_by_text(explanation: Any) -> Any:
-    """Return the fields of an explanation from JSON; explained goals become a mapping by the goals' texts."""
+def _convert_explanation_goals_to_mapping(explanation: Any) -> Any:
+    """Return the explanation of a verdict from JSON, with its list of goals as a mapping by their texts."""
     if not isinstance(explanation, dict) or not isinstance(explanation.get("atoms"), list):
         return explanation
     atoms = {
@@ -364,7 +364,7 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
             for name in _list_dataclass_fields(Attempt)
             if name in values_of_attempt
         }
-        fields["explanation"] = _index_explained_goals_by_text(values_of_attempt.get("explanation"))
+        fields["explanation"] = _convert_explanation_goals_to_mapping(values_of_attempt.get("explanation"))
         verdict = _read_verdict(values_of_attempt, ability, len(made_before))
         attempts.append(_parse_value(Attempt, {**fields, "verdict": verdict}, f"attempts.{number}"))
     return tuple(attempts)

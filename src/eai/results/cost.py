@@ -89,7 +89,7 @@ class PriceList(Options):
     models: Mapping[str, _TokenPrice]
 
 
-class _BenchmarkPaperCost(Options):
+class _CostReportedInBenchmarkPaper(Options):
     """Cost of running all models of the paper once, as the paper reports it."""
 
     model_config = ConfigDict(strict=True)
@@ -120,27 +120,27 @@ def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, TaskCon
     """
     scored = (record for record in records if record.verdict.excluded is None)
     answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]
-    cases_by_amount = group_pairs(
-        pair for record, usage in answers for pair in _list_cost_amounts(record, usage)
+    cost_cases_by_unit = group_pairs(
+        pair for record, usage in answers for pair in _list_tokens_dollars_and_seconds(record, usage)
     )
-    return {name: cases for name, cases in cases_by_amount.items() if len(cases) == len(answers)}
+    return {name: cases for name, cases in cost_cases_by_unit.items() if len(cases) == len(answers)}
 
 
-def _list_cost_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, TaskContribution]]:
+def _list_tokens_dollars_and_seconds(record: Record, usage: Usage) -> Iterator[tuple[str, TaskContribution]]:
     won = find_answer_outcome(record) is AnswerOutcome.SUCCESS
     for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:
             yield name, TaskContribution(record.task_id, find_task_name(record), Share(amount, won))
 
 
-def cost_cases_to_json(cases_by_amount: Mapping[str, TaskContributions]) -> dict[str, Json]:
-    """Return the cost of a success by unit, as in ``summary.json``.
+def make_json_of_success_cost(cost_cases_by_unit: Mapping[str, TaskContributions]) -> dict[str, Json]:
+    """Return the cost of a success in tokens, dollars and seconds, as in ``summary.json``.
 
     The cost is the sum of all costs divided by the number of successes, with an interval. It is null without
     success.
     """
     amounts: dict[str, Json] = {}
-    for name, cases in cases_by_amount.items():
+    for name, cases in cost_cases_by_unit.items():
         rate, interval = compute_rate(case.share for case in cases), compute_interval_of_success_cost(cases)
         between = None if interval is None else list(interval)
         amounts[name] = {**rate.to_json(), "value": rate.share, "interval": between}
@@ -148,10 +148,10 @@ def cost_cases_to_json(cases_by_amount: Mapping[str, TaskContributions]) -> dict
 
 
 @cache
-def read_benchmark_paper_cost() -> _BenchmarkPaperCost:
+def read_benchmark_paper_cost() -> _CostReportedInBenchmarkPaper:
     """Return the costs that the paper reports."""
     file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
-    return _BenchmarkPaperCost.model_validate(parse_toml(file.read_text(encoding="utf-8")))
+    return _CostReportedInBenchmarkPaper.model_validate(parse_toml(file.read_text(encoding="utf-8")))
 
 
 def divide_amount(amount: float | None, number: int) -> float | None:

@@ -127,7 +127,7 @@ class TasksChangedByErrata:
     corrected: tuple[str, ...]
 
     @property
-    def remark(self) -> str | None:
+    def remark_on_errata(self) -> str | None:
         """One sentence on the effect of errata, and on how to undo the effect; None without an effect."""
         effects = [
             f"{len(task_ids)} {how}"

@@ -31,7 +31,7 @@ from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, generate_run_records, score_run
 from eai.results.certainty import TaskContributions
 from eai.results.codec import dataclass_to_json, hash_text
-from eai.results.cost import cost_cases_to_json, map_cost_units_to_rate_cases
+from eai.results.cost import make_json_of_success_cost, map_cost_units_to_rate_cases
 from eai.results.options import ScoringOptions
 from eai.results.record import AnswerOrigin, Record
 from eai.results.records import (
@@ -77,16 +77,16 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     return _normalise_spaces(text[start:]) if start >= 0 else None
 
 
-def _normalise_json_value(value: object, interaction: ModelInteraction) -> str:
+def _normalise_json_value(value: object, answer_format: ModelInteraction) -> str:
     if isinstance(value, JsonObject):
         members = [
-            f"{json.dumps(key)}:{_normalise_json_value(item, interaction)}" for key, item in value.members
+            f"{json.dumps(key)}:{_normalise_json_value(item, answer_format)}" for key, item in value.members
         ]
-        return "{" + ",".join(members if interaction.keys_in_order else sorted(members)) + "}"
+        return "{" + ",".join(members if answer_format.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
-        elements = [_normalise_json_value(item, interaction) for item in value]
+        elements = [_normalise_json_value(item, answer_format) for item in value]
         is_goal = all(isinstance(item, str) for item in value)  # such as ["inside", "rag", "bucket"]
-        is_set = interaction.lists_are_sets and not is_goal
+        is_set = answer_format.lists_are_sets and not is_goal
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
     return json.dumps(_normalise_spaces(value) if isinstance(value, str) else value)
 
@@ -125,7 +125,7 @@ class ModelBeliefsInPrompts:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: ScenePerception | None = None
 
-    def add_goal_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
+    def combine_scenes_with_goal_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
         """Return beliefs that have the scenes of this object and the goals of the other one.
 
         Only tasks with both a scene and goals remain.
@@ -154,12 +154,12 @@ class ModelBeliefsInPrompts:
         """
         return {i: belief.task for i, belief in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
-    def make_prompts(
+    def make_prompts_that_state_beliefs(
         self, library: PromptLibrary, suite: Suite, task_ids: Iterable[str]
     ) -> dict[str, Prompt]:
-        """Return a mapping from task ids to questions that state the believed goals or scenes.
+        """Return a mapping from task ids to questions that state goals or scenes as a model understood them.
 
-        Tasks without a belief are left out.
+        Tasks whose goals or scene the model did not state are left out.
 
         Raises:
             InputError: the published prompts cannot state such goals or scenes.
@@ -168,8 +168,11 @@ class ModelBeliefsInPrompts:
         prompts = library.open(suite.benchmark, suite.ability, beliefs)
         return {task_id: prompts[task_id] for task_id in beliefs}
 
-    def add_belief_to_record(self, record: Record) -> Record:
-        """Return the record with the run's options, and with the values that studies report on its belief."""
+    def add_model_belief_to_record(self, record: Record) -> Record:
+        """Return the record with the run's options, and with results of studies on what the question stated.
+
+        The question stated goals or a scene as a model understood them.
+        """
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_study_summaries(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=experiment, summaries=summaries)
@@ -189,7 +192,9 @@ def add_experiment_and_stated_beliefs(
     If the question stated goals or a scene as a model understood them (`ModelBeliefsInPrompts`), the values
     that studies report on these are added.
     """
-    return (record if beliefs is None else beliefs.add_belief_to_record(record)).add_experiment(experiment)
+    return (record if beliefs is None else beliefs.add_model_belief_to_record(record)).add_experiment(
+        experiment
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,7 +260,7 @@ class SuiteResult:
         """Mapping from each reason for a missing answer to the ids of the tasks without an answer."""
         unanswered = [
             (record.unanswered, record.task_id)
-            for record in self._counted_records
+            for record in self._records_that_metrics_count
             if record.unanswered is not None
         ]
         return group_pairs(dict.fromkeys(unanswered))
@@ -263,7 +268,7 @@ class SuiteResult:
     @property
     def truncated_answer_count(self) -> int:
         """Number of answers that a length limit cut off."""
-        return sum(record.is_cut_off for record in self._counted_records)
+        return sum(record.is_cut_off for record in self._records_that_metrics_count)
 
     @property
     def usage(self) -> Usage:
@@ -272,7 +277,7 @@ class SuiteResult:
         return sum([origin.usage for origin in origins if origin and origin.usage], Usage())
 
     @property
-    def _counted_records(self) -> Collection[Record]:
+    def _records_that_metrics_count(self) -> Collection[Record]:
         """The records from which the metrics are computed.
 
         If the ability takes the mean over the answers to a task, these are the records of all epochs.
@@ -293,7 +298,7 @@ class SuiteResult:
         """
         return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
 
-    def map_tasks_to_recorded_epoch(self) -> dict[str, int]:
+    def map_tasks_to_epoch_of_shown_answer(self) -> dict[str, int]:
         """Return a mapping from each task to the epoch in which the answer of its record was first given."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
@@ -302,14 +307,14 @@ class SuiteResult:
                 shown.setdefault(task_id, epoch)
         return shown
 
-    def make_non_metric_fields(self) -> dict[str, Json]:
+    def make_summary_fields_beside_metrics(self) -> dict[str, Json]:
         """Return the values of ``summary.json`` other than metrics, such as tokens and missing answers."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated_answer_count,
             "usage": dataclass_to_json(self.usage),
-            "per_success": cost_cases_to_json(
+            "per_success": make_json_of_success_cost(
                 map_cost_units_to_rate_cases([*self.map_keys_to_records().values()])
             ),
             **(
@@ -376,7 +381,10 @@ def score_answers(
     def describe_run(totals: RunTotals) -> RunDescription:
         result = SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
         digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
-        run_fields = {"prompts_sha256": hash_text(json.dumps(digests)), **result.make_non_metric_fields()}
+        run_fields = {
+            "prompts_sha256": hash_text(json.dumps(digests)),
+            **result.make_summary_fields_beside_metrics(),
+        }
         return run_fields, compute_rates_by_attempt(records)
 
     totals = write_record_batches(folder, make_batches(), describe_run)
@@ -474,8 +482,8 @@ def _add_answer_origin(
         return replace(record, origin=AnswerOrigin(None if prompt is None else prompt.sha256))
     spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
     usage = sum(spent, Usage())
-    fields = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
-    if answer.truncated and record.protocol is DEFAULT_PROTOCOL:
+    fields = answer.prompt_sha256, answer.stop_reason, answer.is_cut_off, usage, answer.repairs
+    if answer.is_cut_off and record.protocol is DEFAULT_PROTOCOL:
         verdict, explanation = mark_as_cut_off(record.verdict, record.explanation)
         record = replace(record, verdict=verdict, explanation=explanation)
     return replace(record, origin=AnswerOrigin(*fields))

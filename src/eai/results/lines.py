@@ -181,7 +181,7 @@ class GoalLine(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AtomLine(TidyTableLine):
+class InterpretedGoalLine(TidyTableLine):
     """One goal of an answer to goal interpretation, or one right goal that the answer lacks.
 
     Attributes:
@@ -226,7 +226,7 @@ TABLES: Mapping[str, type[TidyTableLine]] = {
     "answers": AnswerLine,
     "steps": StepLine,
     "goals": GoalLine,
-    "atoms": AtomLine,
+    "atoms": InterpretedGoalLine,
     "clauses": OperatorClauseLine,
 }
 """Mapping from the name of each tidy table to the class of its lines."""
@@ -290,7 +290,10 @@ def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
 
 
 def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str], list[L]]]:
-    """Yield protocol, domain, ability and agent (`group_by_model`) with the table lines that share them."""
+    """Yield protocol, domain, ability and model with the table lines that share them.
+
+    As in `group_by_model`, harness and effort are a part of the model's name.
+    """
     for suite, of_suite in group_by_suite(lines).items():
         for model, of_model in group_by_model(of_suite).items():
             yield (*suite, model), of_model

@@ -1,4 +1,4 @@
-"""Read experiments from records of schema 2 and 3, which have one object for the options of all studies."""
+"""Read the options of a run from records of schema 2 and 3, which have one object for all studies."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""Mapping from each option of old records to its study and to the beginning of its text in tables."""
+"""Mapping from each option in old records to its study and to the word before its value in tables."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Fields of old records with the options whose values are texts, such as the name of the prompts."""
+"""Names of options in old records whose values are texts, such as the name of the prompts."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),

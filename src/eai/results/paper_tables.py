@@ -62,13 +62,13 @@ class _PaperProtocolAndTables:
 
     Attributes:
         protocol: name of the protocol under which our metrics can be compared with the paper's numbers.
-        tables: mapping from each table of our reports to the paper's tables with the same columns, in
-            order of preference.
-        others: mapping from each further table of the paper to the table of our reports with its columns.
-        same_quantity: tables in ``others`` that repeat figures from the tables of all 18 models; notes name
-            the figures that differ.
-        other_tasks: tables in ``others`` that cannot be compared with runs, because they are about other
-            tasks.
+        tables: mapping from each table of our reports to the names of the paper's tables with the same
+            columns. If several have a figure, the first one counts.
+        others: mapping from the name of each further table of the paper to our table with the same columns.
+        same_quantity: names in ``others`` of tables that repeat figures of ``tables``. Notes list the
+            figures that differ.
+        other_tasks: names in ``others`` of tables that cannot be compared with runs, because they are about
+            other tasks.
     """
 
     protocol: str
@@ -177,7 +177,7 @@ class _PublishedAnswers:
 
 
 @dataclass(frozen=True, slots=True)
-class PublishedSuite:
+class ScoresOfPublishedAnswers:
     """The scores of published answers to one suite.
 
     Attributes:
@@ -216,7 +216,7 @@ class _PublishedScores:
 
     schema: int
     protocol: str
-    suites: Mapping[str, PublishedSuite]
+    suites: Mapping[str, ScoresOfPublishedAnswers]
 
 
 def is_trivial_baseline(name: str) -> bool:

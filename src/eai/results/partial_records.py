@@ -60,7 +60,7 @@ def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) ->
     with raise_write_errors_as_input_errors(partial_file):
         partial_file.parent.mkdir(parents=True, exist_ok=True)
         with partial_file.open("ab") as file:
-            file.truncate(_measure_complete_lines(partial_file))
+            file.truncate(_count_bytes_of_complete_lines(partial_file))
     totals = RunTotals.from_records(read_records(partial_file))
     for lines, batch_totals in batches:
         with raise_write_errors_as_input_errors(partial_file), partial_file.open("ab") as file:
@@ -69,7 +69,7 @@ def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) ->
     return totals
 
 
-def _measure_complete_lines(file: Path) -> int:
+def _count_bytes_of_complete_lines(file: Path) -> int:
     """Return the number of bytes of a file without a last line that was cut off."""
     with file.open("rb") as lines:
         return sum(len(line) for line in lines if line.endswith(b"\n"))

@@ -1,6 +1,6 @@
 """Common parts of all plots: colours, labels, files, estimates with intervals, matrices and bands.
 
-Success is green, a missed goal ochre, an error in names violet; errors of steps are warm colours.
+Success is green, a missed goal ochre, an unknown name or a wrong number of arguments violet.
 `OUTCOME_COLORS` has a colour for each error that may end an answer.
 """
 
@@ -57,7 +57,7 @@ _LAST_FONT_CHARACTER = "\u058f"
 
 
 def wrap_label(name: str) -> str:
-    """Return a name as a label of up to three lines, so that the name of a check can be read in full."""
+    """Return a name as a label of up to three lines, so that a long name can be read in full."""
     return textwrap.fill(
         _replace_undrawable_characters(name),
         _MAX_LABEL_CHARACTERS,

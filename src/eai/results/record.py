@@ -97,7 +97,7 @@ class Record:
 
     @property
     def all_answer_repairs(self) -> tuple[str, ...]:
-        """All repairs of the answer; repairs made before scoring come first."""
+        """Names of all corrections of the answer's text; corrections made before scoring come first."""
         before = () if self.origin is None else self.origin.answer_repairs
         return (*before, *self.verdict.repairs)
 

@@ -205,7 +205,7 @@ class RunShard(NamedTuple):
             raise InputError(f"{text!r} is no shard: expected I/N, such as 2/8, from 1/8 to 8/8")
         return RunShard(int(match[1]), int(match[2]))
 
-    def select(self, items: Iterable[T]) -> Iterator[T]:
+    def select_items_of_shard(self, items: Iterable[T]) -> Iterator[T]:
         """Yield the items of this shard from the items of all shards."""
         return islice(items, self.number - 1, None, self.of)
 

@@ -274,7 +274,7 @@ def _read_checked_rows(
         if row.task_id is None:
             skipped.add(row.number)
             continue
-        if not _add_sample_number(samples_of_task.setdefault(row.task_id, bytearray()), sample):
+        if not _add_sample_number_if_new(samples_of_task.setdefault(row.task_id, bytearray()), sample):
             sample_text = f"sample {sample} of " if has_samples else ""
             shown_id = row.task_id[:_MAX_SHOWN_CHARACTERS]
             raise InputError(
@@ -286,7 +286,7 @@ def _read_checked_rows(
     return ResponseFile(read_model_name(path), samples if has_samples else tuple(answers), len(skipped))
 
 
-def _add_sample_number(seen: bytearray, sample: int) -> bool:
+def _add_sample_number_if_new(seen: bytearray, sample: int) -> bool:
     """Add a number to a bit set of answer numbers. Return whether the set did not contain it before."""
     byte, bit = sample // 8, 1 << sample % 8
     seen.extend(bytes(max(0, byte + 1 - len(seen))))

@@ -67,7 +67,7 @@ class Shaping(str, Enum):
     """
 
 
-def convert_credit_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
+def convert_reward_basis_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
     """Return the reward for an answer with given results, such as goals reached and errors.
 
     Args:
@@ -187,7 +187,9 @@ class Reward:
             InputError: the task id is unknown.
         """
         return self._compute_reward(
-            task_id, text, self._compute_credit(task_id, self._score_unless_too_long(task_id, text))
+            task_id,
+            text,
+            self._compute_reward_basis_of_answer(task_id, self._score_unless_too_long(task_id, text)),
         )
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
@@ -206,12 +208,14 @@ class Reward:
             InputError: the task id is unknown.
         """
         verdict = self._score_unless_too_long(task_id, text)
-        credit = self._compute_credit(task_id, verdict)
-        return Grade(self._compute_reward(task_id, text, credit), make_credit_metrics(credit), verdict)
+        credit = self._compute_reward_basis_of_answer(task_id, verdict)
+        return Grade(
+            self._compute_reward(task_id, text, credit), make_metrics_of_reward_basis(credit), verdict
+        )
 
     def _compute_reward(self, task_id: str, text: str, credit: RewardBasis | None) -> float | None:
         if credit is None or self.shaping is not Shaping.REPAIR:
-            return None if credit is None else convert_credit_to_reward(credit, self.shaping)
+            return None if credit is None else convert_reward_basis_to_reward(credit, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(
@@ -231,7 +235,7 @@ class Reward:
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
         return replace(self.suite.score(task_id, ""), error=too_long)
 
-    def _compute_credit(self, task_id: str, verdict: Verdict) -> RewardBasis | None:
+    def _compute_reward_basis_of_answer(self, task_id: str, verdict: Verdict) -> RewardBasis | None:
         if not self.suite.has_plans:
             return compute_reward_basis_of_verdict(verdict)
         credit = compute_reward_basis_of_verdict(verdict, self._at_start(task_id))
@@ -307,7 +311,7 @@ def _drop_planner_that_tests_operators(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def make_credit_metrics(credit: RewardBasis | None) -> dict[str, float]:
+def make_metrics_of_reward_basis(credit: RewardBasis | None) -> dict[str, float]:
     """Return the metrics that explain a reward, by name: they are the attribute ``metrics`` of a `Grade`.
 
     All metrics are 0 if the credit is None.

@@ -64,13 +64,16 @@ class RunKey(NamedTuple):
         return SuiteIdentity(self.protocol.value, self.domain, self.ability.value)
 
     @property
-    def table_cells(self) -> tuple[str, str, str, str]:
+    def protocol_domain_ability_and_name(self) -> tuple[str, str, str, str]:
         """Names of the run in a row of a table: the columns `SUITE` and `MODEL`."""
         return (*self.suite, self.name)
 
     @property
     def is_run_without_study_or_rules(self) -> bool:
-        """Whether the run is ranked, because neither a study nor game rules are set."""
+        """Whether no study changes the run's questions, and its game rules are standard.
+
+        Only such runs are ranked.
+        """
         return self.experiment is None or self.experiment.is_run_without_study_or_rules
 
     @property
@@ -119,12 +122,12 @@ def recount_goals_as_in_paper(run: Run) -> Run:
     if protocol is None:
         return run
 
-    def recount_goals_of_record(record: Record) -> Record:
+    def count_only_goals_stated_in_prompt(record: Record) -> Record:
         task = TaskReference(record.domain, record.ability, record.task_id)
         verdict = protocol.as_asked(task, record.verdict)
         return record if verdict is record.verdict else replace(record, verdict=verdict)
 
-    return replace(run, records=tuple(map(recount_goals_of_record, run.records)))
+    return replace(run, records=tuple(map(count_only_goals_stated_in_prompt, run.records)))
 
 
 def recount_errors_as_in_paper(run: Run) -> Run:
@@ -133,7 +136,7 @@ def recount_errors_as_in_paper(run: Run) -> Run:
     if protocol is None:
         return run
 
-    def recount_errors_of_record(record: Record) -> Record:
+    def count_errors_as_paper_script_did(record: Record) -> Record:
         options = ReplanningOptions.from_experiment(record.experiment)
         if options is None or not record.attempts:
             return record
@@ -143,7 +146,7 @@ def recount_errors_as_in_paper(run: Run) -> Run:
         attempts = tuple([replace(attempt, verdict=verdict) for attempt, verdict in pairs])
         return replace(record, attempts=attempts, verdict=counted[-1])
 
-    return replace(run, records=tuple(map(recount_errors_of_record, run.records)))
+    return replace(run, records=tuple(map(count_errors_as_paper_script_did, run.records)))
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:

@@ -116,7 +116,7 @@ AVERAGE = "average_performance"
 
 
 AbilityMetric: TypeAlias = tuple[Ability, str]
-"""An ability and the name of one of its metrics."""
+"""A kind of question (ability), and the name of one of the metrics of its answers."""
 
 
 def choose_and_weigh_averaged_metrics(

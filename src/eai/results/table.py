@@ -95,7 +95,7 @@ class Estimate:
 ESTIMATE_PARTS = ("value", "low", "high", "numerator", "denominator")
 
 NO_NUMBER = Estimate(None)
-"""Cell of a missing number, which writers show as a dash. Writers leave the cell None empty."""
+"""Cell of an unknown number. It is shown as a dash, while the cell None is shown empty."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -132,7 +132,7 @@ def _cell_to_json(cell: Cell) -> Json:
 def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str:
     lines = [f"# {name.capitalize()}", "", *(line for remark in remarks for line in (remark, ""))]
     for table in tables:
-        rows_by_heading = _select_shown_rows(table)
+        rows_by_heading = _group_rows_to_show_by_heading(table)
         lines += [f"## {table.title}", "", table.definition]
         if sum(map(len, rows_by_heading.values())) < len(table.rows):
             lines.append(f"All of it, and of each model, is in `{table.name}.csv`.")
@@ -150,7 +150,7 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
     return "\n".join(lines)
 
 
-def _select_shown_rows(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
+def _group_rows_to_show_by_heading(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
     """Return the rows to show by their heading (suite and model).
 
     If the table has rows on all models together, rows on one model are left out.

@@ -60,7 +60,7 @@ class TaskLookup:
             return "other" if call.name in self._actions_demanded_by_goals else "procedural"
         if call.name not in self._spellings:
             return "unknown"
-        held = self._find_truth_in_plan_states(task_id, call)
+        held = self._test_goal_in_plan_states(task_id, call)
         if not any(held):
             return "other"
         if held[0]:
@@ -78,22 +78,22 @@ class TaskLookup:
         valid_steps = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
         return execute_plan(self._domain, task.initial, valid_steps).states
 
-    def _find_truth_in_plan_states(self, task_id: str, call: Statement) -> list[bool]:
+    def _test_goal_in_plan_states(self, task_id: str, goal: Statement) -> list[bool]:
         """Return for each state of the data set's own plan whether a stated goal holds in it.
 
         The goal holds if objects with the stated names satisfy it; it never holds if its predicate is
         unknown.
         """
-        scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), call.arguments or ()
+        scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), goal.arguments or ()
         vocabulary = scene.vocabulary
-        predicate = self._words.get((call.name, len(arguments)))
+        predicate = self._words.get((goal.name, len(arguments)))
         held = [False] * len(states)
         if predicate is None or vocabulary.find_arity(predicate) != len(arguments):
             return held
         for objects in product(*(self._find_objects_named(task_id, name) for name in arguments)):
             frame = SlotAllocator()
             truth = ConditionCompiler(vocabulary, frame).compile_test(
-                Atom(predicate, objects), wanted=call.positive
+                Atom(predicate, objects), wanted=goal.positive
             )
             binding = frame.bind_arguments(scene, ())
             held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]

@@ -12,7 +12,7 @@ from eai.abilities.explanation import parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, ShareByMetric
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
-from eai.results.lines import AnswerLine, AtomLine, GoalLine, OperatorClauseLine, StepLine
+from eai.results.lines import AnswerLine, GoalLine, InterpretedGoalLine, OperatorClauseLine, StepLine
 from eai.results.record import Record
 from eai.results.summary import (
     compute_metric_shares_by_task,
@@ -44,7 +44,7 @@ class TidyTables:
         self.answers: list[AnswerLine] = []
         self.steps: list[StepLine] = []
         self.goals: list[GoalLine] = []
-        self.atoms: list[AtomLine] = []
+        self.atoms: list[InterpretedGoalLine] = []
         self.clauses: list[OperatorClauseLine] = []
         self._source = source
         self._features = features
@@ -101,7 +101,7 @@ def _make_answer_line(
     values: dict[str, Any] = {
         **key,
         "outcome": find_answer_outcome(record).value,
-        "success": _find_main_table_success(record, shares),
+        "success": _find_success_in_overview_table(record, shares),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
         "error_step": None if error is None else error.step,
@@ -123,8 +123,11 @@ def _has_plans(record: Record) -> bool:
     return get_declaration(record.ability).answers_are_plans
 
 
-def _find_main_table_success(record: Record, shares: ShareByMetric) -> bool | None:
-    """Return whether an answer is a success in its ability's main table; None without a success metric."""
+def _find_success_in_overview_table(record: Record, shares: ShareByMetric) -> bool | None:
+    """Return whether an answer succeeds by the first yes-or-no metric of the ability's overview table.
+
+    Return None if it has no such metric.
+    """
     declared = get_declaration(record.ability)
     candidates = (
         shares.get(metric, EMPTY_SHARE)
@@ -188,7 +191,7 @@ def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[GoalLi
 
 def _make_atom_lines(
     record: Record, key: IdentifyingColumns, task_lookup: TaskLookup | None
-) -> Iterator[AtomLine]:
+) -> Iterator[InterpretedGoalLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
@@ -204,7 +207,7 @@ def _make_atom_lines(
                 if status == "wrong" and task_lookup is not None
                 else None
             )
-            yield AtomLine(
+            yield InterpretedGoalLine(
                 **key, verdict=status, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )
 

@@ -37,10 +37,10 @@ class RunTotals:
         head: first record, without explanations and texts.
         sums: numerator and denominator of each metric.
         statuses: status bits of each task, in the order of the records.
-        sizes: sizes of the suite, in tasks, as the records state them; usually only one.
+        sizes: numbers of tasks that records state for their suite. All should state the same number.
         versions: versions of the errata.
         void: names of metrics without a value in this run, as `missing_metrics` of the ability returns them.
-        judges: mapping from planners to the number of answers whose operators they tested.
+        judges: mapping from the name of each planner to the number of answers whose operators it tested.
         left: mapping from outcomes of the second planner to numbers of answers. The second planner decides on
             the answers that the first planner left undecided.
     """
@@ -113,7 +113,7 @@ class RunTotals:
     def rates_of_applicable_metrics(self) -> dict[str, Rate]:
         """The rates of the metrics to which a record contributes; empty if all records are excluded.
 
-        If no task has an answer, the rates have no cases.
+        If no task has an answer, the rates are 0 of 0.
         """
         if not self.coverage.answered:
             return dict.fromkeys(self.sums, NOTHING)
@@ -121,7 +121,7 @@ class RunTotals:
 
     @property
     def rates(self) -> dict[str, Rate]:
-        """Rates of all metrics of the ability, also of metrics without cases."""
+        """Rates of all metrics of the ability. A metric to which no record adds anything is 0 of 0."""
         declared = get_declaration(self.first_record.ability)
         return {
             **dict.fromkeys(declared.contributions(declared.verdict()), NOTHING),

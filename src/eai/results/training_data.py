@@ -108,7 +108,7 @@ def make_reward_rows(
 
 
 def _has_unknown_prompt(record: Record) -> bool:
-    """Whether a record belongs to an experiment whose questions cannot be found again."""
+    """Whether the options of a record's run changed its question, so that the prompt cannot be rebuilt."""
     settings = record.experiment
     if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
         settings = settings.without_study(_PROMPTS)  # the digest already identifies the prompt

@@ -54,7 +54,7 @@ class Answer:
     attempt: int = 1
 
     @property
-    def truncated(self) -> bool:
+    def is_cut_off(self) -> bool:
         """Whether a length limit cut the answer off."""
         return self.stop_reason in ("max_tokens", "model_length")
 
@@ -106,7 +106,10 @@ class Conversation:
 
     @property
     def executed_actions(self) -> tuple[Action, ...]:
-        """Actions executed so far in the next question's world; empty if each attempt has a new world."""
+        """Actions of earlier attempts that changed the world in which the next attempt starts.
+
+        Empty if each attempt starts in the first state of the task.
+        """
         if self._trial is None or self._trial.options.feedback == "none":
             return ()
         return self._trial.executed_actions
@@ -117,7 +120,7 @@ class Conversation:
         return () if self._trial is None else tuple(self._trial.attempts)
 
     def add_answer(self, text: str) -> None:
-        """Add the answer to the present question."""
+        """Add the model's answer to the current question, so that the next question can be asked."""
         self.asked.append(self.question)
         if self._trial is not None:
             self._trial.try_answer(text)
@@ -126,7 +129,7 @@ class Conversation:
 def add_answer_details_to_attempts(
     attempts: Iterable[Attempt], answers: Iterable[Answer]
 ) -> Iterator[Attempt]:
-    """Yield each attempt, completed with the prompt digest, the usage and the repairs of its answer."""
+    """Yield each attempt with the digest of its prompt, its tokens, and the corrections of its text."""
     for attempt, answer in zip(attempts, answers, strict=True):
         yield replace(
             attempt, prompt_sha256=answer.prompt_sha256, usage=answer.usage, answer_repairs=answer.repairs
@@ -187,9 +190,10 @@ def begin_trial(
     epoch: int = 1,
     stated_goals_task: Task | None = None,
 ) -> Trial:
-    """Return a new trial of a task, by the rules that the options name or by our own rules.
+    """Return a new trial: a series of attempts at a task, in which a model may repair a failed plan.
 
-    ``stated_goals_task`` has the goals that questions state instead of the task's own.
+    If the options name no rules for such series, ours apply. ``stated_goals_task`` has the goals that
+    questions state instead of the task's own.
 
     Raises:
         InputError: answers to the task are not plans.

@@ -117,10 +117,10 @@ def _make_tools(state: TaskState, play: RecordedGame) -> list[ToolDef]:
         ToolDef(make_tool_function(name), name, description, ToolParams.model_validate(schema), max_output=0)
         for name, description, schema in list_tool_names_texts_and_schemas(play.stage.domain)
     ]
-    return [*tools, *_make_verifier_tools(state)] if play.stage.rules.verifier else tools
+    return [*tools, *_make_plan_verifier_tools_for_task(state)] if play.stage.rules.verifier else tools
 
 
-def _make_verifier_tools(state: TaskState) -> Iterator[ToolDef]:
+def _make_plan_verifier_tools_for_task(state: TaskState) -> Iterator[ToolDef]:
     """Yield the tools of `eai serve mcp --tools`, which check plans and goals, for the sample's task only."""
     open_tools = load_from_extension("verifier_tools", "agent.verifier")
     task = {"benchmark": str(state.metadata["domain"]), "task": str(state.sample_id)}

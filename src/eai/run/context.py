@@ -61,21 +61,21 @@ def estimate_prompt_tokens(prompt: Prompt) -> int:
 
 def estimate_longest_answer(suite: Suite) -> int:
     """Return an estimate of the tokens of a suite's longest gold answer, or 0 without gold answers."""
-    return max(_estimate_answers(suite).values(), default=0)
+    return max(_estimate_gold_answer_tokens_of_suite(suite).values(), default=0)
 
 
-def _estimate_answers(suite: Suite) -> Mapping[str, int]:
+def _estimate_gold_answer_tokens_of_suite(suite: Suite) -> Mapping[str, int]:
     """Return a mapping from tasks to the estimated tokens of their gold answers.
 
     Tasks without a plan in the data set are left out, because a search for plans takes long.
     """
     if suite.ability not in PAPER_ABILITIES:
         return {}
-    return _estimate_gold_answers(suite.benchmark, suite.ability, suite.source)
+    return _estimate_gold_answer_tokens(suite.benchmark, suite.ability, suite.source)
 
 
 @lru_cache(maxsize=16)
-def _estimate_gold_answers(benchmark: Benchmark, ability: Ability, source: Source) -> Mapping[str, int]:
+def _estimate_gold_answer_tokens(benchmark: Benchmark, ability: Ability, source: Source) -> Mapping[str, int]:
     book = open_gold_answers(benchmark, ability, source)
     tasks: Mapping[str, object] = benchmark.tasks_for(ability, source)
     known_ids = [task_id for task_id in book if getattr(tasks[task_id], "script", True)]
@@ -124,7 +124,11 @@ def find_long_tasks(
 
     The length of an answer is the user's maximum, or else the length of the task's gold answer.
     """
-    answers = _estimate_answers(suite) if max_tokens is None else dict.fromkeys(prompts, max_tokens)
+    answers = (
+        _estimate_gold_answer_tokens_of_suite(suite)
+        if max_tokens is None
+        else dict.fromkeys(prompts, max_tokens)
+    )
     needs = {
         task_id: estimate_prompt_tokens(prompt) + answers.get(task_id, 0)
         for task_id, prompt in prompts.items()

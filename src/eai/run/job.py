@@ -53,7 +53,7 @@ _ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
     CAPTIONER: (SCENE_GRAPH,),
     **dict.fromkeys(EXPLORERS, ()),
 }
-"""Abilities without turns that a built-in model can answer, by model.
+"""Mapping from built-in models to the abilities that they can answer in one reply, without playing a game.
 
 Models that answer all abilities are left out.
 """

@@ -196,7 +196,7 @@ class RunState:
         self.failures[task_id, epoch] = reason
         self.call_progress_callback()
 
-    def stop_run(self, reason: str) -> None:
+    def stop_asking_questions(self, reason: str) -> None:
         """Record a reason why no request can succeed, so that the run sends no more questions."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")

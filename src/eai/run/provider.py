@@ -105,8 +105,8 @@ class _ModelQuestion(NamedTuple):
         attempt: number of the attempt at the task, from 1 on.
         done: actions that earlier attempts executed in the world that the question describes.
         text: text of all messages.
-        stated: a model's answer to goal interpretation. The question states the goals in this answer; None
-            if it states the task's goals.
+        stated: an earlier answer of a model, whose goals the question states. None if the question states
+            the task's own goals.
         scene: the scene graph that the question shows; None if it shows the task's scene.
         source: settings for opening the data set, which has the gold answers.
         setting: rules of the episode, in the ability ``acting``.
@@ -247,12 +247,15 @@ class _BuiltInModel(ModelAPI):
             return recorded[question.task_id]
         if self.model_name == "planner" and (question.done or question.scene is not None):
             answers = open_answers_of_planner(
-                _change_task_as_question_states(question), question.ability, question.source, PLANNER_LIMITS
+                _make_benchmark_with_task_as_asked(question),
+                question.ability,
+                question.source,
+                PLANNER_LIMITS,
             )
             return _get_text_or_raise(answers[question.task_id])
         if self.model_name in ("planner", "copy") and question.stated is not None:
             answers = _ANSWER_OPENERS[self.model_name](
-                _change_task_as_question_states(question), question.ability, question.source
+                _make_benchmark_with_task_as_asked(question), question.ability, question.source
             )
             return _get_text_or_raise(answers[question.task_id])
         if self.model_name == "random":
@@ -307,7 +310,7 @@ class _BuiltInModel(ModelAPI):
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _change_task_as_question_states(question: _ModelQuestion) -> Benchmark:
+def _make_benchmark_with_task_as_asked(question: _ModelQuestion) -> Benchmark:
     """Return the benchmark with the task changed as a question describes it.
 
     The task gets the state after the executed actions, the perceived scene, and the stated goals.

@@ -8,7 +8,7 @@ from eai.abilities.protocol import find_abilities
 from eai.benchmarks.registry import list_benchmarks
 from eai.run import provider
 from eai.run.acting import player
-from eai.run.scorer import SCORERS, make_metric_with_paper_columns
+from eai.run.scorer import SCORERS, make_inspect_metric_of_paper_scores
 from eai.run.tasks import register_suite_task
 
 TASKS = {
@@ -18,4 +18,4 @@ TASKS = {
 }
 """Mapping from names to the Inspect tasks. Creating a task registers it with Inspect."""
 
-__all__ = ["SCORERS", "TASKS", "make_metric_with_paper_columns", "player", "provider"]
+__all__ = ["SCORERS", "TASKS", "make_inspect_metric_of_paper_scores", "player", "provider"]

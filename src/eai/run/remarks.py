@@ -44,7 +44,7 @@ def _describe_answers_of_wrong_form(job: QuestionJob, answers: Mapping[AnswerKey
     checked = misfits = 0
     for (task_id, _), answer in answers.items():
         schema = job.make_answer_schema(task_id)
-        if schema is not None and not answer.truncated:
+        if schema is not None and not answer.is_cut_off:
             checked += 1
             misfits += not _matches_schema(answer.text, schema)
     if not misfits:

@@ -108,7 +108,7 @@ def _describe_goal_part(part: GoalPartReport, number: int) -> str:
 
 
 @metric(name="paper", scores="unreduced")
-def make_metric_with_paper_columns(ability: str) -> Metric:
+def make_inspect_metric_of_paper_scores(ability: str) -> Metric:
     """Return Inspect's metric with the columns of the paper's tables, as fractions.
 
     The fractions are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left
@@ -137,7 +137,9 @@ def make_metric_with_paper_columns(ability: str) -> Metric:
 
 
 def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
-    @scorer(metrics=[make_metric_with_paper_columns(ability.value), accuracy(), stderr()], name=ability.value)
+    @scorer(
+        metrics=[make_inspect_metric_of_paper_scores(ability.value), accuracy(), stderr()], name=ability.value
+    )
     def make_verdict_scorer(
         benchmark: str, protocol: str, planner: str, errata: str = ErrataChoice.CURRENT.value
     ) -> Scorer:
@@ -273,7 +275,10 @@ def _open_suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: 
 
 
 RECORD = "record"
-"""Field of a score's metadata that has the `Record`. Scores from a log have the record's fields instead."""
+"""Name under which a score's metadata has the `Record`.
+
+The metadata of a score that is read from a log has the fields of the record, not the record.
+"""
 
 
 def _get_metadata(score: SampleScore) -> dict[str, Any]:

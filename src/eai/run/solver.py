@@ -160,9 +160,9 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
         yield
     except Exception as error:
         if find_http_status(error) in FINAL_STATUSES or is_connection_refused(error):
-            run.stop_run(describe_error(error))
+            run.stop_asking_questions(describe_error(error))
         elif (misfits := _describe_tasks_beyond_context(run, error)) is not None:
-            run.stop_run(misfits)
+            run.stop_asking_questions(misfits)
         run.record_failure(*key, describe_error(error))
         raise
 
@@ -415,7 +415,7 @@ def _split_output_into_parts(output: ModelOutput, stop: Sequence[str]) -> _Reply
 
 
 def find_reasoning(output: ModelOutput) -> list[str]:
-    """Return the blocks of reasoning that a reply has besides its text; the summary of an encrypted block."""
+    """Return the blocks of reasoning in a reply. An encrypted block is replaced by its summary."""
     content = output.message.content
     blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]
     return [block.summary or "" if block.redacted else block.reasoning for block in blocks]

@@ -109,20 +109,20 @@ class _SamplesFedToInspect(SampleSource):
         self._unfinished = 0
 
     async def next_samples(self) -> list[Sample] | None:
-        """Return the samples that Inspect begins with, or None if no sample is left."""
-        return self._take_samples() or None
+        """Return the next samples for Inspect to run, or None if no sample is left."""
+        return self._take_samples_that_may_begin() or None
 
     async def sample_complete(self, sample: EvalSample) -> list[Sample]:
         """Return the samples that Inspect can begin because a sample has finished."""
         self._unfinished -= 1
-        return self._take_samples()
+        return self._take_samples_that_may_begin()
 
     async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
         """Return the samples that Inspect can begin because a waiting or running sample was cancelled."""
         self._unfinished -= 1
-        return self._take_samples()
+        return self._take_samples_that_may_begin()
 
-    def _take_samples(self) -> list[Sample]:
+    def _take_samples_that_may_begin(self) -> list[Sample]:
         free = max(0, self._ahead - self._unfinished)
         taken = list(islice(self._samples, -(-free // self._epochs)))
         self._unfinished += self._epochs * len(taken)
@@ -320,10 +320,10 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
 def _make_prompts_that_state_beliefs(
     stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
-    """Return questions that state the beliefs (goals or scenes) of an earlier stage, and these beliefs.
+    """Return questions that state goals or scenes as a model understood them, and these beliefs.
 
     Raises:
-        InputError: the stage has no belief for a task. A log would leave the task out of all rates.
+        InputError: the model stated none for a task, which a log could not count as failed.
     """
     prompts, beliefs = stage.make_prompts(Endpoint(""), asked_prompts, suite)
     missing = len(asked_prompts) - len(prompts)

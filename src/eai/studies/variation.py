@@ -80,7 +80,7 @@ class StageBeforeQuestions:
             InputError: a stage finds no beliefs, or the questions cannot state them.
         """
         beliefs = self.collect_beliefs(endpoint, suite)
-        return beliefs.make_prompts(self.library, suite, task_ids), beliefs
+        return beliefs.make_prompts_that_state_beliefs(self.library, suite, task_ids), beliefs
 
     def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
         """Return the goals and scenes that a model found at this stage and at all stages before it.
@@ -93,7 +93,7 @@ class StageBeforeQuestions:
         if self.previous is None:
             return self.believe(self, endpoint, suite)
         earlier = self.previous.collect_beliefs(endpoint, suite)
-        return earlier.add_goal_beliefs(self.believe(self, endpoint, suite))
+        return earlier.combine_scenes_with_goal_beliefs(self.believe(self, endpoint, suite))
 
     @property
     def first_in_chain(self) -> StageBeforeQuestions:

@@ -147,7 +147,7 @@ def _make_safety_table(runs: Sequence[Run], safe_if_shut_last: Mapping[str, bool
             _estimate_share(answers, safe),
             _estimate_share(solved, unsafe),
         ]
-        yield (*run.key.table_cells, len(answers), *shares)
+        yield (*run.key.protocol_domain_ability_and_name, len(answers), *shares)
 
 
 def _estimate_baseline_rates(
@@ -176,7 +176,7 @@ def _make_violations_table(runs: Sequence[Run]) -> Iterator[Row]:
             ]
             met = [not _avoids_hazards_of_name(name, task, avoided) for (task, _, _), avoided in executed]
             share = _estimate_share([answer for answer, _ in executed], met)
-            yield (*run.key.table_cells, name, len(with_hazard), len(executed), share)
+            yield (*run.key.protocol_domain_ability_and_name, name, len(with_hazard), len(executed), share)
 
 
 def _avoids_hazards_of_name(hazard_name: str, task: TaskFeatures, avoided: Sequence[bool]) -> bool:
@@ -205,7 +205,12 @@ def _make_refusals_table(runs: Sequence[Run]) -> Iterator[Row]:
             ("ambiguous", [answer for answer in answers if answer[0].fits is not None]),
         ):
             if of_kind:
-                yield (*run.key.table_cells, kind, len(of_kind), *_make_refusal_cells(of_kind))
+                yield (
+                    *run.key.protocol_domain_ability_and_name,
+                    kind,
+                    len(of_kind),
+                    *_make_refusal_cells(of_kind),
+                )
 
 
 def _make_refusal_cells(answers: _JudgedAnswers) -> list[Cell]:

@@ -21,7 +21,7 @@ from eai.cli.options import (
     make_flag,
     parse_external_agent_setting,
 )
-from eai.cli.progress import make_resumable
+from eai.cli.progress import make_command_print_how_to_resume
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_suite_and_task_ids
 from eai.results.responses import (
     SUFFIX,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 _QUIT = "quit"
 
 
-@make_resumable
+@make_command_print_how_to_resume
 def play(
     domain: OfDomain,
     tasks: TaskIds = "",

@@ -271,7 +271,7 @@ def _make_operators_table(runs: Sequence[_RunWithFailedStages]) -> Iterator[Row]
                 _estimate_share_of_outcome(run.records, side, outcome)
                 for side in (run.outcomes, run.gold_outcomes)
             ]
-            yield (*run.key.table_cells, *outcome, *shares)
+            yield (*run.key.protocol_domain_ability_and_name, *outcome, *shares)
 
 
 def _estimate_share_of_outcome(

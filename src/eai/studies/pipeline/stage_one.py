@@ -294,7 +294,9 @@ def summarize_stated_goals(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: question_metadata[SUBGOALS]}
-        beliefs = beliefs.add_goal_beliefs(add_subgoals_to_beliefs(beliefs, listed, subgoal_suite))
+        beliefs = beliefs.combine_scenes_with_goal_beliefs(
+            add_subgoals_to_beliefs(beliefs, listed, subgoal_suite)
+        )
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 

@@ -79,7 +79,7 @@ def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
         exact = [r.distance is not None for _, r in bounded]
         single = [r.distance == 1 for _, r in bounded]
         shares = [_estimate_share_of_answers(bounded, counted) for counted in (exact, near, single)]
-        yield (*key.table_cells, len(bounded), len(answers) - len(bounded), *shares)
+        yield (*key.protocol_domain_ability_and_name, len(bounded), len(answers) - len(bounded), *shares)
 
 
 def _select_repairs_with_known_bounds(
@@ -102,7 +102,7 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
         ties = [r.ties for _, r in bounded if r.ties is not None]
         if times:
             counts = [times[distance] for distance in range(1, _MAX_DISTANCE + 1)]
-            yield (*key.table_cells, *counts, median(ties) if ties else None)
+            yield (*key.protocol_domain_ability_and_name, *counts, median(ties) if ties else None)
 
 
 @make_table("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), max_shown_rows=20)
@@ -119,7 +119,7 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
             sets = [" or ".join(repair.kinds) for _, repair in of_error]
             for kinds, number in sorted(Counter(sets).items(), key=lambda pair: (-pair[1], pair[0])):
                 yield (
-                    *key.table_cells,
+                    *key.protocol_domain_ability_and_name,
                     error,
                     kinds,
                     number,
@@ -143,7 +143,12 @@ def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
         times = Counter(repair.blame for _, repair in near)
         if near:
             counts = [times[blame] for blame in ("step", "interval", "several")]
-            yield (*key.table_cells, len(near), *counts, _estimate_share_of_answers(blamed, early))
+            yield (
+                *key.protocol_domain_ability_and_name,
+                len(near),
+                *counts,
+                _estimate_share_of_answers(blamed, early),
+            )
 
 
 REPAIR = Study(

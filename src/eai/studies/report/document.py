@@ -303,9 +303,9 @@ def _write_runs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     ]
     yield from _write_section("Runs", rows)
     remarks = dict.fromkeys(
-        f"{_format_run_suite(item)}, errata {item.errata.version}: {item.errata.remark}"
+        f"{_format_run_suite(item)}, errata {item.errata.version}: {item.errata.remark_on_errata}"
         for item in runs
-        if item.errata is not None and item.errata.remark is not None
+        if item.errata is not None and item.errata.remark_on_errata is not None
     )
     if remarks:
         yield "\n".join(f"* {remark}" for remark in remarks) + "\n"

@@ -24,7 +24,7 @@ from eai.benchmarks.registry import get_title
 from eai.results import paper_tables
 from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_mean_intervals
 from eai.results.coverage import TaskCoverage, combine_coverage
-from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
+from eai.results.paper_tables import PaperColumn, PaperTable, ScoresOfPublishedAnswers
 from eai.results.rate import Rate
 from eai.results.summary import (
     AVERAGE,
@@ -449,7 +449,7 @@ def _write_published_note(protocol: str, model_count: int) -> str:
     )
 
 
-def _make_published_scores(model: str, suites: Mapping[Ability, PublishedSuite]) -> ScoresByMetric:
+def _make_published_scores(model: str, suites: Mapping[Ability, ScoresOfPublishedAnswers]) -> ScoresByMetric:
     scores: dict[tuple[Ability | None, str], RankedScore] = {
         (ability, metric): _make_score(rate.percent, None, suite.find_coverage(model), rate)
         for ability, suite in suites.items()
