@@ -116,7 +116,7 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # A gaining path takes no cell of weight 0: taken cells already weigh the most for their number.
+    # A path of positive gain takes no cell of weight 0: taken cells already weigh the most for their number.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())

@@ -356,9 +356,9 @@ def _generate_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Ren
 
 
 def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) -> int:
-    """Return the maximum number of matched literals of an answer's and a gold condition, or of two effects.
+    """Return the maximum number of literals that match in an answer's and a gold condition, or effect.
 
-    Both are trees of connectives, quantifiers and literals. A literal matches only below matched nodes.
+    Both are trees of connectives, quantifiers and literals. Literals match only if the nodes above match.
     """
     if isinstance(answer, _LISTS) or isinstance(gold, _LISTS):
         return _count_matched_literals_of_lists(answer, gold, renaming)

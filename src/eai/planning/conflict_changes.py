@@ -36,6 +36,9 @@ from eai.world.state import State
 ChangeSet: TypeAlias = frozenset[FactChange]
 """Set of changes: at least one of them must happen. If the set is empty, no change can help."""
 
+UndoesWantedChange: TypeAlias = bool
+"""Whether a step makes the opposite of a wanted change."""
+
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 """A condition, and a mapping from its free variables to objects."""
 
@@ -248,9 +251,9 @@ class FactChangeFinder:
                     conditions = self._schema_conditions[id(schema)] = _list_conditions_with_variables(schema)
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
-    def find_improving_changes_and_undoing(
+    def find_changes_improving_step(
         self, step: Action, state: State, wanted_changes: ChangeSet, *, is_executed: bool
-    ) -> tuple[ChangeSet, bool]:
+    ) -> tuple[ChangeSet, UndoesWantedChange]:
         """Return changes that may improve a step's effects, and whether the step undoes a wanted change.
 
         A step undoes a change if it makes the opposite change. The returned changes must happen before the

@@ -10,7 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from eai.planning.conflict_changes import ChangeSet, FactChangeFinder, simplify_check_given_other_checks
+from eai.planning.conflict_changes import (
+    ChangeSet,
+    FactChangeFinder,
+    UndoesWantedChange,
+    simplify_check_given_other_checks,
+)
 from eai.planning.effect_schema import FactChange
 from eai.planning.planner import PlanningGoal
 from eai.planning.repair.edits import EditedPlan, PlanSteps
@@ -273,7 +278,7 @@ class _HelpingEditFinder:
             entry = plan[position - 1]
             if entry.action is None:
                 continue
-            earlier_changes, undoes = self._find_improving_changes_and_undoing(
+            earlier_changes, undoes = self._find_changes_improving_step(
                 path[position - 1][0], entry.action, fact_changes, operator_names
             )
             if entry.is_kept and undoes:
@@ -284,22 +289,23 @@ class _HelpingEditFinder:
                 fact_changes |= earlier_changes
         return helping_edits
 
-    def _find_improving_changes_and_undoing(
-        self, state_number: int, action: Action, changes: ChangeSet, operator_names: frozenset[str]
-    ) -> tuple[ChangeSet, bool]:
-        """Return the changes before a step after which the step may make or keep more of ``changes``.
+    def _find_changes_improving_step(
+        self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
+    ) -> tuple[ChangeSet, UndoesWantedChange]:
+        """Return the changes with which a step may make more, or undo fewer, of the wanted changes.
 
-        The step is ``action``. The second returned value is whether the step undoes any of ``changes``.
+        They must happen before the step. A skipped step of the named operators is improved if it is executed.
+        The second returned value is whether the step undoes any wanted change.
         """
         state, executed = (
             self._states.by_number[state_number],
-            self._states.get_next_state_and_executed(state_number, action)[1],
+            self._states.get_next_state_and_executed(state_number, step)[1],
         )
-        earlier_changes, undoes = self._change_finder.find_improving_changes_and_undoing(
-            action, state, changes, is_executed=executed
+        earlier_changes, undoes = self._change_finder.find_changes_improving_step(
+            step, state, wanted_changes, is_executed=executed
         )
-        if action.operator in operator_names and not executed:
+        if step.operator in operator_names and not executed:
             earlier_changes |= self._change_finder.find_changes_to_skip_or_unskip_step(
-                action, state, is_executed=False
+                step, state, is_executed=False
             )
         return earlier_changes, undoes
