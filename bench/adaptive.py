@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("records", type=Path, nargs="+")
     add_write_option(parser)
     arguments, rows = parser.parse_args(), list[list[Figure]]()
-    answers = StudyRecords(tuple(arguments.records)).make_plain_tables().answers
+    answers = StudyRecords(tuple(arguments.records)).make_tidy_tables_of_comparable_runs().answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
     for suite, of_suite in group_by_suite(answers).items():
         if get_declaration(Ability(suite.ability)).answers_are_plans:

@@ -55,7 +55,7 @@ _RANDOM_TESTS = 10
 def main() -> None:
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    answers = StudyRecords(tuple(map(Path, sys.argv[1:]))).make_plain_tables().answers
+    answers = StudyRecords(tuple(map(Path, sys.argv[1:]))).make_tidy_tables_of_comparable_runs().answers
     tests: dict[str, list[str]] = _read(TESTS)
     difficulties: dict[str, dict[str, Any]] = _read(DIFFICULTIES)
     for suite, suite_answers in group_by_suite(answers).items():

@@ -120,10 +120,10 @@ def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) 
         match="runs of several experiments cannot be compared in one table; give records of one "
         "of them: scene-",
     ):
-        records.make_plain_tables()
+        records.make_tidy_tables_of_comparable_runs()
     assert len({line.experiment for line in records.make_all_tables().answers}) == 2
     assert command(f"{RUN} --out @/runs", tmp_path).status == 0
-    tables = StudyRecords((tmp_path / "runs",), note=notes.append).make_plain_tables()
+    tables = StudyRecords((tmp_path / "runs",), note=notes.append).make_tidy_tables_of_comparable_runs()
     assert {line.experiment for line in tables.answers} == {None}
     assert len(notes) == 1
     assert "left out because they are experiments: runs with scene-" in notes[0]

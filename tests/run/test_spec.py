@@ -45,8 +45,10 @@ ONWARD = {"replans": 1, "world": "continue"}
 def test_studies_that_change_different_options_are_combined(tables: dict[str, Any]) -> None:
     """A run of all studies has the abilities that each can vary, and the names of all."""
     spec = read_spec(tables)
-    choices = {each.chosen_option for each in spec.studies.values() if each.chosen_option}
-    assert {*spec.combined_study_options.chosen_option.split(" and ")} == choices
+    choices = {
+        each.study_option_chosen_by_user for each in spec.studies.values() if each.study_option_chosen_by_user
+    }
+    assert {*spec.combined_study_options.study_option_chosen_by_user.split(" and ")} == choices
     assert set(spec.combined_study_options.select_abilities([])) <= {
         ability for each in spec.studies.values() for ability in each.select_abilities([])
     }

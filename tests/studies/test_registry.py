@@ -34,7 +34,7 @@ class Words(Options):
 
 
 def analyze(records, chosen):
-    answers = records.make_plain_tables(features=False).answers
+    answers = records.make_tidy_tables_of_comparable_runs(features=False).answers
     shares = [make_rate_contribution_of_answer(answer.characters <= chosen.most) for answer in answers]
     cases = [make_task_contribution(*pair) for pair in zip(answers, shares)]
     columns, rows = ("answers", "short"), ((len(answers), Estimate.from_cases(cases)),)

@@ -142,7 +142,7 @@ def _write_analyses_of_studies(
     if study_or_all != ALL:
         yield from write_analyses_of_study(studies[0], records, settings, formats=formats, as_json=as_json)
         return
-    records.make_plain_tables()
+    records.make_tidy_tables_of_comparable_runs()
     for study in studies:
         own = [
             text for text in settings if options.split_name_and_value(text)[0] in study.choices.model_fields

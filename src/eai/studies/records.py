@@ -53,7 +53,7 @@ class StudyRecords:
         """
         return read_runs(self.paths)
 
-    def make_plain_tables(self, *, features: bool = True) -> TidyTables:
+    def make_tidy_tables_of_comparable_runs(self, *, features: bool = True) -> TidyTables:
         """Return the tidy tables of runs that can be compared, built at the first call.
 
         These are the runs without study options (plain runs), if there are any. Other runs are then left out,

@@ -96,9 +96,9 @@ class StageBeforeQuestions:
         return earlier.combine_scenes_with_goal_beliefs(self.believe(self, endpoint, suite))
 
     @property
-    def first_in_chain(self) -> StageBeforeQuestions:
-        """The first of the successive stages that end with this stage."""
-        return self if self.previous is None else self.previous.first_in_chain
+    def earliest_stage_before_questions(self) -> StageBeforeQuestions:
+        """The first of all stages before the run's questions, up to this stage. It may be this stage."""
+        return self if self.previous is None else self.previous.earliest_stage_before_questions
 
     @property
     def all_results(self) -> list[SuiteResult]:
@@ -120,12 +120,13 @@ class StageBeforeQuestions:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    If `chosen_option` is empty, the run is without this study and uses no other property or method.
+    If `study_option_chosen_by_user` is empty, the run is without this study and uses no other property or
+    method.
     """
 
     @property
-    def chosen_option(self) -> str:
-        """The option that adds this study to a run, as messages name it; empty if no option does."""
+    def study_option_chosen_by_user(self) -> str:
+        """Option by which the user added this study to a run, as messages name it; empty if none is."""
         return ""
 
     @property
@@ -152,7 +153,7 @@ class VariationOptions(Options):
         return None
 
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
-        """Return the settings that records state: the options that differ from their defaults.
+        """Return the study's options that the records of a run store: those that differ from their defaults.
 
         A study returns None if the stage in which a model states goals or scenes for the questions records
         them (`ModelBeliefsInPrompts.experiment`).
@@ -195,15 +196,18 @@ def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptio
     Raises:
         InputError: two studies contradict each other.
     """
-    chosen = [variation for variation in variations if variation.chosen_option]
+    chosen = [variation for variation in variations if variation.study_option_chosen_by_user]
     for one, other in permutations(chosen, 2):
         reason = one.explain_conflict(other)
         if reason:
-            raise InputError(f"{one.chosen_option}: cannot be combined with {other.chosen_option}; {reason}")
-    return chosen[0] if len(chosen) == 1 else _CombinedVariation(chosen=tuple(chosen))
+            raise InputError(
+                f"{one.study_option_chosen_by_user}: cannot be combined with "
+                f"{other.study_option_chosen_by_user}; {reason}"
+            )
+    return chosen[0] if len(chosen) == 1 else _OptionsOfCombinedStudies(chosen=tuple(chosen))
 
 
-class _CombinedVariation(VariationOptions):
+class _OptionsOfCombinedStudies(VariationOptions):
     """The options of all studies that one run combines; there may be no study.
 
     Attributes:
@@ -213,9 +217,9 @@ class _CombinedVariation(VariationOptions):
     chosen: tuple[SerializeAsAny[VariationOptions], ...] = ()
 
     @property
-    def chosen_option(self) -> str:
-        """Names of the chosen options of all studies, joined by "and"."""
-        return " and ".join([variation.chosen_option for variation in self.chosen])
+    def study_option_chosen_by_user(self) -> str:
+        """Names of the options that the user chose, one for each combined study, joined by "and"."""
+        return " and ".join([variation.study_option_chosen_by_user for variation in self.chosen])
 
     @property
     def results_heading(self) -> str:
@@ -246,7 +250,8 @@ class _CombinedVariation(VariationOptions):
         shared = [ability for ability in first if all(ability in abilities for abilities in others)]
         if not shared:
             raise InputError(
-                f"{self.chosen_option}: no ability supports all of these studies; give only one of them"
+                f"{self.study_option_chosen_by_user}: no ability supports all of these studies; "
+                "give only one of them"
             )
         return shared
 
@@ -261,5 +266,5 @@ class _CombinedVariation(VariationOptions):
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):
             stage = variation.make_stage_before_questions(library, task_ids_by_domain, ask)
             if stage is not None:
-                stage.first_in_chain.previous, last = last, stage
+                stage.earliest_stage_before_questions.previous, last = last, stage
         return last

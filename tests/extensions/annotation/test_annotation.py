@@ -11,21 +11,21 @@ import pytest
 from eai.base.errors import InputError
 from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
-    Candidate,
     PatternList,
+    TitleMeaning,
     TitleMeaningDecisions,
     _ObjectKind,
     annotate,
+    apply_user_command_to_decisions,
     check_goals,
     count_patterns,
-    decide,
-    find_difference,
-    find_first_met_candidate,
-    format_decisions,
+    find_changes_made_by_demonstration,
+    find_first_met_title_meaning,
+    format_title_meaning_decisions,
     group_by_title,
     parse_pattern,
     read_uncounted_predicates_and_decisions,
-    write_decisions,
+    write_title_meaning_decisions,
 )
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.planning import PlannerChoice
@@ -33,7 +33,7 @@ from eai.tasks.source import Source, given
 from eai.tasks.task import Task
 from extensions.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
 
-SHARED = [find_difference(task, DOMAIN) for task in (CUP, JAR, LAMP)]
+SHARED = [find_changes_made_by_demonstration(task, DOMAIN) for task in (CUP, JAR, LAMP)]
 
 
 def told(facts: object, task: Task) -> list[str]:
@@ -80,12 +80,12 @@ def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
     ],
 )
 def test_a_difference_has_facts_of_changed_objects_and_new_relations(task: Task, facts: list[str]) -> None:
-    assert told(find_difference(task, DOMAIN).facts, task) == facts
+    assert told(find_changes_made_by_demonstration(task, DOMAIN).facts, task) == facts
 
 
 def test_the_annotated_final_state_takes_precedence() -> None:
     said = replace(CUP, annotated_final=CUP.initial)
-    assert find_difference(said, DOMAIN).facts == ()
+    assert find_changes_made_by_demonstration(said, DOMAIN).facts == ()
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_the_annotated_final_state_takes_precedence() -> None:
 )
 def test_a_task_without_an_executable_plan_is_no_demonstration(task: Task, why: str) -> None:
     with pytest.raises(InputError, match=re.escape(why)):
-        find_difference(task, DOMAIN)
+        find_changes_made_by_demonstration(task, DOMAIN)
 
 
 def test_patterns_are_counted_by_class_and_by_the_properties_of_one_object() -> None:
@@ -115,7 +115,7 @@ def test_patterns_are_counted_by_class_and_by_the_properties_of_one_object() -> 
     }
 
 
-def candidate(*entries: str) -> Candidate:
+def candidate(*entries: str) -> TitleMeaning:
     """Return a candidate from entries with alternatives, such as ``lit(lamp) or on(cup, shelf)``."""
     return tuple(tuple(map(parse_pattern, entry.split(" or "))) for entry in entries)
 
@@ -139,7 +139,7 @@ def test_the_first_completely_met_candidate_is_assigned(
     candidates: list[tuple[str, ...]], numbers: list[int | None]
 ) -> None:
     meanings = [candidate(*entries) for entries in candidates]
-    assert [find_first_met_candidate(meanings, found) for found in SHARED] == numbers
+    assert [find_first_met_title_meaning(meanings, found) for found in SHARED] == numbers
 
 
 def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
@@ -160,7 +160,7 @@ COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "ad
 def decided(*commands: str) -> TitleMeaningDecisions:
     listing, chosen = PatternList(SHARED, DOMAIN, ["near"]), TitleMeaningDecisions()
     for command in commands:
-        chosen = decide(command, chosen, listing)
+        chosen = apply_user_command_to_decisions(command, chosen, listing)
     return chosen
 
 
@@ -178,7 +178,7 @@ def test_commands_make_candidates() -> None:
         candidate("do LIGHT or do PUT", "lit({bright})"),
     )
     assert list(map(str, chosen.dropped)) == ["on(cup, shelf)", "on(jar, shelf)"]
-    assert listing.find_undecided_numbers(chosen) == [6]
+    assert listing.find_numbers_of_undecided_patterns(chosen) == [6]
 
 
 @pytest.mark.parametrize(
@@ -206,9 +206,9 @@ def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
     assert read_uncounted_predicates_and_decisions(path) == ((), {})
     made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": TitleMeaningDecisions()}
-    write_decisions(path, *made)
+    write_title_meaning_decisions(path, *made)
     assert read_uncounted_predicates_and_decisions(path) == made
-    assert path.read_text() == format_decisions(*made)
+    assert path.read_text() == format_title_meaning_decisions(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
 
 

@@ -19,13 +19,13 @@ from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.annotation.decisions import (
     AlternativePatterns,
-    Candidate,
     DemonstrationChanges,
     GoalPattern,
+    TitleMeaning,
     _ObjectKind,
     count_patterns,
-    find_difference,
-    find_first_met_candidate,
+    find_changes_made_by_demonstration,
+    find_first_met_title_meaning,
     make_concrete_goals,
 )
 from eai.logic.formula import And
@@ -50,7 +50,7 @@ class Choices(NamedTuple):
         assigned: task -> the number of its candidate, or None.
     """
 
-    candidates: Sequence[Candidate]
+    candidates: Sequence[TitleMeaning]
     counts: list[list[int]]
     assigned: Mapping[str, int | None]
 
@@ -94,7 +94,9 @@ def _kind(values: Mapping[str, Any]) -> _ObjectKind:
 
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, DemonstrationChanges]:
-    found = [find_difference(tasks[task_id], domain_in_paper_order()) for task_id in task_ids]
+    found = [
+        find_changes_made_by_demonstration(tasks[task_id], domain_in_paper_order()) for task_id in task_ids
+    ]
     return dict(zip(task_ids, found, strict=True))
 
 
@@ -118,7 +120,7 @@ def test_assignments_and_frequencies_of_all_518_demonstrations() -> None:
     by_hand = set()
     for candidates, counts, assigned in choices():
         found = shown(tasks, list(assigned))
-        given = {task_id: find_first_met_candidate(candidates, each) for task_id, each in found.items()}
+        given = {task_id: find_first_met_title_meaning(candidates, each) for task_id, each in found.items()}
         as_assigned += sum(given[task_id] == number for task_id, number in assigned.items())
         by_hand |= {task_id for task_id, number in assigned.items() if given[task_id] != number}
         table = count_patterns(found.values(), ["NEXT_TO"])

@@ -16,7 +16,7 @@ from eai.base.files import parse_toml
 from eai.base.store import Store
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.harbor.folders import FREE, IMAGE, NO_SOLUTION, write_task_folders
+from eai.extensions.harbor.folders import IMAGE, NO_SOLUTION, SOLVED_WITHOUT_WORK, write_task_folders
 from eai.extensions.harbor.verify import compute_episode_rewards
 from eai.tasks.source import Source
 from extensions.harbor.trials import HARBOR, Trial, asked, exported, lint
@@ -56,7 +56,7 @@ def nights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("ability", ["action_sequencing", "acting"])
 def test_tasks_are_left_out_and_counted(ability: str, nights: Path, tmp_path: Path) -> None:
     counts = write_task_folders(*asked(str(nights), ability), tmp_path / "out")
-    assert counts == (1, {NO_SOLUTION: 1, FREE: 1})
+    assert counts == (1, {NO_SOLUTION: 1, SOLVED_WITHOUT_WORK: 1})
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         IMAGE,
         f"lamps-nights-{ability}-dark-1",

@@ -149,7 +149,7 @@ def test_without_the_game_no_kind_and_no_progress_is_told(tmp_path: Path) -> Non
         (False, None),
         (True, None),
     ]
-    assert (episode.first_error, episode.best) == (1, None)
+    assert (episode.first_error, episode.best_goal_progress) == (1, None)
     assert episode.unknown == ("kinds of errors", "progress", "verdict")
 
 
@@ -206,9 +206,18 @@ def test_a_replay_shows_the_best_moment_and_decides_an_unstated_outcome(tmp_path
     write(tmp_path / "games")
     games = opened(tmp_path / "games")
     (won,) = read(tmp_path, as_react([*PLAN, PUT]), games)
-    assert (won.outcome, won.best, won.best_step, won.unseen) == (EpisodeOutcome.WON, 1.0, 5, ())
+    assert (won.outcome, won.best_goal_progress, won.step_of_best_goal_progress, won.unseen) == (
+        EpisodeOutcome.WON,
+        1.0,
+        5,
+        (),
+    )
     (lost,) = read(tmp_path, as_react([AT_FRIDGE, (TAKE[0], NO)]), games)
-    assert (lost.outcome, lost.best, lost.unseen) == (EpisodeOutcome.GOAL_UNMET, 0.75, ("apple",))
+    assert (lost.outcome, lost.best_goal_progress, lost.unseen) == (
+        EpisodeOutcome.GOAL_UNMET,
+        0.75,
+        ("apple",),
+    )
 
 
 def test_a_replay_that_contradicts_the_log_proves_nothing_from_there_on(tmp_path: Path) -> None:

@@ -184,7 +184,7 @@ def test_a_trial_shows_the_agents_last_words_and_says_that_progress_is_unknown(t
     (episode,) = read_log(written(tmp_path, trial(reward, TIMEOUT, previous=True)))
     assert episode.words == "The gripper slips, and time is short."
     assert episode.setting == "limited, replaced"
-    assert episode.best is None
+    assert episode.best_goal_progress is None
     assert "progress" in episode.unknown
 
 
@@ -207,7 +207,7 @@ def test_progress_is_the_graders_except_that_nothing_submitted_has_none(tmp_path
     nothing, half = read_log(written(tmp_path, run({"boxing": modes})))
     assert nothing.progress is None
     assert half.progress == 0.5
-    assert (half.best, half.best_step) == (0.5, None)
+    assert (half.best_goal_progress, half.step_of_best_goal_progress) == (0.5, None)
 
 
 @pytest.mark.parametrize(

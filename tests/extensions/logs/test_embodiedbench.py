@@ -202,7 +202,11 @@ def test_the_best_moment_is_the_first_step_with_the_largest_progress(tmp_path: P
     for line, progress in zip(lines, (0.0, 0.5, 0.5, 0.25), strict=True):
         line["task_progress"] = progress
     episode = read(tmp_path, lines)
-    assert (episode.best, episode.best_step, episode.progress) == (0.5, 1, 0.25)
+    assert (episode.best_goal_progress, episode.step_of_best_goal_progress, episode.progress) == (
+        0.5,
+        1,
+        0.25,
+    )
 
 
 def test_a_file_of_results_has_an_outcome_but_no_steps(tmp_path: Path) -> None:
@@ -210,10 +214,10 @@ def test_a_file_of_results_has_an_outcome_but_no_steps(tmp_path: Path) -> None:
     result |= {"task_success": 0.0, "task_progress": 0.5, "num_steps": 17, "planner_steps": 9}
     episode = read(tmp_path, [result])
     assert (episode.outcome, episode.ending) == (EpisodeOutcome.GOAL_UNMET, Ending.TOO_MANY_ERRORS)
-    assert (episode.steps, episode.actions, episode.best, episode.calls) == ((), 17, 0.5, 9)
+    assert (episode.steps, episode.actions, episode.best_goal_progress, episode.calls) == ((), 17, 0.5, 9)
     assert episode.unknown == ("errors of steps",)
     episode = read(tmp_path, [{**result, "empty_plan": 1, "num_invalid_actions": 0, "task_progress": 0}])
-    assert (episode.outcome, episode.best) == (EpisodeOutcome.GOAL_UNMET, None)
+    assert (episode.outcome, episode.best_goal_progress) == (EpisodeOutcome.GOAL_UNMET, None)
     assert episode.unknown == ("errors of steps", "progress")
 
 

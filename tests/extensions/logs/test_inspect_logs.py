@@ -164,7 +164,11 @@ def test_a_replay_tells_kinds_where_the_replies_of_a_task_tell_nothing(tmp_path:
         (True, None),
         (True, None),
     ]
-    assert (episode.best, episode.best_step, episode.outcome) == (1.0, 2, EpisodeOutcome.GOAL_UNMET)
+    assert (episode.best_goal_progress, episode.step_of_best_goal_progress, episode.outcome) == (
+        1.0,
+        2,
+        EpisodeOutcome.GOAL_UNMET,
+    )
 
 
 def test_a_replay_keeps_the_kinds_that_replies_prove(tmp_path: Path) -> None:

@@ -310,11 +310,11 @@ def test_distances_with_all_and_without_one_action(lamps: Benchmark) -> None:
     assert ways.depths[both_lit[0]] == 4
     fewer = [ways.restrict_to_actions([other for other in range(4) if other != n]) for n in range(4)]
     assert not any(state.mask("lit").bit_count() == 2 for each in fewer for state in each.states)
-    left = ways.find_distances(both_lit)
+    left = ways.find_distances_to_goal_states(both_lit)
     assert left[0] == 4
     assert {left[n] for n in both_lit} == {0}
     assert {left[target] for _, target in ways.edges[0]} == {3}
-    assert ways.find_distances([]) == {}
+    assert ways.find_distances_to_goal_states([]) == {}
 
 
 def test_a_graph_with_too_many_states_is_refused(lamps: Benchmark) -> None:

@@ -16,12 +16,12 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.scenes.course import make_tile_finder, make_tiles_after_each_step, replay_steps
+from eai.extensions.scenes.course import make_scene_diagrams_after_each_step, make_tile_finder, replay_steps
 from eai.extensions.scenes.diagrams import make_words_for_picture_labels
 from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.studies.report.explorer import TileScenes
+from eai.studies.report.explorer import SceneDiagrams
 from eai.tasks.source import Source
 from eai.tasks.wording import list_objects_in_prompt
 from eai.world.execution import execute_plan
@@ -37,7 +37,7 @@ def scored(suite: Suite, task_id: str, text: str) -> Record:
     return record
 
 
-def told(course: TileScenes, agent: str) -> list[set[str]]:
+def told(course: SceneDiagrams, agent: str) -> list[set[str]]:
     """The facts in each picture."""
     return [{str(each) for tile in scene for each in told_by(tile, agent)} for scene in course]
 
@@ -71,7 +71,7 @@ def test_an_episode_has_a_scene_for_each_turn() -> None:
     record, *_ = Scoring().score_records(
         suite, "m", [Response("both", "\n".join(commands))], explanations=True
     )
-    assert len(make_tiles_after_each_step(record, suite)) == 1 + len(commands)
+    assert len(make_scene_diagrams_after_each_step(record, suite)) == 1 + len(commands)
 
 
 def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
@@ -80,21 +80,21 @@ def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
     first, last = (Explanation(steps=reports(*part)) for part in (DONE[:1], DONE[1:]))
     attempts = tuple(Attempt("", PlanVerdict(), explanation=each) for each in (first, last))
     goes_on = replace(record, experiment=experiment(1, "continue"), attempts=attempts, explanation=last)
-    start, *rest = told(make_tiles_after_each_step(goes_on, suite), "robot")
+    start, *rest = told(make_scene_diagrams_after_each_step(goes_on, suite), "robot")
     assert "holds(robot, cup_1)" in start
     assert len(rest) == 2
     begins_anew = replace(goes_on, experiment=experiment(1, "restart"))
     assert (
-        make_tiles_after_each_step(begins_anew, suite) == ()
+        make_scene_diagrams_after_each_step(begins_anew, suite) == ()
     )  # the agent cannot put down an object that it has not taken
 
 
 def test_nothing_is_shown_of_other_data_and_of_what_has_no_plan() -> None:
     suite = open_suite(KITCHEN, Ability.ACTION_SEQUENCING)
     done = replace(scored(suite, "1", "[]"), explanation=Explanation(steps=reports(*DONE)))
-    assert len(make_tiles_after_each_step(done, suite)) == 4
-    assert make_tiles_after_each_step(replace(done, data_sha256="0" * 64), suite) == ()
-    assert make_tiles_after_each_step(replace(done, task_id="2"), suite) == ()
+    assert len(make_scene_diagrams_after_each_step(done, suite)) == 4
+    assert make_scene_diagrams_after_each_step(replace(done, data_sha256="0" * 64), suite) == ()
+    assert make_scene_diagrams_after_each_step(replace(done, task_id="2"), suite) == ()
     assert make_tile_finder(Source())(replace(done, domain="nowhere")) == ()
 
 

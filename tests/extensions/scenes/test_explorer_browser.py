@@ -9,7 +9,7 @@ from agents.switches import SWITCHES
 from browsing import needs_browser, open_explorer
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import open_suite
-from eai.extensions.scenes.course import make_tiles_after_each_step
+from eai.extensions.scenes.course import make_scene_diagrams_after_each_step
 from eai.studies.report.explorer import ExplorerDomainData
 from studies.report.test_explorer_browser import link, write_episodes
 
@@ -19,7 +19,8 @@ pytestmark = needs_browser
 def test_a_turn_is_shown_with_the_objects_that_it_changed(page: Any, tmp_path: Path) -> None:
     suite = open_suite(SWITCHES, ACTING)
     address = write_episodes(
-        tmp_path, ExplorerDomainData(find_scenes=lambda record: make_tiles_after_each_step(record, suite))
+        tmp_path,
+        ExplorerDomainData(find_scenes=lambda record: make_scene_diagrams_after_each_step(record, suite)),
     )
     open_explorer(page, link(address, run="switches/acting/strict/good", task="both", step="3"))
     page.get_by_role("button", name="Next turn").click()

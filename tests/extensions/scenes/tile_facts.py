@@ -6,10 +6,10 @@ import re
 
 from eai.extensions.scenes.tiles import BOTH_WAYS, HANDS, ONE_WAY
 from eai.studies.perception.scene_graph import NamedFact
-from eai.studies.report.explorer import ObjectTile
+from eai.studies.report.explorer import ObjectRectangle
 
 
-def told_by(tile: ObjectTile, agent: str) -> set[NamedFact]:
+def told_by(tile: ObjectRectangle, agent: str) -> set[NamedFact]:
     """All that a tile says, and those in it."""
     said = {NamedFact(mark, (tile.name,)) for mark in tile.marks}
     for line in tile.lines:

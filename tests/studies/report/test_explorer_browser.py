@@ -22,8 +22,8 @@ from eai.results.runs import LogSamples, Run, RunKey, read_runs
 from eai.studies.report.explorer import (
     ExplorerData,
     ExplorerDomainData,
-    ObjectTile,
-    TileScenes,
+    ObjectRectangle,
+    SceneDiagrams,
     build_explorer_page,
 )
 from studies.report.samples import HOSTILE, all_runs, write_runs
@@ -31,13 +31,13 @@ from studies.report.samples import HOSTILE, all_runs, write_runs
 pytestmark = needs_browser
 
 
-def course(record: Record) -> TileScenes:
+def course(record: Record) -> SceneDiagrams:
     """A cup that is taken from a box in the third of four steps, of one answer."""
     if (record.task_id, record.ability) != ("1_1", Ability.ACTION_SEQUENCING):
         return ()
-    cup, box, me = (ObjectTile(name, "object") for name in (HOSTILE, "box.4", "me.65"))
-    full = ObjectTile("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
-    holding = ObjectTile(
+    cup, box, me = (ObjectRectangle(name, "object") for name in (HOSTILE, "box.4", "me.65"))
+    full = ObjectRectangle("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
+    holding = ObjectRectangle(
         "me.65", "agent", lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]}
     )
     return [[me, full], [me, full], [me, full], [holding, box], [holding, box]]

@@ -95,11 +95,13 @@ def estimate_ability(
         value += max(-1.0, min(1.0, change))
         if abs(change) < _CONVERGENCE_LOGITS:
             break
-    between = variance * _sum_squared_information_shares(value, scores, difficulties, name_by_task or {})
+    between = variance * _compute_fisher_information_concentration(
+        value, scores, difficulties, name_by_task or {}
+    )
     return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
-def _sum_squared_information_shares(
+def _compute_fisher_information_concentration(
     ability: float,
     scores: Mapping[str, float],
     difficulties: Mapping[str, float],

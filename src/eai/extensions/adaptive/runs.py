@@ -35,7 +35,10 @@ _FILE = "adaptive.json"
 
 
 _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
-"""Difficulties by task, variance of a model's ability, and models: see `_estimate_difficulties`."""
+"""Difficulties by task, the variance of a model's ability, and a text that names the models.
+
+The answers of these models gave the difficulties. See `_estimate_difficulties`.
+"""
 
 
 def open_runs(

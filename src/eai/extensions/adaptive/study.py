@@ -164,8 +164,9 @@ def _compute_area_under_curve(success: Matrix, predicted: Matrix) -> float | Non
 def estimate_ability_above_mean(scores: SuiteScores, model_index: int) -> Estimate:
     """Return a model's ability minus the mean of all models, in logits, with its confidence interval.
 
-    The variance comes from a first-order jackknife that leaves out the tasks of one name at a time. It takes
-    difficulties as exact. If the variance for independent tasks is larger, the larger one is used.
+    Near copies of a task share a name. The variance comes from a first-order jackknife, which leaves out all
+    tasks of a name at a time. It takes difficulties as exact. If the variance for independent tasks is
+    larger, the larger one is used.
 
     Args:
         scores: the scores of all models.
@@ -258,8 +259,9 @@ def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
     """Models.
 
     logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with
-    probability 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks,
-    with difficulties taken as exact. The score is the mean over all tasks.
+    probability 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks
+    (near copies of a task share a name), with difficulties taken as exact. The score is the mean over all
+    tasks.
     """
     for suite, (answers, scores) in suites.items():
         abilities = scores.rasch.abilities
@@ -321,7 +323,7 @@ def _analyze_task_difficulties(records: StudyRecords, chosen: Options) -> Iterat
     from eai.extensions.adaptive.item_flags import make_task_flag_reader
 
     tables = make_task_difficulty_tables(
-        records.make_plain_tables().answers, make_task_flag_reader(records.source)
+        records.make_tidy_tables_of_comparable_runs().answers, make_task_flag_reader(records.source)
     )
     if not tables[0].rows:
         raise InputError(f"expected answers of at least {MIN_MODELS} models to one suite")

@@ -263,7 +263,7 @@ def _quantify_parameters_except(action: m.PddlAction, kept_parameters: Sequence[
     groups = [_ConditionsWithSharedParameters(frozenset(), ())]
     for condition in needed:
         groups = _add_condition_and_merge(groups, condition, bound)
-    conditions = [group.quantify(bound) for group in groups]
+    conditions = [group.join_conditions_under_exists(bound) for group in groups]
     changes = _substitute_in_effect(action.effect, agents)
     effects = [
         _quantify_effect(change, groups, bound)
@@ -279,11 +279,11 @@ class _ConditionsWithSharedParameters(NamedTuple):
     names: frozenset[str]
     parts: tuple[f.Formula, ...]
 
-    def quantify(self, bound: Mapping[str, f.Variable]) -> f.Formula:
-        """Return the formula which states that some values of the bound parameters meet all conditions."""
+    def join_conditions_under_exists(self, bound_parameters: Mapping[str, f.Variable]) -> f.Formula:
+        """Return a formula: there are values of the bound parameters that meet all conditions."""
         formula: f.Formula = f.And(self.parts)
         for name in sorted(self.names):
-            formula = f.Exists(bound[name], formula)
+            formula = f.Exists(bound_parameters[name], formula)
         return formula
 
 
@@ -306,12 +306,14 @@ def _add_condition_and_merge(
 def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionsWithSharedParameters], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
-    """Return an effect that happens for all values of the bound parameters that meet the conditions on them.
+    """Return an effect that quantifiers extend to parameters which the action no longer has.
+
+    The effect happens for all values of these bound parameters that meet the action's conditions on them.
 
     Args:
         effect: the effect of an action.
-        groups: the conditions of the action, in groups that share bound parameters.
-        bound: the bound parameters by name.
+        groups: the conditions of the action; conditions on the same bound parameters are in one group.
+        bound: the parameters that quantifiers bind, by name.
     """
     names = m.find_effect_variables(effect)
     for group in groups:
@@ -355,7 +357,7 @@ class _TextCommandPlans(PddlPlans):
         return _COMMAND_LIKE.fullmatch(_NUMBERED.sub("", line)) is not None
 
     def write_command(self, operator: str, names: Sequence[str]) -> str:
-        """Return the command of an action."""
+        """Return an action as a line that the text game reads, such as ``take apple 1 from fridge 1``."""
         return self.templates[operator].format(*[_BEFORE_NUMBER.sub(" ", name) for name in names])
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:

@@ -124,11 +124,11 @@ def show_demonstration_changes(
     """
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
     differences = {
-        name: [annotation.find_difference(task, benchmark.domain) for task in tasks]
+        name: [annotation.find_changes_made_by_demonstration(task, benchmark.domain) for task in tasks]
         for name, tasks in titles.items()
     }
     if count:
-        _print_counts(differences, without or (), everything=everything, as_json=as_json)
+        _print_goal_pattern_counts(differences, without or (), everything=everything, as_json=as_json)
         return
     facts = {
         difference.task.id: [
@@ -143,16 +143,16 @@ def show_demonstration_changes(
     print_result(*lines, value=facts, as_json=as_json)
 
 
-def _print_counts(
-    differences: Mapping[str, Sequence[DemonstrationChanges]],
-    without: Sequence[str],
+def _print_goal_pattern_counts(
+    changes_by_title: Mapping[str, Sequence[DemonstrationChanges]],
+    uncounted_predicates: Sequence[str],
     *,
     everything: bool,
     as_json: bool,
 ) -> None:
     lines, counts = list[str](), dict[str, Json]()
-    for name, of_title in differences.items():
-        table = annotation.count_patterns(of_title, without)
+    for name, of_title in changes_by_title.items():
+        table = annotation.count_patterns(of_title, uncounted_predicates)
         counts[name] = {str(pattern): times for pattern, times in table.items()}
         rows = table.most_common(None if everything else _MAX_SHOWN_PATTERNS)
         lines.append(f"{name}: {format_count(len(of_title), 'demonstration')}")
@@ -186,19 +186,23 @@ def choose_goal_patterns(
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
-    differences = [annotation.find_difference(task, benchmark.domain) for task in titles[title]]
+    differences = [
+        annotation.find_changes_made_by_demonstration(task, benchmark.domain) for task in titles[title]
+    ]
     listing = PatternList(differences, benchmark.domain, not_counted)
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
     _print_decisions(listing, saved.get(title, TitleMeaningDecisions()))
-    end_reason = _apply_commands_until_end(decisions, saved, title, listing)
+    end_reason = _read_user_commands_and_save_decisions(decisions, saved, title, listing)
     print_result_line(f"{end_reason}; written to {decisions}")
 
 
-def _apply_commands_until_end(
+def _read_user_commands_and_save_decisions(
     path: Path, saved: Mapping[str, TitleMeaningDecisions], title: str, listing: PatternList
 ) -> str:
-    """Apply a user's commands, save the decisions after each, and return why no more commands follow.
+    """Read a user's commands, which decide the meaning of a task title, and save the decisions after each.
+
+    Return why no more commands follow.
 
     Raises:
         InterruptError: the user interrupted the command.
@@ -206,7 +210,7 @@ def _apply_commands_until_end(
     chosen, before = saved.get(title, TitleMeaningDecisions()), list[TitleMeaningDecisions]()
     try:
         while True:
-            annotation.write_decisions(path, listing.without, {**saved, title: chosen})
+            annotation.write_title_meaning_decisions(path, listing.without, {**saved, title: chosen})
             command = input("> " if sys.stdin.isatty() else "").strip()
             if command == "done":
                 return "done"
@@ -220,7 +224,7 @@ def _apply_commands_until_end(
         return "the input ended"
     except KeyboardInterrupt:
         # The user may have interrupted the command before the last decision was written.
-        annotation.write_decisions(path, listing.without, {**saved, title: chosen})
+        annotation.write_title_meaning_decisions(path, listing.without, {**saved, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
         ) from None
@@ -238,7 +242,7 @@ def _apply_command(
         if not earlier_decisions:
             raise InputError("undo: there is no earlier command")
         return earlier_decisions.pop()
-    after = annotation.decide(command, chosen, listing)
+    after = annotation.apply_user_command_to_decisions(command, chosen, listing)
     earlier_decisions.append(chosen)
     return after
 
@@ -246,11 +250,13 @@ def _apply_command(
 def _print_decisions(listing: PatternList, chosen: TitleMeaningDecisions) -> None:
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
-        met = sum(annotation.is_candidate_met(candidate, difference) for difference in listing.differences)
+        met = sum(
+            annotation.is_title_meaning_met(candidate, difference) for difference in listing.differences
+        )
         print_result_line(f"candidate {number}, met by {met}:")
         for text in texts:
             print_result_line(f"    {text}")
-    rows = listing.find_undecided_numbers(chosen)
+    rows = listing.find_numbers_of_undecided_patterns(chosen)
     for number in rows[:_MAX_SHOWN_PATTERNS]:
         pattern = listing.numbered_patterns[number - 1]
         print_result_line(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
@@ -292,7 +298,7 @@ def print_goals(
         return
     if assigned:
         print_result(
-            *_format_candidate_counts(annotations),
+            *_format_counts_by_title_meaning(annotations),
             value={difference.task.id: candidate for difference, candidate, _ in annotations},
             as_json=as_json,
         )
@@ -310,7 +316,7 @@ def print_goals(
     print_result(*lines, value=goals, as_json=as_json)
 
 
-def _format_candidate_counts(annotations: Sequence[Annotation]) -> Iterator[str]:
+def _format_counts_by_title_meaning(annotations: Sequence[Annotation]) -> Iterator[str]:
     numbers = Counter((difference.task.title, candidate) for difference, candidate, _ in annotations)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"

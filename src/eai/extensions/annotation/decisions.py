@@ -100,7 +100,7 @@ class GoalPattern:
 
 
 AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
-"""Patterns of a `Candidate`. A demonstration must meet at least one of them."""
+"""An entry of a `TitleMeaning`: patterns. A demonstration (a person's plan) must meet at least one."""
 
 
 def parse_pattern(text: str) -> GoalPattern:
@@ -156,25 +156,28 @@ class DemonstrationChanges:
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
         return all(
-            self.make_kind_of_class(thing) == kind
+            self.describe_object_by_class(thing) == kind
             if kind.name
-            else self.make_kind_of_properties(thing) == kind
+            else self.describe_object_by_properties(thing) == kind
             for thing, kind in pairs
         )
 
-    def make_kind_of_class(self, thing: int) -> _ObjectKind:
-        """Return the kind that contains all objects of the given object's class."""
-        return _ObjectKind(self.scene.objects[thing].category)
+    def describe_object_by_class(self, object_index: int) -> _ObjectKind:
+        """Return a description of an object by its class; it fits all objects of this class."""
+        return _ObjectKind(self.scene.objects[object_index].category)
 
-    def make_kind_of_properties(self, thing: int) -> _ObjectKind:
-        """Return the kind of objects with exactly this object's properties (visible static predicates)."""
+    def describe_object_by_properties(self, object_index: int) -> _ObjectKind:
+        """Return a description of an object by its properties (visible static predicates).
+
+        It fits all objects with exactly these properties.
+        """
         initial = self.task.initial
         names = list_property_predicates(self.scene.vocabulary)
-        return _ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
+        return _ObjectKind(properties=tuple(name for name in names if initial.has(name, object_index)))
 
 
-def find_difference(task: Task, domain: Domain) -> DemonstrationChanges:
-    """Return the changes that a task's demonstration makes between the task's initial and final state.
+def find_changes_made_by_demonstration(task: Task, domain: Domain) -> DemonstrationChanges:
+    """Return what a task's demonstration changes between the task's initial and final state.
 
     The final state is in the data set, or results from executing the plan.
 
@@ -248,7 +251,7 @@ def count_patterns(
     for difference in differences:
         for fact in difference.facts:
             if fact.predicate not in left_out:
-                classes = tuple(map(difference.make_kind_of_class, fact.arguments))
+                classes = tuple(map(difference.describe_object_by_class, fact.arguments))
                 exact[GoalPattern(fact.predicate, classes)] += 1
                 wild.update(_generalize_fact(difference, fact.predicate, fact.arguments))
     return exact + wild
@@ -261,37 +264,47 @@ def _generalize_fact(
         return
     for end, thing in enumerate(things):
         if thing != difference.scene.agent:
-            kinds = [difference.make_kind_of_class(other) for other in things]
-            kinds[end] = difference.make_kind_of_properties(thing)
+            kinds = [difference.describe_object_by_class(other) for other in things]
+            kinds[end] = difference.describe_object_by_properties(thing)
             yield GoalPattern(name, tuple(kinds))
 
 
-Candidate: TypeAlias = tuple[AlternativePatterns, ...]
-"""One possible meaning of a task title: a list of entries, which a demonstration must all meet.
+TitleMeaning: TypeAlias = tuple[AlternativePatterns, ...]
+"""One possible meaning of a task title: a list of entries (alternative patterns).
 
-Entries that are actions must be met in the order of the list.
+A demonstration has this meaning if it meets at least one pattern of each entry. It must meet entries that are
+actions in the order of the list.
 """
 
 
-def find_first_met_candidate(candidates: Sequence[Candidate], difference: DemonstrationChanges) -> int | None:
+def find_first_met_title_meaning(
+    candidates: Sequence[TitleMeaning], difference: DemonstrationChanges
+) -> int | None:
     """Return the index of the first meaning of a title that a demonstration meets, or None."""
     return next(
-        (number for number, candidate in enumerate(candidates) if is_candidate_met(candidate, difference)),
+        (
+            number
+            for number, candidate in enumerate(candidates)
+            if is_title_meaning_met(candidate, difference)
+        ),
         None,
     )
 
 
-def is_candidate_met(candidate: Candidate, difference: DemonstrationChanges) -> bool:
-    """Whether a demonstration meets all entries of a candidate, with actions in the entries' order."""
+def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges) -> bool:
+    """Whether a demonstration has one possible meaning of its task title.
+
+    It must meet at least one pattern of each entry of the meaning, and actions in the order of the entries.
+    """
     rest = iter(difference.actions)
     return all(
         any(action in {pattern.name for pattern in entry} for action in rest)
-        for entry in candidate
+        for entry in meaning
         if entry[0].is_action
-    ) and all(any(difference.find_matching_facts(entry)) for entry in candidate if not entry[0].is_action)
+    ) and all(any(difference.find_matching_facts(entry)) for entry in meaning if not entry[0].is_action)
 
 
-def make_concrete_goals(difference: DemonstrationChanges, candidate: Candidate) -> tuple[Goal, ...]:
+def make_concrete_goals(difference: DemonstrationChanges, candidate: TitleMeaning) -> tuple[Goal, ...]:
     """Return the goals of a demonstration's task that follow from a candidate, with the objects of the task.
 
     Only facts that the demonstration makes true become goals. States come first, then relations, then
@@ -323,17 +336,17 @@ class TitleMeaningDecisions:
         dropped: shared patterns that the user decided to be no part of the meaning.
     """
 
-    candidates: tuple[Candidate, ...] = ()
+    candidates: tuple[TitleMeaning, ...] = ()
     dropped: tuple[GoalPattern, ...] = ()
 
     @property
-    def decided_patterns(self) -> frozenset[GoalPattern]:
+    def kept_and_dropped_patterns(self) -> frozenset[GoalPattern]:
         """All patterns that the user kept or dropped for the task title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
-class _TitleDecisionTable(Options):
+class _TaskTitleMeaningTable(Options):
     """Decisions about one task title, as a table in a TOML file.
 
     Attributes:
@@ -354,15 +367,16 @@ class _DecisionFile(Options):
     """
 
     without: tuple[str, ...] = ()
-    title: Mapping[str, _TitleDecisionTable] = {}
+    title: Mapping[str, _TaskTitleMeaningTable] = {}
 
 
 def read_uncounted_predicates_and_decisions(
     path: Path,
 ) -> tuple[tuple[str, ...], dict[str, TitleMeaningDecisions]]:
-    """Read a file of decisions. Return names of predicates that are not counted, and decisions by task title.
+    """Read the names of predicates that are not counted, and the decisions by task title, from a TOML file.
 
-    Both are empty if the file does not exist.
+    Patterns with these predicates are not counted. The decisions state the meaning of each title. Both are
+    empty if the file does not exist.
 
     Raises:
         InputError: the file does not hold decisions. The message names the faulty key.
@@ -386,19 +400,25 @@ def _parse_entry(texts: Sequence[str]) -> AlternativePatterns:
     return patterns
 
 
-def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, TitleMeaningDecisions]) -> None:
-    """Write decisions to a file. An interruption leaves either the old or the new content.
+def write_title_meaning_decisions(
+    path: Path, uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
+) -> None:
+    """Write decisions about the meaning of task titles to a TOML file.
+
+    An interruption leaves either the old or the new content.
 
     Raises:
         InputError: the file cannot be written.
     """
-    write_files_atomically({path: format_decisions(without, titles)})
+    write_files_atomically({path: format_title_meaning_decisions(uncounted_predicates, decisions_by_title)})
 
 
-def format_decisions(without: Sequence[str], titles: Mapping[str, TitleMeaningDecisions]) -> str:
-    """Return the content of a file of decisions, with one entry on each line."""
-    lines = [f"without = {_format_strings(without)}"]
-    for name, chosen in titles.items():
+def format_title_meaning_decisions(
+    uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
+) -> str:
+    """Return the text of a TOML file of decisions about task titles, with one entry on each line."""
+    lines = [f"without = {_format_strings(uncounted_predicates)}"]
+    for name, chosen in decisions_by_title.items():
         lines += [
             "",
             f"[title.{json.dumps(name)}]",
@@ -461,14 +481,18 @@ class PatternList:
         """
         return tuple(self.counts)
 
-    def find_undecided_numbers(self, chosen: TitleMeaningDecisions) -> list[int]:
+    def find_numbers_of_undecided_patterns(self, decisions: TitleMeaningDecisions) -> list[int]:
         """Return the numbers of the patterns that the user neither kept nor dropped."""
-        decided = chosen.decided_patterns
+        decided = decisions.kept_and_dropped_patterns
         return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
 
 
-def decide(command: str, chosen: TitleMeaningDecisions, listing: PatternList) -> TitleMeaningDecisions:
-    """Return the decisions about a title after one more command of the user, except ``undo`` and ``done``.
+def apply_user_command_to_decisions(
+    command: str, decisions: TitleMeaningDecisions, listing: PatternList
+) -> TitleMeaningDecisions:
+    """Return the decisions about the meaning of a task title after one more command of the user.
+
+    The commands keep or drop patterns (`HELP`). The caller handles ``undo`` and ``done``.
 
     Raises:
         InputError: the command is unknown or malformed.
@@ -476,19 +500,21 @@ def decide(command: str, chosen: TitleMeaningDecisions, listing: PatternList) ->
     word, _, rest = command.strip().partition(" ")
     match word:
         case "keep":
-            return _append_entries(chosen, [(pattern,) for pattern in _parse_pattern_numbers(rest, listing)])
+            return _append_entries(
+                decisions, [(pattern,) for pattern in _parse_pattern_numbers(rest, listing)]
+            )
         case "or":
-            return _append_entries(chosen, [tuple(_parse_pattern_numbers(rest, listing))])
+            return _append_entries(decisions, [tuple(_parse_pattern_numbers(rest, listing))])
         case "drop":
-            kept = dict.fromkeys((*chosen.dropped, *_parse_pattern_numbers(rest, listing)))
-            return replace(chosen, dropped=tuple(kept))
+            kept = dict.fromkeys((*decisions.dropped, *_parse_pattern_numbers(rest, listing)))
+            return replace(decisions, dropped=tuple(kept))
         case "add":
             patterns = _parse_entry([part.strip() for part in rest.split(" or ")])
             for pattern in patterns:
                 _refuse_unknown_names(pattern, listing)
-            return _append_entries(chosen, [patterns])
+            return _append_entries(decisions, [patterns])
         case "new":
-            return replace(chosen, candidates=(*chosen.candidates, ()))
+            return replace(decisions, candidates=(*decisions.candidates, ()))
         case _:
             raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
 
@@ -547,10 +573,10 @@ def _append_entries(
 
 
 Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
-"""The changes of a demonstration, the index of the candidate that it meets, and its task's goals.
+"""The changes of a demonstration, the index of the title's meaning that it meets, and its task's goals.
 
-The candidate is the first that the demonstration meets. If it meets none, the index is None and there are no
-goals.
+The index belongs to the first meaning that the demonstration meets. If it meets none, the index is None and
+there are no goals.
 """
 
 
@@ -571,7 +597,9 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleMeaningDecisions]
 ) -> Iterator[Annotation]:
-    """Yield the annotation of each demonstration by the decisions about its title, title by title.
+    """Yield the goals of each demonstration, as they follow from the decided meaning of its task title.
+
+    Demonstrations of one title come together.
 
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
@@ -582,8 +610,8 @@ def annotate(
             for pattern in (p for entry in candidate for p in entry):
                 with prefix_errors_with_location(f"title {name!r}: {pattern}"):
                     refuse_unknown_name(pattern, domain)
-        for difference in (find_difference(task, domain) for task in tasks):
-            number = find_first_met_candidate(candidates, difference)
+        for difference in (find_changes_made_by_demonstration(task, domain) for task in tasks):
+            number = find_first_met_title_meaning(candidates, difference)
             yield (
                 difference,
                 number,

@@ -28,7 +28,10 @@ MAX_DRAWS = 20
 """Maximum number of times that conditions of a goal are drawn to make a problem from a task."""
 
 _MAX_LISTED_OPTIONS = 10_000
-"""Number of ways to meet a goal that can be drawn: at most the first ones in a fixed order."""
+"""Maximum number of ways to meet a goal from which one is drawn.
+
+Later ways, in a fixed order, are never drawn.
+"""
 
 
 @dataclass(frozen=True, slots=True)

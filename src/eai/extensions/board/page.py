@@ -113,7 +113,9 @@ def build_page_and_count_submissions(
         DataError: the data set cannot be obtained.
     """
     places = [each for path in paths for each in _find_submissions(path)]
-    seasons = [_read_season_tasks_and_html(place) for place in places if (place / MANIFEST).is_file()]
+    seasons = [
+        _read_leaderboard_season_tasks_and_html(place) for place in places if (place / MANIFEST).is_file()
+    ]
     opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
     @cache
@@ -224,7 +226,7 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
     return answers
 
 
-def _read_season_tasks_and_html(folder: Path) -> tuple[Benchmark | None, str]:
+def _read_leaderboard_season_tasks_and_html(folder: Path) -> tuple[Benchmark | None, str]:
     """Return the tasks of a season (None before they are published), and HTML that describes the season.
 
     Raises:
@@ -252,7 +254,10 @@ def _read_season_tasks_and_html(folder: Path) -> tuple[Benchmark | None, str]:
 
 
 def _require_small_file(file: Path) -> Path:
-    """Return the given path; raise InputError if its file is larger than a description may be."""
+    """Return the given path; raise InputError if the file is too large.
+
+    The files describe a submission or a season.
+    """
     if file.is_file() and file.stat().st_size > _MAX_DESCRIPTION_BYTES:
         raise InputError(f"{file}: expected at most {_MAX_DESCRIPTION_BYTES:,} bytes")
     return file
@@ -278,11 +283,12 @@ def _build_page_html(submissions: Mapping[str, _ScoredSubmission], seasons: Sequ
     return build_page("eai.extensions.board", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
 
 
-_HEADINGS_BEFORE = ("#", "Model")
-_HEADINGS_AFTER = (
+_HEADINGS_BEFORE_METRICS = ("#", "Model")
+"""Headings of the columns of a table before the columns of metrics."""
+_HEADINGS_AFTER_METRICS = (
     *("Answered", "Prompts", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs"),
 )
-"""Headings of the columns of a table: before the columns of metrics, and after them."""
+"""Headings of the columns of a table after the columns of metrics."""
 
 
 def _format_ranking_html(table: Ranking, submissions: Mapping[str, _ScoredSubmission]) -> str:
@@ -290,7 +296,7 @@ def _format_ranking_html(table: Ranking, submissions: Mapping[str, _ScoredSubmis
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
     rows = [_list_row_cells(row, columns, table, submissions) for row in table.rows]
     used = [any(cell not in ("", _NO_NUMBER) for cell in column) for column in zip(*rows, strict=True)]
-    names = map(escape, (*_HEADINGS_BEFORE, *headings, *_HEADINGS_AFTER))
+    names = map(escape, (*_HEADINGS_BEFORE_METRICS, *headings, *_HEADINGS_AFTER_METRICS))
     head = "".join(f"<th>{name}</th>" for name in compress(names, used))
     body = "".join(
         _format_cells_html(compress(cells, used), "" if row.source == "run" else ' class="other"')
@@ -368,7 +374,10 @@ def _read_prompt_set_name(run_specification: str) -> str:
 
 
 def _describe_errata_of_benchmark_tasks(submission: _ScoredSubmission, table: Ranking) -> str:
-    """Return the errata's version and how many tasks of a table they leave out and correct."""
+    """Return a cell on corrections of the data set (errata) under which answers were scored.
+
+    It names the version of the errata, and how many tasks of a table they leave out and correct.
+    """
     abilities = {column.ability for column in table.columns}
     errata = [
         summary.errata

@@ -194,10 +194,10 @@ def _format_file_name(domain: str, ability: Ability) -> str:
 
 
 def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
-    """Return the identifiers of a suite's prompts.
+    """Return the identifiers of a suite's published prompts, as answers to them must repeat them.
 
-    Identifiers with the prefix of a scene stay as they are. Other identifiers become task ids of the data
-    set, with known errors corrected.
+    Identifiers that begin with `SCENE_PREFIX` stay as they are. Other identifiers are replaced by task ids of
+    the data set if they are known to be wrong.
     """
     published = find_benchmark(domain).data.prompts
     if published is None:

@@ -64,7 +64,7 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
     uses = group_pairs(used)
     alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
-    for category, stems in _map_categories_to_name_stems(tasks).items():
+    for category, stems in _map_categories_to_unnumbered_names(tasks).items():
         if not {category, *stems} & uses.keys():
             alike.append(((category in stems, len(stems)), (category, *stems)))
     digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
@@ -94,7 +94,7 @@ def _replace_token(token: str, words: Mapping[str, str]) -> str:
     return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
 
 
-def _map_categories_to_name_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+def _map_categories_to_unnumbered_names(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
     """Return a mapping from each category, except agents, to its objects' names without numbers."""
     stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
@@ -114,7 +114,7 @@ def _map_categories_to_name_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[s
 
 @dataclass(frozen=True)
 class _ObfuscatedWording(SuiteWording):
-    """A wording of prompts with swapped names and exact rules.
+    """A wording of prompts with swapped names, which states every requirement and effect of the actions.
 
     Attributes:
         words: the new name of each renamed word.
@@ -136,7 +136,7 @@ class _ObfuscatedWording(SuiteWording):
             predicate if is_property(predicate) else replace(predicate, visible=True)
             for predicate in predicates
         ]
-        operators = tuple(map(_turn_alternatives_into_effects, self.domain.operators))
+        operators = tuple(map(_make_alternative_effects_conditional, self.domain.operators))
         told = replace(
             self.domain, vocabulary=replace(vocabulary, predicates=tuple(shown)), operators=operators
         )
@@ -185,7 +185,11 @@ class _ObfuscatedWording(SuiteWording):
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def write_static_facts_of_rules(self, task: Task) -> str:
-        """Return facts that plain prompts put into sentences, one a line below the heading `UNCHANGING`."""
+        """Return the facts that no action changes and that the rules of actions use.
+
+        The facts stand one a line below the heading `UNCHANGING`. Prompts of the original benchmark state
+        them as English sentences instead.
+        """
         named = self._predicates_of_rules.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
         listed, lines = {*self.list_prompt_objects(task)}, [UNCHANGING]
@@ -201,7 +205,7 @@ class _ObfuscatedWording(SuiteWording):
         return _replace_words(self.words, super().describe_goals(task))
 
 
-def _turn_alternatives_into_effects(operator: Operator) -> Operator:
+def _make_alternative_effects_conditional(operator: Operator) -> Operator:
     """Return an equivalent operator without description and without alternative effects.
 
     Each of the alternative effects becomes a conditional effect.
@@ -223,7 +227,7 @@ def _turn_alternatives_into_effects(operator: Operator) -> Operator:
     )
 
 
-class _ObfuscatedPlans(PlanNotation):
+class _PlanNotationWithSwappedNames(PlanNotation):
     """Plan notation with swapped names."""
 
     def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
@@ -251,7 +255,7 @@ class _ObfuscatedPlans(PlanNotation):
         return self._plain.join(parts)
 
 
-class _ObfuscatedSubgoals(SubgoalNotation):
+class _SubgoalNotationWithSwappedNames(SubgoalNotation):
     """Subgoal notation with swapped names."""
 
     def __init__(self, plain: SubgoalNotation, words: Mapping[str, str]) -> None:
@@ -324,8 +328,8 @@ def _make_benchmark_with_rules_in_prompts(
         name=f"{benchmark.name}{suffix}",
         notation=replace(
             benchmark.notation,
-            plans=_ObfuscatedPlans(benchmark.notation.plans, word_cipher),
-            subgoals=_ObfuscatedSubgoals(benchmark.subgoals(), word_cipher),
+            plans=_PlanNotationWithSwappedNames(benchmark.notation.plans, word_cipher),
+            subgoals=_SubgoalNotationWithSwappedNames(benchmark.subgoals(), word_cipher),
             formats={
                 ability: encipher_capitalised_words(text)
                 for ability, text in benchmark.notation.formats.items()

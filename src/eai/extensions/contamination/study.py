@@ -58,16 +58,18 @@ def match_tasks_in_strata(
     """
     sizes, others = (Counter(stratum for _, stratum in cases) for cases in (first, second))
     return (
-        [_prefix_case_names(case, "first") for case, stratum in first if stratum in others],
+        [_weight_case_and_prefix_task_names(case, "first") for case, stratum in first if stratum in others],
         [
-            _prefix_case_names(case, "second", sizes[stratum] / others[stratum])
+            _weight_case_and_prefix_task_names(case, "second", sizes[stratum] / others[stratum])
             for case, stratum in second
             if sizes[stratum]
         ],
     )
 
 
-def _prefix_case_names(case: TaskContribution, prefix: str, weight: float = 1) -> TaskContribution:
+def _weight_case_and_prefix_task_names(
+    case: TaskContribution, prefix: str, weight: float = 1
+) -> TaskContribution:
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
     return TaskContribution(f"{prefix} {case.task}", f"{prefix} {case.name}", share)
 

@@ -39,8 +39,9 @@ _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 """Regular expression for characters that the name of a task folder may not contain."""
 
 NO_SOLUTION = "without a verified solution"
-FREE = "in which doing nothing, or copying the question, is right"
-"""Reasons to leave a task out, as phrases after the number of such tasks."""
+"""Reason to leave tasks out, as a phrase after their number."""
+SOLVED_WITHOUT_WORK = "in which doing nothing, or copying the question, is right"
+"""Reason to leave tasks out, as a phrase after their number."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
@@ -129,7 +130,7 @@ def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, soluti
     if not is_right_answer(suite, suite.score(task_id, solution)):
         return NO_SOLUTION
     free = any(is_right_answer(suite, suite.score(task_id, text)) for text in (*_EMPTY_ANSWERS, prompt.user))
-    return FREE if free else None
+    return SOLVED_WITHOUT_WORK if free else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,10 @@ ANSWER = Path("/workdir/answer.txt")
 """Path of the file with the agent's answer."""
 
 WORLD = Path("/journal")
-"""Folder in which the server of a world writes the journal (the list of actions) of an episode."""
+"""Folder of the journals (lists of actions) of episodes.
+
+The server on which an agent acts in a simulated world writes them.
+"""
 
 
 def is_right_answer(suite: Suite, verdict: Verdict) -> bool:

@@ -88,25 +88,25 @@ class _Trajectories(RootModel[Sequence[_Trajectory]]):
 
 def _read_trajectories(path: Path, content: bytes) -> list[LoggedEpisode]:
     found = validate(_Trajectories, str(path), parse_json(path, content))
-    return [_make_published_episode(trajectory) for trajectory in found.root]
+    return [_make_episode_from_trajectory(trajectory) for trajectory in found.root]
 
 
-def _make_published_episode(found: _Trajectory) -> LoggedEpisode:
+def _make_episode_from_trajectory(trajectory: _Trajectory) -> LoggedEpisode:
     steps = [
         LoggedStep(done.action[1], bool(done.action_success), None, done.env_feedback or "")
-        for plan in found.trajectory
+        for plan in trajectory.trajectory
         for done in plan.executable_plan
     ]
-    ending = Ending.GOAL if found.success else Ending.CANNOT_TELL
+    ending = Ending.GOAL if trajectory.success else Ending.CANNOT_TELL
     return LoggedEpisode(
-        f"{found.instruction} ({found.episode_id})",
+        f"{trajectory.instruction} ({trajectory.episode_id})",
         _find_outcome(ending, len(steps)),
         ending,
         _prove_kinds(steps),
-        agent=found.model_name,
-        setting=found.eval_set,
-        calls=len(found.trajectory),
-        unknown=("progress", *([] if found.success else ["the end"])),
+        agent=trajectory.model_name,
+        setting=trajectory.eval_set,
+        calls=len(trajectory.trajectory),
+        unknown=("progress", *([] if trajectory.success else ["the end"])),
     )
 
 

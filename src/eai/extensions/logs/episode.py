@@ -109,16 +109,20 @@ class LoggedEpisode:
         return next((number for number, step in enumerate(self.steps) if step.is_error), None)
 
     @property
-    def best(self) -> float | None:
+    def best_goal_progress(self) -> float | None:
         """The largest share of goal conditions that held at once; None if no share is known."""
         shares = [step.progress for step in self.steps] + [self.progress]
         return max((share for share in shares if share is not None), default=None)
 
     @property
-    def best_step(self) -> int | None:
+    def step_of_best_goal_progress(self) -> int | None:
         """Index of the first step after which the largest share held, from 0; None if no step shows it."""
         shares = [step.progress for step in self.steps]
-        return None if self.best is None or self.best not in shares else shares.index(self.best)
+        return (
+            None
+            if self.best_goal_progress is None or self.best_goal_progress not in shares
+            else shares.index(self.best_goal_progress)
+        )
 
     @property
     def max_repeats_of_step(self) -> int | None:

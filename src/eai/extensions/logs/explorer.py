@@ -19,9 +19,13 @@ def describe_episode(episode: LoggedEpisode) -> Iterator[str]:
     else:
         seen = bool(episode.steps) and all(step.accepted for step in episode.steps)
         yield f"first error: {'none' if seen else CANNOT_TELL}"
-    best = _to_text(episode.best)
-    if episode.best is not None:
-        after = "" if episode.best_step is None else f" after action {episode.best_step + 1}"
+    best = _to_text(episode.best_goal_progress)
+    if episode.best_goal_progress is not None:
+        after = (
+            ""
+            if episode.step_of_best_goal_progress is None
+            else f" after action {episode.step_of_best_goal_progress + 1}"
+        )
         best = f"at best {best}{after}, at the end {_to_text(episode.progress)}"
     yield f"goal conditions met: {best}"
     yield f"end: {episode.ending.value}"

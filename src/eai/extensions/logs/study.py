@@ -13,7 +13,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.explorer import make_explorer_page
 from eai.extensions.logs.readers import read_logs
-from eai.extensions.logs.twin import make_twins_table
+from eai.extensions.logs.twin import make_table_of_same_named_tasks
 from eai.results.plots import COLUMN, RULE, make_figure, wrap_label
 from eai.results.rate import Rate
 from eai.results.table import Estimate, Row, Table, make_table
@@ -71,7 +71,7 @@ def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analy
     ]
     twins: list[Table] = []
     if benchmark is not None:
-        twins.append(make_twins_table(every, benchmark.tasks(records.source), benchmark))
+        twins.append(make_table_of_same_named_tasks(every, benchmark.tasks(records.source), benchmark))
     yield Analysis(
         [outcomes, episodes, *twins],
         [("logs", _draw_outcomes(groups))],
@@ -105,8 +105,8 @@ def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
 
     won, goal unmet: verdicts of the log's own grader, in its own world; not reproduced: the grader's replay
     did not reproduce the episode; nothing submitted: there was nothing to grade; not graded: no verdict.
-    errors: actions that the world rejected; proven: percentage of errors with a kind that the log proves. The
-    kind of all other errors is "cannot tell".
+    errors: actions that the world rejected; proven: percentage of errors whose kind is certain from the log.
+    The kind of all other errors is "cannot tell".
     """
     for names, episodes in groups.items():
         outcomes = Counter(episode.outcome for episode in episodes)
@@ -133,7 +133,7 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
     """
     for names, episodes in groups.items():
         for episode in episodes:
-            error, best_step = episode.first_error, episode.best_step
+            error, step_of_best_goal_progress = episode.first_error, episode.step_of_best_goal_progress
             kind = None if error is None else episode.steps[error].kind
             yield (
                 *(*names, episode.task, episode.outcome.value, episode.ending.value),
@@ -141,8 +141,8 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
                 ", ".join(episode.unseen),
                 len(episode.steps) or episode.actions,
                 None if error is None else error + 1,
-                _to_percent(episode.best),
-                None if best_step is None else best_step + 1,
+                _to_percent(episode.best_goal_progress),
+                None if step_of_best_goal_progress is None else step_of_best_goal_progress + 1,
                 _to_percent(episode.progress),
                 *(episode.max_repeats_of_step, episode.seconds, episode.calls, episode.tokens),
                 episode.words[:_MAX_WORDS_CHARACTERS],
@@ -163,8 +163,10 @@ def _draw_outcomes(groups: _Groups) -> Figure:
             left.barh(row, counted[outcome], 0.6, start, color=_COLORS[outcome], label=outcome.value)
             start += counted[outcome]
         for episode in episodes:
-            if episode.best is not None and episode.outcome is not EpisodeOutcome.WON:
-                right.plot(100 * episode.best, row, "|", color=_COLORS[episode.outcome], markersize=11)
+            if episode.best_goal_progress is not None and episode.outcome is not EpisodeOutcome.WON:
+                right.plot(
+                    100 * episode.best_goal_progress, row, "|", color=_COLORS[episode.outcome], markersize=11
+                )
     labels = [wrap_label(", ".join(filter(None, names[1:])) or names[0]) for names in groups]
     left.set_yticks(range(len(groups)), labels=labels, fontsize=6.5)
     left.set_ylim(len(groups) - 0.5, -0.5)

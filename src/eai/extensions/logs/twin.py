@@ -1,6 +1,8 @@
-"""Describe symbolic twins: tasks of a benchmark with the names of logged tasks, in the benchmark's own world.
+"""Compare tasks in logs of other projects with tasks of a benchmark that have the same names.
 
-A twin shows the length of an activity, and the objects to search for. It proves nothing about a robot.
+Such a task of the benchmark is the symbolic twin of the logged task: the same activity in the benchmark's own
+symbolic world. It shows the length of the activity, and which objects must be searched for. It proves nothing
+about the robot in the log.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from eai.tasks.task import Task
     "twins",
     ("task", "outcomes", "labels", "reason", "hidden", "operators", "plan", "conditions", "at_start"),
 )
-def make_twins_table(
+def make_table_of_same_named_tasks(
     episodes: Iterable[LoggedEpisode], tasks: Mapping[str, Task], benchmark: Benchmark
 ) -> Iterator[Row]:
     """Tasks with a symbolic twin, by length.
@@ -35,7 +37,11 @@ def make_twins_table(
     """
     by_task = group_pairs((episode.task, episode) for episode in episodes if episode.task in tasks)
     rows = [
-        (name, ", ".join(map(_name_outcome, of_task)), *_make_twin_values(tasks[name], benchmark))
+        (
+            name,
+            ", ".join(map(_name_outcome, of_task)),
+            *_make_cells_of_same_named_task(tasks[name], benchmark),
+        )
         for name, of_task in by_task.items()
     ]
     yield from sorted(rows, key=lambda row: (row[6] is None, row[6]))
@@ -46,11 +52,8 @@ def _name_outcome(episode: LoggedEpisode) -> str:
     return f"{episode.setting}: {episode.outcome.value}" + is_late * f" ({episode.ending.value})"
 
 
-def _make_twin_values(task: Task, benchmark: Benchmark) -> Row:
-    """Return the values of a row in the table of twins, from the column `labels` to the last column.
-
-    A twin is a benchmark's task with the name of a logged task.
-    """
+def _make_cells_of_same_named_task(task: Task, benchmark: Benchmark) -> Row:
+    """Return the cells of a row on the benchmark's task, from the column `labels` to the last column."""
     labels = " ".join(derive_labels(task, benchmark.data.labels))
     if task.unplannable_reason is not None:
         return labels, str(task.unplannable_reason), "", "", None, None, None

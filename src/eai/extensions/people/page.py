@@ -43,11 +43,14 @@ SaveEpisode: TypeAlias = Callable[[RecordedGame], None]
 def _run_tasks(
     first: UnfinishedTask, tasks: Iterator[UnfinishedTask], total: int, save: SaveEpisode
 ) -> Generator[dict[str, Json], str, None]:
-    """Yield the content of the page after each line that a person sends.
+    """Run the episodes of a person who plays tasks in a browser, one after the other.
+
+    Receive each line that the person types, execute it as a command, and yield the new content of the page.
+    Any line after the end of a task begins the next task.
 
     Args:
         first: The first task that is not over.
-        tasks: The other tasks that are not over. Any line after the end of a task begins the next task.
+        tasks: The other tasks that are not over.
         total: Number of all tasks, with those that are over.
         save: Saves the episode.
 

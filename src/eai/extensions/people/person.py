@@ -117,7 +117,10 @@ def _list_operator_names(stage: GameSetup) -> list[str]:
 
 
 def _list_possible_actions_with_words(game: RecordedGame, words: Sequence[str]) -> Iterator[str]:
-    """Yield the possible actions whose text contains all given texts, one line for each operator."""
+    """Yield a line for each operator: its name, and the objects of its possible actions.
+
+    Only actions whose text contains all the given words are listed.
+    """
     write = game.stage.commands.write_command
     for operator, actions in groupby(game.find_possible_actions(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]

@@ -196,7 +196,10 @@ def _get_prompt_and_answer(parts: DomainAndNotation, asked: _AskedQuestion) -> Q
 
 
 def _get_features(asked: _AskedQuestion) -> TaskFeatures:
-    """Return features with the name of a question's task: analyses count its questions as dependent."""
+    """Return the features of a question for analyses. Their name is the question's task.
+
+    Analyses treat questions with one name as dependent on each other.
+    """
     return TaskFeatures(asked.question.task, None, 0)
 
 

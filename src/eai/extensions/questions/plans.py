@@ -71,8 +71,11 @@ _MIN_DISTANCE = 2
 _MAX_GOALS = 3
 """Maximum number of facts in the goal of a question."""
 
-_DISTANCES = 4
-"""Number of different lengths of shortest plans. Consecutive questions take these lengths in turn."""
+_PLAN_LENGTHS = 4
+"""Number of lengths that the shortest plan for a question's goal may have.
+
+Consecutive questions use these lengths in turn.
+"""
 
 _GOAL_CANDIDATES = 8
 """Number of goals that are tried to get the wanted length of a shortest plan."""
@@ -96,7 +99,7 @@ class _PlanOutcome(NamedTuple):
     unmet_requirement: int = 0
 
     @property
-    def result(self) -> str:
+    def works_fails_or_misses(self) -> str:
         """The outcome as one word: ``works``, ``misses`` (a goal) or ``fails`` (at a step)."""
         return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
@@ -180,7 +183,7 @@ def make_counterfactual_question(
         steps, position, change = variant
         plan = [action for _, action in steps]
         outcome = _find_outcome_of_plan(setting, setting.states[position], plan, position)
-        if outcome.result == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
+        if outcome.works_fails_or_misses == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
             operators = _list_operator_names([*plan, *setting.path])
             values = {"plan": format_numbered_list(setting.format_elements(setting.path)), "change": change}
             return _make_outcome_question(setting, rng, outcome, steps, operators, values)
@@ -198,12 +201,12 @@ def make_validation_question(
         return None
     working_plan, states = _make_path_with_detours_and_states(setting, rng)
     plan, outcome, wanted = working_plan, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
-    if wanted != outcome.result:
+    if wanted != outcome.works_fails_or_misses:
         for _ in range(_MAX_PLAN_CHANGES):
             position = rng.randrange(len(working_plan))
             plan = _corrupt_plan(setting, working_plan, position, rng)
             outcome = _find_outcome_of_plan(setting, states[position], plan, position)
-            if plan and outcome.result == wanted:
+            if plan and outcome.works_fails_or_misses == wanted:
                 break
         else:
             return None
@@ -226,7 +229,7 @@ def make_justification_question(
     unneeded = [
         number
         for number, before in enumerate(states[:-1], 1)
-        if _find_outcome_of_plan(setting, before, plan[number:]).result == "works"
+        if _find_outcome_of_plan(setting, before, plan[number:]).works_fails_or_misses == "works"
     ]
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
     right = [f"step {number}" for number in unneeded]
@@ -291,7 +294,7 @@ def _make_outcome_question(
         "misses": "every step can be carried out, but at the end not all goals hold",
     }
     fails = {n: f"step {n} is the first that cannot be carried out" for n, _ in plan if n}
-    right = fails[failing] if failing else sentences[outcome.result]
+    right = fails[failing] if failing else sentences[outcome.works_fails_or_misses]
     answer = [f"goal {n}" for n in outcome.missed_goals] or ["works"]
     if failing:
         answer = [f"step {failing}", f"requirement {outcome.unmet_requirement}"]
@@ -408,7 +411,7 @@ def make_next_action_question(
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
         return None
-    left = goal.graph.find_distances(goal.goal_states)
+    left = goal.graph.find_distances_to_goal_states(goal.goal_states)
     best = {action for action, target in goal.graph.edges[0] if left.get(target) == goal.distance - 1}
     return _make_action_question(setting, goal, best, "any")
 
@@ -456,7 +459,7 @@ def _draw_distant_goal(
     graph = _draw_cached_state_graph(setting, rng)
     if graph is None:
         return None
-    wanted = _MIN_DISTANCE + number % _DISTANCES
+    wanted = _MIN_DISTANCE + number % _PLAN_LENGTHS
     far = [n for n, depth in enumerate(graph.depths) if depth >= _MIN_DISTANCE]
     farther = [n for n in far if graph.depths[n] >= wanted]
     goals = [

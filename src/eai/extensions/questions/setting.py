@@ -91,7 +91,7 @@ class QuestionSetting:
 
     @cached_property
     def path_reaches_goals(self) -> bool:
-        """Whether all goals hold at the end of the path, but not all of them at its start."""
+        """Whether the task's path (its executable actions) leads from unmet to met goals of the task."""
         return not all(self.evaluate_goals(self.states[0])) and all(self.evaluate_goals(self.states[-1]))
 
     @cached_property
@@ -297,13 +297,13 @@ class StateGraph:
             tuple([self.added_facts[n] for n in kept]),
         )
 
-    def find_distances(self, goals: Iterable[int]) -> Mapping[int, int]:
+    def find_distances_to_goal_states(self, goal_states: Iterable[int]) -> Mapping[int, int]:
         """Return a mapping from state to the minimum number of actions from this state to a goal state.
 
-        States and goals are given as indices. States that cannot reach a goal state are left out.
+        States are given as indices. States that cannot reach a goal state are left out.
         """
         sources = group_pairs((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
-        level, depth = list(goals), 0
+        level, depth = list(goal_states), 0
         distances = dict.fromkeys(level, depth)
         while level:
             depth += 1

@@ -303,9 +303,11 @@ def draw_closed_question(
 ) -> tuple[int, ClosedQuestion] | None:
     """Draw choices (or the statement of a yes-no question) so that no shortcut beats guessing.
 
-    Return a pair: by how much the bias after the question exceeds the tolerated bias
-    (`SurfaceCueCounts.compute_shortcut_bias_above_limit`), and the question. Return None if there are
-    too few right or wrong texts.
+    A shortcut is a rule that answers without knowledge of the world, such as "take the longest choice".
+    Several draws are tried. Return a pair: a number, and the best drawn question. The number is 0 if the
+    question keeps the bias to shortcuts small; otherwise it tells how far the bias exceeds the tolerated bias
+    (`SurfaceCueCounts.compute_shortcut_bias_above_limit`). Return None if there are too few right or wrong
+    texts.
 
     Args:
         item: the right and wrong texts from which the question is made.

@@ -74,7 +74,10 @@ _NEED_RULES = frozenset(
         (QuestionKind.VALIDATION, QuestionForm.OPEN),
     ]
 )
-"""Pairs of kind and form whose questions refer to requirements by their numbers in the rules of a prompt."""
+"""Kinds of questions, with the form of the answer, that refer to the requirements of actions by number.
+
+Their prompts must therefore list the rules of actions with these numbers.
+"""
 
 
 @dataclass(slots=True)

@@ -163,7 +163,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
                 for text in (" and ".join(map(_format_condition, option)),)
             ),
             atoms={
-                _format_condition(condition): _to_statement(condition)
+                _format_condition(condition): _make_statement_from_nested_tuple(condition)
                 for group in self._find_matched_additional_missing(predicted)
                 for condition in group
             },
@@ -188,7 +188,7 @@ def _format_condition(condition: Value) -> str:
             return str(condition)
 
 
-def _to_statement(condition: Value) -> Statement:
+def _make_statement_from_nested_tuple(condition: Value) -> Statement:
     """Return a condition as a `Statement`: predicate, objects, and whether the condition is negated.
 
     An ill-formed condition becomes a predicate without objects.

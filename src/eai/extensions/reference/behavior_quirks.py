@@ -72,9 +72,10 @@ def make_subgoal_domain_with_all_quirks() -> Domain:
 
 
 def find_state_left_by_aborted_action(state: State, action: Action) -> State:
-    """Return the state after eai-eval aborts in an action; only transfers of contents change the state then.
+    """Return the state in which eai-eval aborts an action.
 
-    See `make_transferring_contents_abort`.
+    Before it aborts, only one kind of action changes the state: moving the contents of a container into or
+    onto an object. See `make_transferring_contents_abort`.
     """
     halves = _make_domain_with_aborted_content_moves()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
@@ -89,10 +90,10 @@ def _apply_to_all_operators(change: Callable[[Operator], Operator]) -> Callable[
     """Turn a function that changes an operator into a function that changes all operators of a domain."""
 
     @wraps(change)
-    def apply(domain: Domain) -> Domain:
+    def change_all_operators(domain: Domain) -> Domain:
         return domain.replace_operators(*map(change, domain.operators))
 
-    return apply
+    return change_all_operators
 
 
 @_apply_to_all_operators
@@ -103,10 +104,10 @@ def judge_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operat
     """
     strict = [o.require_not_in_other_hand(hand) for hand in o.HANDS]
 
-    def change_fault(check: Check) -> Check:
+    def judge_failure_as_additional_step(check: Check) -> Check:
         return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check in strict else check
 
-    return replace(operator, checks=tuple(map(change_fault, operator.checks)))
+    return replace(operator, checks=tuple(map(judge_failure_as_additional_step, operator.checks)))
 
 
 def make_navigating_and_burning_abort(domain: Domain) -> Domain:
@@ -290,28 +291,34 @@ class _LimitedDnfConverter:
                 )
             case f.ForAll(variable, body):
                 return _conjoin_each_combination(
-                    _list_first_combinations(self._list_dnf_terms_of_each_value(variable, body, binding))
+                    _list_combinations_with_smallest_indices(
+                        self._list_dnf_terms_by_value_of_variable(variable, body, binding)
+                    )
                 )
             case f.Exists(variable, body):
-                return list(chain.from_iterable(self._list_dnf_terms_of_each_value(variable, body, binding)))
+                return list(
+                    chain.from_iterable(self._list_dnf_terms_by_value_of_variable(variable, body, binding))
+                )
             case f.Exactly(count, variable, body):
-                vectors = _list_first_combinations(
-                    self._list_dnf_terms_of_each_value(variable, body, binding)
+                vectors = _list_combinations_with_smallest_indices(
+                    self._list_dnf_terms_by_value_of_variable(variable, body, binding)
                 )
                 chosen = (combinations(vector, count) for vector in vectors if count <= len(vector))
                 return _conjoin_each_combination(chain.from_iterable(chosen))
             case f.ForPairs():
-                return self._list_dnf_terms_of_pairing(formula, binding)
+                return self._list_dnf_terms_of_forpairs_formula(formula, binding)
             case _:
                 raise InputError(f"BDDL has no formula of type {type(formula).__name__}; rewrite the goal")
 
-    def _list_dnf_terms_of_each_value(
+    def _list_dnf_terms_by_value_of_variable(
         self, variable: f.Variable, body: f.Formula, binding: _NamesOfVariables
     ) -> list[list[DnfTerm]]:
         values = self._objects(variable.category)
         return [self.list_dnf_terms(body, {**binding, variable.name: value}) for value in values]
 
-    def _list_dnf_terms_of_pairing(self, formula: f.ForPairs, binding: _NamesOfVariables) -> list[DnfTerm]:
+    def _list_dnf_terms_of_forpairs_formula(
+        self, formula: f.ForPairs, binding: _NamesOfVariables
+    ) -> list[DnfTerm]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
         cells = [
@@ -332,7 +339,9 @@ class _LimitedDnfConverter:
             option
             for down, across in orders
             for option in _conjoin_each_combination(
-                _list_first_combinations([cells[i][j] for i, j in zip(down, across, strict=True)])
+                _list_combinations_with_smallest_indices(
+                    [cells[i][j] for i, j in zip(down, across, strict=True)]
+                )
             )
         ]
 
@@ -356,7 +365,7 @@ def _list_first_permutations(size: int, length: int) -> Iterator[tuple[int, ...]
     return islice(permutations(range(size), length), MAX_PERMUTATIONS)
 
 
-def _list_first_combinations(
+def _list_combinations_with_smallest_indices(
     sequences: Sequence[Sequence[DnfTerm]],
 ) -> Iterator[tuple[DnfTerm, ...]]:
     """Yield combinations of one element of each sequence, for the first `MAX_VECTORS` index vectors.
@@ -398,9 +407,10 @@ def make_behavior_goal_test(task: Task) -> GoalTest:
 
 
 def _reduce_to_first_dnf_terms(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return the condition that eai-eval tests for a goal: an option that bddl tries is true.
+    """Return the formula that eai-eval tests for a goal.
 
-    An option is a list of ground conditions that together make the goal true.
+    It is true if at least one of the first options of the goal is true. An option is a list of ground
+    conditions that together make the goal true. The package bddl tries only the first options.
     """
     return map_leaves(
         f.Or(tuple(map(f.And, list_first_dnf_terms(formula, scene.names_of_category)))),

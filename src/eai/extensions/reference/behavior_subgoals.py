@@ -215,7 +215,10 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
         self.excluded = None
 
     def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """Return an answer as a program that the search executes, or why the answer is rejected."""
+        """Return an answer's subgoals as a program, or why the answer is rejected.
+
+        A program is a list of instructions, which the search for executions follows.
+        """
         return super().compile_answer(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
     def _draw_disjunct(self, subgoal: str, rng: Random) -> str | None:
@@ -226,7 +229,7 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _reject_wrongly_used_names(self, formula: Formula) -> RejectedAnswer | None:
         return reject_wrong_argument_counts_and_names(formula, self.lexicon.objects)
 
-    def _make_planners_with_literal_indices(
+    def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return one planner for each literal, or for two literals in a row that one action makes true."""

@@ -5,9 +5,10 @@ operators of the domain (``complete_pddl_domain``). Hallucinated operators take 
 is that of `planner_of_2024`.
 
 Counting: operators that an answer lacks are not counted, and neither are predicates without a category. If a
-predicate without a category matches, eai-eval raises a KeyError and loses the whole run; here it is ignored.
+predicate without a category matches, eai-eval raises a KeyError, and all results of the run are lost. Here
+such a predicate is ignored.
 
-Extraction reproduces the first lines of ``worker_process`` in
+Extraction of operators from answers: the code follows the first lines of ``worker_process`` in
 ``transition_modeling/scripts/evaluate_results.py`` and ``extract_action_details`` in
 ``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. Quirks of the
 extraction, in order of application:
@@ -327,9 +328,10 @@ def _parse_tree(text: str) -> _Tree:
 
 
 def _make_tree(parts: list[_Tree]) -> _Tree:
-    """Return the tree of a list in parentheses.
+    """Return the syntax tree of the words and trees in a pair of parentheses.
 
-    The tree is a connective. If the list does not begin with one, the tree is the text of all its words.
+    A list that begins with a connective, such as ``and``, becomes a node with this connective and its
+    operands. Any other list of words becomes a text.
     """
     if not parts:
         return _PADDING

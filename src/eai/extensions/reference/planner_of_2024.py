@@ -61,8 +61,8 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     bound = m.PddlAction(
         name=action.name,
         parameters=(*action.parameters, *leaked),
-        precondition=binder.bind_condition(precondition, scope),
-        effect=binder.bind_effect(action.effect, scope),
+        precondition=binder.rewrite_unbound_variables_of_condition(precondition, scope),
+        effect=binder.rewrite_unbound_variables_of_effect(action.effect, scope),
     )
     if binder.refused:
         return PddlFinding(
@@ -98,34 +98,43 @@ class _VariableBinder:
 
     refused: list[str] = field(default_factory=list)
 
-    def bind_condition(self, formula: f.Formula, scope: Names, *, universal: bool = False) -> f.Formula:
+    def rewrite_unbound_variables_of_condition(
+        self, formula: f.Formula, scope: Names, *, universal: bool = False
+    ) -> f.Formula:
         loose = _list_unbound_names(get_terms(formula), scope)
         if loose:
             self.refused += loose if universal else ()
             return f.FALSE
         scope = scope.union([variable.name for variable in get_bound_variables(formula)])
         inside = universal or isinstance(formula, f.ForAll)
-        return map_subformulas(formula, lambda part: self.bind_condition(part, scope, universal=inside))
+        return map_subformulas(
+            formula, lambda part: self.rewrite_unbound_variables_of_condition(part, scope, universal=inside)
+        )
 
-    def bind_effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
+    def rewrite_unbound_variables_of_effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
             case m.Add(atom):
                 return m.Add(UNBOUND_ADDED) if _list_unbound_names(atom.arguments, scope) else effect
             case m.Delete(atom):
                 return m.NO_EFFECT if _list_unbound_names(atom.arguments, scope) else effect
             case m.AndEffect(parts):
-                return m.AndEffect(tuple(self.bind_effect(part, scope) for part in parts))
+                return m.AndEffect(
+                    tuple(self.rewrite_unbound_variables_of_effect(part, scope) for part in parts)
+                )
             case m.ForAllEffect(variable, part):
-                return m.ForAllEffect(variable, self.bind_effect(part, scope | {variable.name}))
+                return m.ForAllEffect(
+                    variable, self.rewrite_unbound_variables_of_effect(part, scope | {variable.name})
+                )
             case m.WhenEffect():
-                return self._bind_when(effect, scope)
+                return self._rewrite_unbound_variables_of_when(effect, scope)
 
-    def _bind_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
+    def _rewrite_unbound_variables_of_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
         condition = _remove_exists_of_new_variables(push_negations_inwards(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(
-            self.bind_condition(condition, inner), self.bind_effect(effect.part, inner)
+            self.rewrite_unbound_variables_of_condition(condition, inner),
+            self.rewrite_unbound_variables_of_effect(effect.part, inner),
         )
         return wrap_in_quantifiers(m.ForAllEffect, leaked, bound)
 
@@ -253,11 +262,11 @@ def _make_type_atoms_false(condition: f.Formula, header: m.PddlDomain) -> f.Form
     """Return a condition in which each atom whose predicate is the name of a type becomes false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
-    def change(leaf: f.Leaf) -> f.Formula:
+    def replace_type_atom_by_false(leaf: f.Leaf) -> f.Formula:
         is_type = isinstance(leaf, f.Atom) and leaf.predicate in types and len(leaf.arguments) == 1
         return f.FALSE if is_type else leaf
 
-    return map_leaves(condition, change)
+    return map_leaves(condition, replace_type_atom_by_false)
 
 
 def _make_names_distinct(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:

@@ -46,8 +46,11 @@ SEED = 0
 _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
-_COUNTED_PER_ENTRY = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""Kinds of error of which eai-eval counts every entry in its report. Other kinds count at most once."""
+_KINDS_COUNTED_SEVERAL_TIMES = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
+"""Kinds of error that eai-eval counts as often as they occur in its report on an answer.
+
+Other kinds count at most once.
+"""
 
 
 class PublishedSubgoalScorer(SubgoalDecompositionScorer):
@@ -60,8 +63,9 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
     """
 
     def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """Return an answer as a program that the search executes, or why the answer is rejected.
+        """Return an answer's subgoals as a program, or why the answer is rejected.
 
+        A program is a list of instructions. The search for executions follows it through all its branches.
         Random draws start from `SEED`.
         """
         rng = Random(SEED)  # noqa: S311 - the same generator as the reference's
@@ -79,7 +83,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         literals = draw_literals_of_disjuncts(formula, rng)
         if literals is None:
             return reject_unparseable("the reference cannot make a plan of this formula")
-        return CompiledAnswer(tuple(literals), self._make_program_of_plans(literals))
+        return CompiledAnswer(tuple(literals), self._compile_literals_into_search_program(literals))
 
     @abstractmethod
     def _draw_disjunct(self, subgoal: str, rng: Random) -> str | None:
@@ -90,22 +94,22 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return None
 
     @abstractmethod
-    def _make_planners_with_literal_indices(
+    def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[f.Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planners that make the literals true, in order.
+        """Return functions that find the actions for the literals of an answer, in order.
 
-        Each planner is for one literal or several successive literals, and has the index of the first of
-        them.
+        Each function is for one literal or several successive literals, whose first index precedes the
+        function. A literal is an atom, an action, or the negation of an atom or action.
         """
 
-    def _make_program_of_plans(self, literals: Sequence[f.Formula]) -> Program:
-        """Return the program that the search executes: the literals' plans in order.
+    def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:
+        """Return the instructions by which the search for executions makes the literals true, in order.
 
-        A literal that holds already is planned for, too.
+        Each instruction executes the plans for a literal, even if the literal holds already.
         """
         program: list[Instruction] = [None]
-        for number, plans in reversed(self._make_planners_with_literal_indices(literals)):
+        for number, plans in reversed(self._make_planners_with_index_of_first_literal(literals)):
             program.append(ExecuteSubgoalPlansInstruction(plans, number, len(program) - 1))
         return program
 
@@ -117,10 +121,13 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return fault.kind is FaultKind.UNCATEGORISED
 
     def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
-        """Run the search. An exception of eai-eval on any branch of the search rejects the answer."""
+        """Search the ways to execute an answer's subgoals.
+
+        If eai-eval raises an exception in any branch of the search, the answer is rejected.
+        """
         try:
             outcome = super()._explore_executions_of_subgoals(compiled)
-        except _HaltError as halt:
+        except _ReferenceCrashError as halt:
             return reject_unparseable(str(halt))
         if isinstance(outcome, RejectedAnswer):
             return outcome
@@ -130,7 +137,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
 
     def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         verdict = super()._judge_exploration(compiled, outcome)
-        entries = Counter(kind for kind in verdict.errors if kind in _COUNTED_PER_ENTRY)
+        entries = Counter(kind for kind in verdict.errors if kind in _KINDS_COUNTED_SEVERAL_TIMES)
         if verdict.additional_steps:
             entries[FaultKind.ADDITIONAL_STEP] = 1
         if verdict.category is SubgoalCategory.GOAL_UNREACHABLE:
@@ -145,7 +152,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return _set_counted_errors(super()._make_rejection_verdict(rejected), {})
 
 
-class _HaltError(Exception):
+class _ReferenceCrashError(Exception):
     """Raised for a subgoal at which eai-eval raises an exception. The message says why."""
 
 
@@ -156,7 +163,7 @@ def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
     """
 
     def plans(state: State) -> SubgoalPlans:
-        raise _HaltError(reason)
+        raise _ReferenceCrashError(reason)
 
     return plans
 

@@ -101,7 +101,11 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
-        """Return the verdict on an answer. Only predictions whose names are known count."""
+        """Return the verdict on an answer to goal interpretation.
+
+        Goals with an unknown name count neither as right nor as wrong. Other goals are compared with the
+        task's.
+        """
         named = self._resolve_names(goals)
         resolved_goals = [goal for goal in named if isinstance(goal, WrittenGoal)]
         matched = [goal for goal in resolved_goals if goal in self._needed]

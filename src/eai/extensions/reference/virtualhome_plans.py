@@ -150,7 +150,8 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
     """Scores plans for a task of VirtualHome as eai-eval does.
 
     A task is excluded if its final state in the data set fails the goal test. A plan that equals the data
-    set's plan is not executed and reaches no goal. A plan that fails after it has reached all goals succeeds.
+    set's own plan fails: eai-eval does not execute it, so it reaches no goal. A plan that reaches all goals
+    succeeds, even if a later step fails.
     """
 
     def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
@@ -190,10 +191,12 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """Return the verdict on an executed plan. If a summary counts the plan differently, add its counts.
+        """Return the verdict on an executed plan, if necessary with other counts for a summary.
 
-        A summary of many answers counts every action that was not needed as an error. It requires action
-        goals in the order of the data set. For one plan, eai-eval uses this order only by chance.
+        The summary that eai-eval makes of many answers counts every action that was not needed as an error.
+        It requires action goals in the order of the data set. For one plan, eai-eval uses this order only by
+        chance. If the counts of the plan in such a summary differ from its verdict, the verdict also has
+        these counts.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
@@ -252,7 +255,8 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
-    text = text[: text.rfind(_LIST_END) + 1]  # no step can end later; a shorter text is searched faster
+    # Text after the last list holds no step. Without it, the search is faster.
+    text = text[: text.rfind(_LIST_END) + 1]
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))
     if not written:

@@ -36,10 +36,10 @@ def make_domain_with_all_quirks() -> Domain:
 
 
 def find_first_target_mask(state: State, relation: str, source: int, wanted_mask: int) -> int:
-    """Return the first of an object's targets in a relation that is among ``wanted``.
+    """Return the first wanted object to which a relation leads from an object (``source``).
 
-    Wanted objects and the result are bit masks. The result is 0 if no target is wanted. A target is an object
-    to which the relation leads.
+    The wanted objects and the result are bit masks. The result is 0 if the relation leads to no wanted
+    object. First means: in the order of `_list_targets_in_python_set_order`.
     """
     targets = state.relation(relation).row(source) & wanted_mask
     if targets & (targets - 1) == 0:
@@ -52,9 +52,10 @@ def find_first_target_mask(state: State, relation: str, source: int, wanted_mask
 def _list_targets_in_python_set_order(state: State, predicate: str, source: int) -> list[int]:
     """Return the objects to which a relation leads from an object, in the order of a Python set of ids.
 
-    The set contains first the objects that actions added, then those of the initial scene. Initial objects
-    are inserted by ascending id, not in the order of the data set's file. For every object that a task can be
-    about, both orders give the same first object.
+    This order depends on the order of insertion. Here, objects that actions added are inserted first, then
+    those of the initial scene, both by ascending id. The package eai-eval inserts initial objects in the
+    order of the data set's file. For every object that a task can be about, this difference does not change
+    the first object.
     """
     relation = state.relation(predicate)
     mask = relation.row(source)
@@ -144,7 +145,7 @@ def _apply_to_all_checks(change: Callable[[Operator, Check], Check | None]) -> C
     """
 
     @wraps(change)
-    def apply(domain: Domain) -> Domain:
+    def change_all_checks(domain: Domain) -> Domain:
         operators = []
         for operator in domain.operators:
             checks = [change(operator, check) for check in operator.checks]
@@ -153,7 +154,7 @@ def _apply_to_all_checks(change: Callable[[Operator, Check], Check | None]) -> C
             )
         return domain.replace_operators(*operators)
 
-    return apply
+    return change_all_checks
 
 
 def order_related_objects_as_python_set(domain: Domain) -> Domain:
@@ -184,11 +185,13 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
-    """Let the test for wrong order look in earlier states for other conditions than the failed condition.
+    """Change which condition the test for wrong order looks for in earlier states.
 
-    For example, it looks for the relation ``next_to`` instead of nearness. If an object is in a closed
-    container, it looks for the object being open, not the container. For a condition that is never true, the
-    test finds no wrong order. See `SEARCHED_CONDITIONS`; ``execution.py``, ``update_missing_precond``.
+    If the failed condition held in an earlier state, the action comes in the wrong order. For some
+    conditions, eai-eval looks for another condition, such as the relation ``next_to`` instead of nearness.
+    For an object in a closed container, it looks for an open object, not for an open container. If the other
+    condition is never true, no wrong order is found. See `SEARCHED_CONDITIONS`; ``execution.py``,
+    ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
@@ -231,8 +234,8 @@ def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Ch
 def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge sitting down while sitting, on any object, as an additional step; likewise lying down.
 
-    Return None for a check about another seat or bed; None removes the check. See ``SitExecutor`` and
-    ``LieExecutor``.
+    The changed check covers every seat or bed. The separate check for another seat or bed is therefore
+    removed: for this check, return None. See ``SitExecutor`` and ``LieExecutor``.
     """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None

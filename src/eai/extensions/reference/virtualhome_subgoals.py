@@ -136,9 +136,9 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def halts(self, fault: Fault) -> bool:
         """Whether eai-eval raises an exception for a fault (a failed check of an action).
 
-        It also raises an exception if it cannot determine which step is missing, such as before SIT if no
-        seat is free (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 has other code
-        (``simulation/evolving_graph/checker.py``). That code judges the action as lacking a step.
+        It also raises one if it cannot determine which step is missing, such as before SIT if no seat is free
+        (``checkers.py``, ``check_missing_preconds``). Only for subgoals: other code of release 1.0.5 checks
+        plans (``simulation/evolving_graph/checker.py``), and reports a missing step in such a case.
         """
         return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 
@@ -156,7 +156,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore_executions_of_subgoals(compiled)
 
-    def _make_planners_with_literal_indices(
+    def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal, after the literal's index.

@@ -42,7 +42,7 @@ def arrange_objects(
         raise InputError(
             "cannot build a room: the state has no object that is a floor; use a task with a floor"
         )
-    joined = _map_object_of_two_rooms_to_floors(locations)
+    joined = _find_object_over_object_of_other_room(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _place_rooms_and_furniture(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
@@ -83,7 +83,7 @@ def place_remaining_objects(
         placer.put(thing, pose)
 
 
-def _map_object_of_two_rooms_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _find_object_over_object_of_other_room(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return the first object that has an object of another room under it, with the floors of both rooms.
 
     The result maps the upper object to two floors: of its own room, then of the room of the object under it.

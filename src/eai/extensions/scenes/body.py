@@ -98,7 +98,7 @@ def find_body(kind: str) -> Body | None:
         whole = find_body(kind.removeprefix(HALF_PREFIX))
         return None if whole is None else _cut_left_half(whole)
     known = read_body_kinds().get(kind)
-    return None if known is None else _make_body(_read_shape_families()[known.family], known)
+    return None if known is None else _make_body(_read_body_shapes_and_colours()[known.family], known)
 
 
 class _BodyKindRow(NamedTuple):
@@ -123,8 +123,11 @@ def read_body_kinds() -> Mapping[str, _BodyKindRow]:
 
 
 @cache
-def _read_shape_families() -> Mapping[str, Any]:
-    """Return the content of ``shapes.toml``: the shapes of each family, and the table `[colours]`."""
+def _read_body_shapes_and_colours() -> Mapping[str, Any]:
+    """Return the content of ``shapes.toml``: the colours, and the shapes of each family of objects.
+
+    Objects of a family, such as tables, have one shape in different sizes and colours.
+    """
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 
@@ -220,7 +223,7 @@ def _read_colour(word: str, body_colour: Vector) -> Vector:
     if word in _SHADES:
         red, green, blue = (min(1.0, share * _SHADES[word]) for share in body_colour)
         return (red, green, blue)
-    return _read_hex_colour(_read_shape_families()["colours"].get(word, word.removeprefix("#")))
+    return _read_hex_colour(_read_body_shapes_and_colours()["colours"].get(word, word.removeprefix("#")))
 
 
 def _read_hex_colour(digits: str) -> Vector:

@@ -20,7 +20,7 @@ from eai.extensions.scenes.diagrams import make_words_for_picture_labels
 from eai.extensions.scenes.tiles import make_tiles
 from eai.results.record import Record
 from eai.studies.perception.scene_graph import SceneGraphVocabulary
-from eai.studies.report.explorer import ObjectTile, TileScenes
+from eai.studies.report.explorer import ObjectRectangle, SceneDiagrams
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
 from eai.tasks.wording import list_objects_in_prompt
@@ -38,8 +38,8 @@ class _AnswerExecutingScorer(Structure):
     task: Task
 
 
-def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
-    """Return a function that takes a record and makes tiles (boxes in a diagram) of its answer's states.
+def make_tile_finder(source: Source) -> Callable[[Record], SceneDiagrams]:
+    """Return a function that takes a record and makes diagrams of the scene along its answer.
 
     The function opens the suite (tasks with their scoring) of several records only once.
     """
@@ -49,21 +49,22 @@ def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
         choice = ErrataChoice.CURRENT if errata else ErrataChoice.NONE
         return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
 
-    def make_diagram_tiles(record: Record) -> TileScenes:
+    def make_diagram_tiles(record: Record) -> SceneDiagrams:
         if record.domain not in list_benchmarks() or _get_steps(record.explanation) == ():
             return ()
         errata = record.errata is not None
-        return make_tiles_after_each_step(
+        return make_scene_diagrams_after_each_step(
             record, open_cached_suite(record.domain, record.ability, record.protocol, errata=errata)
         )
 
     return make_diagram_tiles
 
 
-def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
-    """Return the scene as tiles (boxes in a diagram), at the start and after each step of an answer.
+def make_scene_diagrams_after_each_step(record: Record, suite: Suite) -> SceneDiagrams:
+    """Return diagrams of the scene, at the start and after each step of an answer.
 
-    There are no tiles if the answer cannot be replayed.
+    Each diagram is a list of rectangles, one for each object. There are no diagrams if the answer cannot be
+    replayed.
     """
     found = replay_record(record, suite)
     if found is None:
@@ -72,7 +73,7 @@ def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
     named = [i for step in _get_steps(record.explanation) for i in _to_action(step, task.scene).arguments]
     shown = list(dict.fromkeys([*list_objects_in_prompt(task), *named]))
     words = make_words_for_picture_labels(suite.benchmark)
-    return [_make_scene_tiles(task, words, state, shown) for state in states]
+    return [_make_diagram_of_scene(task, words, state, shown) for state in states]
 
 
 def replay_record(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
@@ -104,9 +105,9 @@ def replay_steps(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
     return states
 
 
-def _make_scene_tiles(
+def _make_diagram_of_scene(
     task: Task, words: SceneGraphVocabulary, state: State, shown_objects: Sequence[int]
-) -> list[ObjectTile]:
+) -> list[ObjectRectangle]:
     agent = task.scene.agent
     graph = words.make_true_graph(replace(task, initial=state), shown_objects)
     return make_tiles(graph, words, None if agent is None else words.list_object_names(task)[agent])

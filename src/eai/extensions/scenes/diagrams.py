@@ -26,7 +26,8 @@ MOST_HEIGHT = 1536
 def make_words_for_picture_labels(benchmark: Benchmark) -> SceneGraphVocabulary:
     """Return the words for objects and relations in pictures.
 
-    They are the words of observations, which also name the hand that holds an object.
+    They are the words of the texts that describe the world to an acting model. These also name the hand that
+    holds an object.
     """
     return SceneGraphVocabulary(benchmark.observation_wording())
 

@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from eai.base.errors import require_extra
 from eai.extensions.scenes.tiles import BOTH_WAYS, ONE_WAY
-from eai.studies.report.explorer import ObjectTile, Owner
+from eai.studies.report.explorer import ObjectRectangle, Owner
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -146,7 +146,7 @@ def to_pillow_image(drawing: Drawing) -> Image:
     return image
 
 
-def draw_tiles(tiles: Sequence[ObjectTile]) -> Drawing:
+def draw_tiles(tiles: Sequence[ObjectRectangle]) -> Drawing:
     """Draw tiles with a legend below them. The drawing is `WIDTH` pixels wide and as high as necessary."""
     inner = WIDTH - 2 * _GAP
     boxes = [_draw_tile(tile, inner) for tile in tiles]
@@ -158,7 +158,7 @@ def draw_tiles(tiles: Sequence[ObjectTile]) -> Drawing:
     return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
 
 
-def _draw_tile(tile: ObjectTile, max_width: int) -> Drawing:
+def _draw_tile(tile: ObjectRectangle, max_width: int) -> Drawing:
     """Draw a tile (an object's box), at most as wide as the given number of pixels."""
     inner = max_width - 2 * _PAD
     zones = _arrange_in_rows(
@@ -185,7 +185,7 @@ def _draw_tile(tile: ObjectTile, max_width: int) -> Drawing:
     return Drawing(width, height, [frame, *shapes])
 
 
-def _draw_related_tiles(relation_label: str, tiles: Sequence[ObjectTile], max_width: int) -> Drawing:
+def _draw_related_tiles(relation_label: str, tiles: Sequence[ObjectRectangle], max_width: int) -> Drawing:
     """Draw one zone of a tile: the tiles of all objects that are in one relation to the tile's object."""
     top = _PAD + TEXT_SIZE + 5
     content = _pack_boxes([_draw_tile(tile, max_width - 2 * _PAD) for tile in tiles], max_width - 2 * _PAD)

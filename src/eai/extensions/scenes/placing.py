@@ -39,7 +39,7 @@ class Pose(NamedTuple):
     turn: _Rotation = (1.0, 0.0, 0.0, 0.0)
 
     @property
-    def axes(self) -> Array:
+    def rotation_matrix(self) -> Array:
         """The rotation as a matrix, whose columns are the body's own axes."""
         w, x, y, z = self.turn
         return np.array(
@@ -57,7 +57,7 @@ class Pose(NamedTuple):
             local: the box, relative to the middle of the body.
             turn: rotation of this box about its own upright axis, in radians.
         """
-        axes = self.axes
+        axes = self.rotation_matrix
         cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
         x, y, z = (local[1] - local[0]) / 2
         half = np.abs(axes) @ np.array([cos * x + sin * y, sin * x + cos * y, z])
@@ -234,7 +234,7 @@ class Placer:
             turn = draw.choice(turns[:4] if number < _RANDOM_TRIES // 2 else turns)
             if not spots:
                 return None
-            half, (area, low, high) = np.abs(Pose((0, 0, 0), turn).axes) @ size, spots[which]
+            half, (area, low, high) = np.abs(Pose((0, 0, 0), turn).rotation_matrix) @ size, spots[which]
             spare = (area[1] - area[0])[:2] / 2 - half[:2] - _SETTLING_GAP
             if (spare < 0).any():
                 continue
@@ -255,7 +255,7 @@ def _find_free_pose_with_contact(
 ) -> Pose | None:
     """Return a free pose that touches sides or boxes of an area; None if there is no such pose."""
     for (area, low, high), turn in product(spots, turns):
-        half = np.abs(Pose((0, 0, 0), turn).axes) @ size
+        half = np.abs(Pose((0, 0, 0), turn).rotation_matrix) @ size
         z = area[0, 2] + half[2] + _SETTLING_GAP
         if z + half[2] > area[1, 2]:
             continue

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from eai.base.grouping import group_pairs
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary, SupportRelation
-from eai.studies.report.explorer import ObjectTile
+from eai.studies.report.explorer import ObjectRectangle
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Arrows in texts of relations: for a relation that holds in both directions, and for one direction only."""
@@ -21,7 +21,7 @@ HANDS = "(hands)"
 
 def make_tiles(
     graph: SceneGraph, words: SceneGraphVocabulary, agent: str | None, others: Sequence[str] = ()
-) -> list[ObjectTile]:
+) -> list[ObjectRectangle]:
     """Return the outermost tiles of a scene graph. The tile of the agent comes first.
 
     Args:
@@ -31,11 +31,11 @@ def make_tiles(
         others: the names of objects that do not occur in the task.
     """
     hands, doer = [words.find_scene_graph_name(name) for name in words.holding_predicates], agent or HANDS
-    tiles: dict[str, ObjectTile] = {}
+    tiles: dict[str, ObjectRectangle] = {}
     if hands or doer in graph.mentioned_objects:
-        tiles[doer] = ObjectTile(doer, "agent", zones={hand: [] for hand in hands})
+        tiles[doer] = ObjectRectangle(doer, "agent", zones={hand: [] for hand in hands})
     for name in graph.mentioned_objects:
-        tiles.setdefault(name, ObjectTile(name, "other" if name in others else "object"))
+        tiles.setdefault(name, ObjectRectangle(name, "other" if name in others else "object"))
     placed = _map_objects_to_placing_facts(graph, words, agent, hands)
     for name, fact in placed.items():
         holder = doer if fact.predicate in hands else fact.arguments[1]

@@ -28,7 +28,7 @@ A larger coefficient means that the column separates success from failure, so th
 maximum."""
 
 _MIN_CLUSTERS = 4
-"""Minimum number of clusters for the interval of a correlation."""
+"""Minimum number of clusters (groups of dependent observations) for the interval of a correlation."""
 
 
 def compute_rank_correlation(
@@ -43,7 +43,7 @@ def compute_rank_correlation(
     Args:
         first: one number per observation.
         second: another number per observation.
-        clusters: the name of each observation's cluster.
+        clusters: the name of each observation's cluster. Observations of a cluster depend on each other.
     """
     import numpy as np
     from scipy.stats import rankdata
@@ -89,7 +89,7 @@ def fit_logistic_regression(
     Args:
         columns: one row per observation, one column per cofactor; a constant must be a column of its own.
         success: 0 or 1 for each observation.
-        clusters: the name of each observation's cluster.
+        clusters: the name of each observation's cluster. Observations of a cluster depend on each other.
     """
     import numpy as np
 

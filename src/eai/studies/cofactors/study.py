@@ -179,7 +179,8 @@ def _make_correlations_table(suites: _AnswersBySuite, get_share: _ShareGetter) -
     """Rank correlations.
 
     Spearman's correlation of each feature with the score of a task. For all models together, a task's score
-    is the mean of the models' scores. Intervals are from a jackknife over the names of tasks.
+    is the mean of the models' scores. Intervals are from a jackknife over the names of tasks, because
+    near copies of a task share a name.
     """
     for suite, answers in suites.items():
         for model, lines in group_by_model(answers).items():
@@ -205,7 +206,8 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
     The table shows log odds of success per standard deviation of a feature among tasks. They are from
     logistic regressions with one intercept per model: of each feature alone, and of all features together.
-    The effect together holds other features constant. Intervals are from a jackknife over the names of tasks.
+    The effect together holds other features constant. Intervals are from a jackknife over the names of tasks,
+    because near copies of a task share a name.
     """
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]
@@ -298,7 +300,7 @@ class _TaskFeatureOptions(Options):
 
 def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) -> Iterator[Analysis]:
     tables = make_task_feature_tables(
-        records.make_plain_tables(), bin_width=options.bins, measure=options.measure
+        records.make_tidy_tables_of_comparable_runs(), bin_width=options.bins, measure=options.measure
     )
     yield Analysis(tables, _draw_task_feature_figures(tables, options.measure))
 

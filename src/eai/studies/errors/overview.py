@@ -105,7 +105,7 @@ def _draw_flow_of_protocol(
     panel = figure.subplots()
     panel.set_axis_off()
     panel.set_title(f"Protocol {protocol}, percent of {total:,} answers", fontsize=8)
-    _draw_bands(panel, percents, suite_bars, outcome_bars)
+    _draw_flows_from_suites_to_outcomes(panel, percents, suite_bars, outcome_bars)
     for (domain, ability), bar in suite_bars.items():
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
         text = f"{get_title(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
@@ -123,7 +123,7 @@ def _stack_bars(heights: Mapping[_Name, float]) -> dict[_Name, _FlowBar]:
     return bars
 
 
-def _draw_bands(
+def _draw_flows_from_suites_to_outcomes(
     panel: Axes,
     percents: Mapping[tuple[_WorldAbility, str], float],
     suite_bars: Mapping[_WorldAbility, _FlowBar],

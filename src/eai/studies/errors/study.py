@@ -217,7 +217,8 @@ def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Ro
 def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     """Examples.
 
-    The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
+    The first answers of each kind of error, in the order of the records; `eai explain` tells each step by
+    step.
     """
     for suite, of_suite in group_by_suite(answers).items():
         by_leaf = group_pairs((find_error_category(answer), answer) for answer in of_suite)
@@ -268,7 +269,7 @@ class _ErrorAnalysisOptions(Options):
 
 def _analyze_errors(records: StudyRecords, chosen: _ErrorAnalysisOptions) -> Iterator[Analysis]:
     explorer = _make_relative_explorer_address(chosen.explorer, records.folder)
-    tidy = records.make_plain_tables(features=False)
+    tidy = records.make_tidy_tables_of_comparable_runs(features=False)
     tables = make_error_tables(tidy.answers, tidy.clauses, examples=chosen.examples, explorer=explorer)
     yield Analysis(tables, _draw_error_figures(tables))
 
@@ -325,7 +326,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
         rows: the rows of one suite in the table `leaves`, the shares of answers by outcome.
     """
     first = rows[0]["model"] if rows else None
-    cells = {_name_stage_and_error(row): row["answers"] for row in rows if row["model"] == first}
+    cells = {_read_error_category_from_row(row): row["answers"] for row in rows if row["model"] == first}
     shares = {leaf: read_estimate(cell) for leaf, cell in cells.items()}
     shares = {leaf: share for leaf, share in shares.items() if share > 0}
     if not shares:
@@ -359,7 +360,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     return figure
 
 
-def _name_stage_and_error(row: Mapping[str, Cell]) -> tuple[str, str]:
+def _read_error_category_from_row(row: Mapping[str, Cell]) -> tuple[str, str]:
     parts = [str(row[level]).replace("_", " ") for level in ("kind", "detail") if row[level]]
     return str(row["stage"]), ": ".join(parts)
 

@@ -30,7 +30,7 @@ _VERDICTS = (MATCHED, WRONG, MISSING)
 
 
 def _analyze_goals(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
-    tables = make_goal_tables(records.make_plain_tables().atoms)
+    tables = make_goal_tables(records.make_tidy_tables_of_comparable_runs().atoms)
     yield Analysis(tables, _draw_goal_score_figures(tables))
 
 
@@ -65,12 +65,14 @@ def _make_predicates_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row
 
 def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalLine]) -> tuple[Estimate, Estimate]:
     return (
-        Estimate.from_cases([_make_rate_case_of_goal(line) for line in lines if line.verdict != MISSING]),
-        Estimate.from_cases([_make_rate_case_of_goal(line) for line in lines if line.verdict != WRONG]),
+        Estimate.from_cases(
+            [_score_goal_as_matched_or_not(line) for line in lines if line.verdict != MISSING]
+        ),
+        Estimate.from_cases([_score_goal_as_matched_or_not(line) for line in lines if line.verdict != WRONG]),
     )
 
 
-def _make_rate_case_of_goal(line: InterpretedGoalLine) -> TaskContribution:
+def _score_goal_as_matched_or_not(line: InterpretedGoalLine) -> TaskContribution:
     return make_task_contribution(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
 
 
@@ -93,9 +95,9 @@ def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalLine]) -> Iter
     "wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", max_shown_rows=15
 )
 def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row]:
-    """Wrong goals, by how often they are made up.
+    """Wrong goals, the most frequent first.
 
-    Wrong goals by predicate or action and reason.
+    Wrong goals (stated in answers, but no goals of the task), counted by predicate or action and by reason.
     """
     for key, lines in group_by_run([a for a in atoms if a.verdict == WRONG]):
         counts = Counter((line.predicate, line.reason) for line in lines)

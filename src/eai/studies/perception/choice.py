@@ -9,6 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Self
 
+from eai.abilities.experiment import StudySettings
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
@@ -123,8 +124,11 @@ class SceneOptions(VariationOptions):
         return self
 
     @property
-    def chosen_option(self) -> str:
-        """Name of the chosen option: the format of the scene, or context added to a list of facts."""
+    def study_option_chosen_by_user(self) -> str:
+        """Name and value of the chosen option: how questions show the scene, or the extra facts they list.
+
+        The extra facts (``perception.context``) describe other objects, and states that do not hold.
+        """
         if self.scene != "text":
             return f"perception.scene {self.scene}"
         return f"perception.context {self.context}" if self._label_of_prompt_context else ""
@@ -132,10 +136,11 @@ class SceneOptions(VariationOptions):
     @property
     def results_heading(self) -> str:
         """Heading above the results of a run, which names the format of the scene."""
-        return f"scene: {self.label}"
+        return f"scene: {self.options_label}"
 
-    def make_recorded_settings(self, study_name: str) -> None:
+    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
         """Return None: the stage before the questions, which makes the scenes, records their format."""
+        return None
 
     @property
     def captioner(self) -> str | None:
@@ -161,7 +166,8 @@ class SceneOptions(VariationOptions):
     def can_later_question_show_changed_scene(self) -> bool:
         """Whether a later question of a run can show the scene that actions have changed.
 
-        This is not possible if a second model lists the scene, or with the user's own pictures.
+        It cannot if a second model has listed the scene before the run, or if the pictures are the user's
+        own.
         """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
@@ -183,7 +189,7 @@ class SceneOptions(VariationOptions):
         return [ability for ability in possible if ability in (requested or SCENE_ABILITIES)]
 
     @property
-    def label(self) -> str:
+    def options_label(self) -> str:
         """Short text that names the chosen options, different for each choice."""
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"

@@ -178,7 +178,7 @@ class SceneGraphVocabulary:
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
-        """Domain names of the predicates in prompts for an object in, on or under another object."""
+        """Names, in the domain, of the predicates in prompts that place an object in, on or under another."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[1])
 
     @cached_property

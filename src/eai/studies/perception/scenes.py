@@ -103,9 +103,9 @@ def make_beliefs_by_scene_options(
     if options.noise is not None:
         words = open_scene_graph_vocabulary(benchmark)
         seen = {i: perceive_with_noise(task, words, options.noise) for i, task in tasks.items()}
-        return replace(make_scene_beliefs(options.label, tasks, words, seen), look=look)
+        return replace(make_scene_beliefs(options.options_label, tasks, words, seen), look=look)
     return _make_beliefs_about_scenes(
-        options.label, _describe_true_scenes(options, benchmark, tasks, templates), look=look
+        options.options_label, _describe_true_scenes(options, benchmark, tasks, templates), look=look
     )
 
 
@@ -323,4 +323,4 @@ def _ask_captioner(options: SceneOptions, stage: StageBeforeQuestions, suite: Su
     task_ids = [task_id for task_id in graph_suite.task_ids if task_id in stage.task_ids[suite.domain]]
     prompts, _ = pictured.make_prompts(captioner, task_ids, graph_suite)
     answers = stage.ask_for_answers(captioner, prompts, graph_suite, first=pictured, epochs=1)
-    return read_scene_beliefs(options.label, suite, answers)
+    return read_scene_beliefs(options.options_label, suite, answers)

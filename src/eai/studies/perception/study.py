@@ -103,8 +103,8 @@ class _TaskWithPerceptionErrors:
         """Names of the predicates of true facts that the scene graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
-    def make_rate_case(self, share: Share) -> TaskContribution:
-        """Return the case of this task in another rate, with the given numerator and denominator."""
+    def make_contribution_of_task_to_rate(self, share: Share) -> TaskContribution:
+        """Return the numerator and denominator that this task adds to another rate."""
         return self.case._replace(share=share)
 
 
@@ -131,7 +131,7 @@ class _RunsBySceneFormat:
 
     def list_perceived_tasks(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
         """Return the perception errors and the metric of each answer of a run whose record has them."""
-        cases = {case.task: case for case in self.make_rate_cases(scene_format)}
+        cases = {case.task: case for case in self.list_task_contributions_to_metric(scene_format)}
         return [
             _TaskWithPerceptionErrors(perceived, cases[record.task_id])
             for record in self.runs[scene_format]
@@ -139,17 +139,24 @@ class _RunsBySceneFormat:
             and record.task_id in cases
         ]
 
-    def make_rate_cases(self, scene_format: str) -> TaskContributions:
+    def list_task_contributions_to_metric(self, scene_format: str) -> TaskContributions:
         """Return the numerator and denominator that each task of a run adds to the metric."""
         records = self.runs[scene_format]
         return make_cases_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
-    def rate_cases_with_true_scene(self) -> dict[str, TaskContribution]:
-        """Task id -> the task's part in the metric, in the run whose questions list the true scene."""
-        return {case.task: case for case in self.make_rate_cases(PLAIN)} if PLAIN in self.runs else {}
+    def task_contributions_with_true_scene(self) -> dict[str, TaskContribution]:
+        """Task id -> numerator and denominator that the task adds to the metric.
 
-    def make_cost_cells(self, group: _PerceivedTasks) -> Row:
+        They are from the run whose questions list the true scene.
+        """
+        return (
+            {case.task: case for case in self.list_task_contributions_to_metric(PLAIN)}
+            if PLAIN in self.runs
+            else {}
+        )
+
+    def make_cost_of_perception_errors_cells(self, group: _PerceivedTasks) -> Row:
         """Return four cells on a group of tasks: number, metric, metric without errors, difference.
 
         The last two cells compare with the answers to the same tasks with the true scene. They are empty if
@@ -157,9 +164,9 @@ class _RunsBySceneFormat:
         """
         cases = [task.case for task in group]
         without = [
-            self.rate_cases_with_true_scene[case.task]
+            self.task_contributions_with_true_scene[case.task]
             for case in cases
-            if case.task in self.rate_cases_with_true_scene
+            if case.task in self.task_contributions_with_true_scene
         ]
         if not without or len(without) < len(cases):
             return (len(cases), Estimate.from_cases(cases), Estimate(None), Estimate(None))
@@ -210,7 +217,7 @@ def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
             name,
             *rates[name],
             compute_mean_steps(runs.runs[name]),
-            Estimate.from_cases(runs.make_rate_cases(name)),
+            Estimate.from_cases(runs.list_task_contributions_to_metric(name)),
         )
 
 
@@ -220,7 +227,9 @@ def _estimate_error_rates(tasks: _PerceivedTasks) -> list[Estimate]:
         return [Estimate(None)] * len(_RATES)
     shares = [(task, compute_perception_shares(task.perceived)) for task in tasks]
     return [
-        Estimate.from_cases([task.make_rate_case(of_task[name]) for task, of_task in shares])
+        Estimate.from_cases(
+            [task.make_contribution_of_task_to_rate(of_task[name]) for task, of_task in shares]
+        )
         for name in _RATES
     ]
 
@@ -242,7 +251,7 @@ def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
             if task.percent_of_facts_missing == high == 0 or low < task.percent_of_facts_missing <= high
         ]
         if group:
-            yield (low, high, *runs.make_cost_cells(group))
+            yield (low, high, *runs.make_cost_of_perception_errors_cells(group))
 
 
 @make_table("perception_kinds", ("kind", *_COSTS))
@@ -259,7 +268,9 @@ def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
         for kind in kinds
     }
     groups["several"] = [task for task in runs.perceived_tasks if len(task.perception_error_kinds) > 1]
-    yield from [(kind, *runs.make_cost_cells(group)) for kind, group in groups.items() if group]
+    yield from [
+        (kind, *runs.make_cost_of_perception_errors_cells(group)) for kind, group in groups.items() if group
+    ]
 
 
 @make_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
@@ -286,9 +297,9 @@ def _make_predicate_row(name: str, runs: _RunsBySceneFormat) -> Row:
     counts = [task.perceived.predicates[name] for task in tasks]
     shares = [Share(gone, right + gone) for right, _, gone in counts]
     lost_share = Estimate.from_cases(
-        [task.make_rate_case(share) for task, share in zip(tasks, shares, strict=True)]
+        [task.make_contribution_of_task_to_rate(share) for task, share in zip(tasks, shares, strict=True)]
     )
-    return (name, lost_share, len(lost), *runs.make_cost_cells(only_lost))
+    return (name, lost_share, len(lost), *runs.make_cost_of_perception_errors_cells(only_lost))
 
 
 def _make_cost_sort_key(row: Row) -> tuple[float, str]:

@@ -70,7 +70,9 @@ def _classify_stated_goals(record: Record) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _ModularAndPipelineRuns:
-    """A modular run of an ability, and a pipeline of the same model and suite.
+    """Two runs of a model on one suite: in the pipeline, questions state goals that a model interpreted.
+
+    In the modular run, they state the true goals of the tasks.
 
     Attributes:
         modular: the records of the modular run, at least one.
@@ -106,7 +108,7 @@ class _ModularAndPipelineRuns:
         return next(iter(get_declaration(self.modular[0].ability).overview_headings))
 
     def make_tables(self) -> list[Table]:
-        """Return the tables of the pair. Tables and columns without data are left out."""
+        """Return the tables that compare both runs. Tables and columns without data are left out."""
         stages, goals = self._make_modular_and_pipeline_rates_table(), self._make_goals_table()
         made = [
             stages if self.paper else stages.drop_columns(_PAPER),
@@ -146,10 +148,11 @@ class _ModularAndPipelineRuns:
     def _make_modular_and_pipeline_rates_table(self) -> Iterator[Row]:
         """Modular and pipeline.
 
-        Rates in percent, and pipeline minus modular run in percentage points, with 95 % intervals whose units
-        are the names of tasks. p is the p value of the exact test that exchanges the answers of the two runs,
-        for all tasks of a name together. If each task has its own name, this is McNemar's
-        test.{self._sentence_about_paper_scores}
+        Questions of the modular run state the true goals; those of the pipeline state goals that a model
+        interpreted. Rates in percent, and pipeline minus modular run in percentage points, with 95 %
+        intervals whose units are the names of tasks. p is the p value of the exact test that exchanges the
+        answers of the two runs, for all tasks of a name together. If each task has its own name, this is
+        McNemar's test.{self._sentence_about_paper_scores}
         """
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences
@@ -175,10 +178,11 @@ class _ModularAndPipelineRuns:
     def _make_goals_table(self) -> Iterator[Row]:
         """Where the loss comes from.
 
-        Tasks are grouped by the verdict on the goals that their questions stated, under protocol strict.
-        Shown are the success of the run with true goals and of the run with a model's goals, and the numbers
-        of tasks that only one of them solves. The group of other goals has wrong goals, ill-formed goals and
-        goals with unknown names.{self._sentence_about_perfect_planner}
+        The loss: tasks that the run with true goals solves and the pipeline does not. Tasks are grouped by
+        the verdict on the goals that their questions stated, under protocol strict. Shown are the success of
+        the run with true goals and of the run with a model's goals, and the numbers of tasks that only one of
+        them solves. The group of other goals has wrong goals, ill-formed goals and goals with unknown
+        names.{self._sentence_about_perfect_planner}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)
@@ -223,11 +227,11 @@ class _ModularAndPipelineRuns:
         records = self._select_common_records(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
             "no answer": lambda record: STUDY not in record.summaries,
-            "unreadable, so that no goals were stated": _make_test_of_pipeline_summary_field(
+            "unreadable, so that no goals were stated": _make_test_that_summary_field_is_set(
                 "stage_1_unreadable"
             ),
-            "names what does not exist": _make_test_of_pipeline_summary_field("stage_1_unknown"),
-            "has ill-formed entries": _make_test_of_pipeline_summary_field("stage_1_left_out"),
+            "names what does not exist": _make_test_that_summary_field_is_set("stage_1_unknown"),
+            "has ill-formed entries": _make_test_that_summary_field_is_set("stage_1_left_out"),
         }
         successes = {case.task: case for case in self._make_main_metric_cases(records)}
         for heading, is_so in kinds.items():
@@ -277,8 +281,8 @@ class _ModularAndPipelineRuns:
         return [record for record in run_records if record.task_id in tasks]
 
 
-def _make_test_of_pipeline_summary_field(field: str) -> Callable[[Record], bool]:
-    """Return a function that tells whether a field in a record's pipeline summary is neither empty nor 0."""
+def _make_test_that_summary_field_is_set(field: str) -> Callable[[Record], bool]:
+    """Return a function that tells whether a field of a record's pipeline summary is neither empty nor 0."""
     return lambda record: bool(record.summaries.get(STUDY, {}).get(field))
 
 
@@ -418,27 +422,31 @@ def _make_pipeline_pair(
         if search:
             tasks = {record.task_id for record in pipeline.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
-            reachable = dict(_find_reachable_tasks(benchmark, wanted, source))
+            reachable = dict(_find_tasks_solved_with_stated_goals(benchmark, wanted, source))
     return _ModularAndPipelineRuns(
         modular.records, pipeline.records, reachable, conditions, _find_paper_percents_of_both_runs(key)
     )
 
 
-def _find_reachable_tasks(
-    benchmark: Benchmark, answers: Mapping[str, str], source: Source
+def _find_tasks_solved_with_stated_goals(
+    benchmark: Benchmark, goal_answers: Mapping[str, str], source: Source
 ) -> Iterator[tuple[str, bool]]:
     """Yield each task id with whether a plan for the stated goals also reaches the goals of the task."""
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
-    stated = replace_goals_by_answers(benchmark, answers)
+    stated = replace_goals_by_answers(benchmark, goal_answers)
     book = open_answers_of_planner(stated, Ability.ACTION_SEQUENCING, source, Limits(_MAX_SEARCH_EFFORT))
     for task_id in suite.task_ids:
-        if task_id in answers:
+        if task_id in goal_answers:
             success = getattr(suite.score(task_id, book[task_id].text), "success", False)
             yield task_id, bool(success)
 
 
 def _find_paper_percents_of_both_runs(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
-    """Return metric -> the paper's percentages for a model: of the modular run, and of the pipeline."""
+    """Return metric -> the paper's percentages for a model, first of its modular run, then of its pipeline.
+
+    Questions of the modular run state the true goals; those of the pipeline state goals that a model
+    interpreted.
+    """
     name = map_files_to_paper_models().get(key.model)
     paper = read_paper_table(f"pipeline_{key.ability.value}")
     columns = [column for column in paper.columns if column.domain == key.domain]

@@ -20,6 +20,7 @@ from eai.studies.variation import AskModel, StageBeforeQuestions, VariationOptio
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
+    from eai.abilities.experiment import StudySettings
     from eai.base.json_value import Json
     from eai.benchmarks.prompt_library import PromptLibrary
     from eai.benchmarks.suite import Suite
@@ -49,7 +50,7 @@ class _PipelineOptions(VariationOptions):
         return self
 
     @property
-    def chosen_option(self) -> str:
+    def study_option_chosen_by_user(self) -> str:
         """``pipeline.goals``, the option to state goals of a model in questions; empty if not given."""
         return "" if self.goals is None else "pipeline.goals"
 
@@ -58,8 +59,9 @@ class _PipelineOptions(VariationOptions):
         """Heading above the results of a run, which names the source of the goals that questions state."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
-    def make_recorded_settings(self, study_name: str) -> None:
+    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
         """Return None: the stage before the questions, which finds the goals, records their models."""
+        return None
 
     @property
     def changed_task_part(self) -> Literal["", "scene", "goals"]:

@@ -1,4 +1,4 @@
-"""Make the entry of records that names the prompts of a run."""
+"""Record by which name the user chose the prompts of a run, in the records of this run."""
 
 from __future__ import annotations
 

@@ -134,8 +134,8 @@ def _get_sign(number: float) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class _PromptMatrix:
-    """A matrix of one metric: a run for each prompt and model, limited to tasks that all runs share.
+class _RunsByPromptAndModel:
+    """A run for each pair of a set of prompts and a model, limited to the tasks that all runs share.
 
     Attributes:
         metric: name of the metric.
@@ -149,7 +149,7 @@ class _PromptMatrix:
     models: tuple[str, ...]
     records: Mapping[tuple[str, str], Sequence[Record]]
 
-    def make_cases(self, prompt: str, model: str) -> TaskContributions:
+    def list_task_contributions_to_metric(self, prompt: str, model: str) -> TaskContributions:
         records = self.records[prompt, model]
         return make_cases_by_metric(records, records[0].ability)[self.metric]
 
@@ -159,15 +159,20 @@ class _PromptMatrix:
 
     def compute_metric(self, prompt: str, model: str) -> float:
         """Return the metric of one prompt and model in percent; 0 if no task counts for the metric."""
-        return compute_rate(case.share for case in self.make_cases(prompt, model)).percent or 0.0
+        return (
+            compute_rate(case.share for case in self.list_task_contributions_to_metric(prompt, model)).percent
+            or 0.0
+        )
 
     def compute_metrics_of_model(self, model: str) -> list[float]:
         """Return the metric of one model with each prompt, in percent, in the order of prompts."""
         return [self.compute_metric(prompt, model) for prompt in self.prompts]
 
 
-def _make_prompt_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: str) -> _PromptMatrix:
-    """Return the matrix of prompts and models for the runs of one suite and protocol.
+def _group_runs_by_prompt_and_model(
+    runs: Sequence[tuple[str, Sequence[Record]]], metric: str
+) -> _RunsByPromptAndModel:
+    """Return the runs of one suite and protocol by their prompts and models.
 
     Raises:
         InputError: a model lacks a prompt that another model has, there are fewer than two prompts, or no
@@ -193,7 +198,7 @@ def _make_prompt_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: st
     if not tasks:
         raise InputError("no task is in all runs; give the records of runs on the same tasks")
     shared = {cell: [records[task] for task in tasks] for cell, records in scored.items()}
-    return _PromptMatrix(metric, prompts, models, shared)
+    return _RunsByPromptAndModel(metric, prompts, models, shared)
 
 
 def make_prompt_tables(
@@ -207,15 +212,16 @@ def make_prompt_tables(
         reference: the prompts from which gains are measured; the first if None.
 
     Raises:
-        InputError: the runs form no matrix, or no run has the prompts `reference`.
+        InputError: models have runs with different prompts, only one set of prompts is used, no task is in
+            all runs, or no run has the prompts `reference`.
     """
-    matrix = _make_prompt_matrix(runs, metric)
+    matrix = _group_runs_by_prompt_and_model(runs, metric)
     base = reference or matrix.prompts[0]
     if base not in matrix.prompts:
         raise InputError(f"reference={base}: expected one of {', '.join(matrix.prompts)}")
     top = min(BEST_PROMPTS, len(matrix.prompts))
     return [
-        _make_cells_table(matrix),
+        _make_metric_by_prompt_and_model_table(matrix),
         _make_agreement_table(matrix, top),
         _make_variance_table(matrix),
         _make_gains_table(matrix, base),
@@ -223,7 +229,7 @@ def make_prompt_tables(
 
 
 @make_table("prompts", ("prompt", "answered_by", "value", "format_errors"))
-def _make_cells_table(matrix: _PromptMatrix) -> Iterator[Row]:
+def _make_metric_by_prompt_and_model_table(matrix: _RunsByPromptAndModel) -> Iterator[Row]:
     """{matrix.metric} by prompt and model.
 
     {matrix.metric} in percent, of the {matrix.task_count} tasks that all runs have scored answers to;
@@ -236,13 +242,13 @@ def _make_cells_table(matrix: _PromptMatrix) -> Iterator[Row]:
         yield (
             prompt,
             model,
-            Estimate.from_cases(matrix.make_cases(prompt, model)),
+            Estimate.from_cases(matrix.list_task_contributions_to_metric(prompt, model)),
             estimate_share(records, unreadable),
         )
 
 
 @make_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
-def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -> Iterator[Row]:
+def _make_agreement_table(matrix: _RunsByPromptAndModel, top: int, draws: int = DRAWS) -> Iterator[Row]:
     """Do models agree on which prompts are better?
 
     `tau`: Kendall's tau-b of the order of prompts in two models (1 the same, -1 the reverse); `shared_top`:
@@ -265,14 +271,18 @@ def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -
         yield (ALL, None, Estimate(None), None, _make_bootstrap_estimate(concordance, again))
 
 
-def _draw_bootstrap_metrics_by_model(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
+def _draw_bootstrap_metrics_by_model(
+    matrix: _RunsByPromptAndModel, draws: int
+) -> Iterator[dict[str, list[float]]]:
     """Yield for each bootstrap draw: model -> the metric with each prompt, for the drawn task names.
 
     Task names are drawn with replacement, and all runs use the same drawn names.
     """
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:
-        of_names = group_pairs((case.name, case.share) for case in matrix.make_cases(*cell))
+        of_names = group_pairs(
+            (case.name, case.share) for case in matrix.list_task_contributions_to_metric(*cell)
+        )
         sums[cell] = {name: compute_rate(shares) for name, shares in of_names.items()}
     names = list(next(iter(sums.values())))
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
@@ -302,7 +312,7 @@ def _make_bootstrap_estimate(value: float | None, sampled_values: Sequence[float
 
 
 @make_table("prompt_variance", ("part", "share"))
-def _make_variance_table(matrix: _PromptMatrix) -> Iterable[Row]:
+def _make_variance_table(matrix: _RunsByPromptAndModel) -> Iterable[Row]:
     """Where the variance of the matrix lies.
 
     Shares of the variance of the cells, by a two-way analysis without replication: between models, between
@@ -315,7 +325,7 @@ def _make_variance_table(matrix: _PromptMatrix) -> Iterable[Row]:
 
 
 @make_table("prompt_gains", ("answered_by", "prompt", "best", "gain", "p", "p_holm"))
-def _make_gains_table(matrix: _PromptMatrix, reference: str) -> Iterator[Row]:
+def _make_gains_table(matrix: _RunsByPromptAndModel, reference: str) -> Iterator[Row]:
     """Gains over {reference}.
 
     Difference in {matrix.metric} to the run with the prompts {reference} on the same tasks, in percentage

@@ -131,9 +131,10 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Where the cause lies.
 
-    Numbers of answers that a single edit makes right, by the steps that such edits of an answer change. step:
-    all change the same step. interval: all insert an action at the same place. several: the edits differ.
-    earlier: percentage of the answers in the column step whose changed step comes before the failed step.
+    Failed answers that a single edit of their plan makes right, counted by what all such edits share. step:
+    they all delete or replace the same step, or insert before it. interval: they all insert the same
+    action, but at different places. several: neither. earlier: percentage of the answers in column step whose
+    edited step comes before the failed step.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]

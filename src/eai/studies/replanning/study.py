@@ -329,7 +329,7 @@ class _ReplanningRunOptions(VariationOptions):
         return self
 
     @property
-    def chosen_option(self) -> str:
+    def study_option_chosen_by_user(self) -> str:
         """Text that names the chosen options in messages; empty if they are those of a plain run."""
         return "replanning.replans, slip or until" if self.replanning else ""
 

@@ -196,7 +196,7 @@ def _write_section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: s
 
 def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the section on runs with several answers per task: how often is one right, how often are all?"""
-    groups = group_pairs(pair for item in runs for pair in _list_successes_of_epoch(item))
+    groups = group_pairs(pair for item in runs for pair in _list_successes_if_run_is_one_epoch(item))
     if not groups:
         return
     table = make_pass_at_k_table(
@@ -207,10 +207,10 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield format_markdown_table(table)
 
 
-def _list_successes_of_epoch(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
-    """Yield the key of the whole run and the successes, or nothing if the summary is not of one epoch.
+def _list_successes_if_run_is_one_epoch(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
+    """Yield the successes of one epoch, after the key of the run; nothing for a run that has no epochs.
 
-    In each epoch of a run, all questions are asked once.
+    A run can ask every question several times; each time is an epoch.
     """
     metric, model = find_success_metric(summary.key.ability), strip_epoch(summary.key.model)
     if metric is not None and model != summary.key.model:

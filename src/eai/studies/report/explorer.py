@@ -45,7 +45,10 @@ _INDEX_FIELDS = frozenset({"run", "t", "o", "z", "f", "m", "k", "c", "p", "a", "
 """Short names of the fields by which the page lists and filters answers. All other fields are details."""
 
 _MAX_RUNS_PER_CHUNK = 4
-"""Maximum number of runs in a chunk of details. The runs of a chunk belong to one suite."""
+"""Maximum number of runs whose answers are compressed together, as one chunk of the page's data.
+
+The runs of a chunk belong to one suite.
+"""
 
 _DATA = "{{data}}"
 """Text in the HTML page that stands for the data, which are inserted there."""
@@ -68,7 +71,7 @@ _encode_json = json.JSONEncoder(separators=(",", ":")).encode
 
 
 @dataclass(slots=True)
-class ObjectTile:
+class ObjectRectangle:
     """The rectangle of one object in a picture of a scene.
 
     Attributes:
@@ -83,10 +86,10 @@ class ObjectTile:
     kind: Owner
     marks: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
-    zones: dict[str, list[ObjectTile]] = field(default_factory=dict)
+    zones: dict[str, list[ObjectRectangle]] = field(default_factory=dict)
 
 
-TileScenes: TypeAlias = Sequence[Sequence[ObjectTile]]
+SceneDiagrams: TypeAlias = Sequence[Sequence[ObjectRectangle]]
 """Pictures of the scene, at the start and after each tried step. Each is a list of its outermost tiles."""
 
 
@@ -105,7 +108,7 @@ class ExplorerDomainData:
     prompts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     operators: Mapping[str, str] = field(default_factory=dict)
     instructions: Mapping[str, str] = field(default_factory=dict)
-    find_scenes: Callable[[Record], TileScenes] = lambda _: ()
+    find_scenes: Callable[[Record], SceneDiagrams] = lambda _: ()
     find_film: Callable[[Record], str] = lambda _: ""
 
 
@@ -198,7 +201,7 @@ class ExplorerData:
             self._begin_run(names)
             self._rows_by_run.append(rows)
         self._logged_runs.clear()
-        self._finish_chunk()
+        self._compress_answers_of_collected_runs()
         prompts = {suite: texts for suite, texts in self._prompts.items() if texts}
         order = sorted(range(len(self._runs)), key=self._sort_keys.__getitem__)
         content: _Row = {
@@ -218,16 +221,20 @@ class ExplorerData:
         yield _encode_line(b"".join([*self._compressed_index, end]))
 
     def _begin_run(self, names: _RunNames, sort_key: tuple[int | str, ...] = (), log: Json = None) -> None:
-        """Add the names of a run. A chunk of runs that is full, or of another suite, is finished before."""
+        """Add the names of a run, whose answers follow.
+
+        Before that, compress the collected answers if they are of another suite, or of `_MAX_RUNS_PER_CHUNK`
+        runs.
+        """
         if names[:3] != self._suite or len(self._rows_by_run) == _MAX_RUNS_PER_CHUNK:
-            self._finish_chunk()
+            self._compress_answers_of_collected_runs()
         self._suite = names[:3]
         packed = dict(zip(("protocol", "domain", "ability", "model"), names, strict=True))
         self._runs.append(_drop_empty_values({**packed, "log": log}))
         self._sort_keys.append(sort_key)
 
-    def _finish_chunk(self) -> None:
-        """Compress the answers of the runs since the last chunk, and begin an empty chunk.
+    def _compress_answers_of_collected_runs(self) -> None:
+        """Compress the answers of the runs since the last call, as one chunk of the page's data.
 
         Answers of several runs to a task are neighbors, because similar neighbors compress better.
         """
@@ -282,10 +289,10 @@ class ExplorerData:
         attempts = [replace(part, attempts=(), origin=None) for part in parts]
         return [self._make_answer_fields(attempt) for attempt in attempts] if number > 1 else []
 
-    def _store_scene(self, tiles: Sequence[ObjectTile]) -> int:
+    def _store_scene(self, tiles: Sequence[ObjectRectangle]) -> int:
         return self._find_picture_index("scenes", [self._store_tile(tile) for tile in tiles])
 
-    def _store_tile(self, tile: ObjectTile) -> int:
+    def _store_tile(self, tile: ObjectRectangle) -> int:
         """Store a tile and the tiles inside it as lists, and return the index of the tile in the chunk."""
         zones: list[Json] = [
             [label, [self._store_tile(item) for item in within]] for label, within in tile.zones.items()
@@ -293,7 +300,10 @@ class ExplorerData:
         return self._find_picture_index("tiles", [tile.name, tile.kind, tile.marks, tile.lines, zones])
 
     def _find_picture_index(self, kind: str, picture: Json) -> int:
-        """Return the index of a scene or tile in the chunk's list of its kind; a new one is added."""
+        """Return the index of a scene, or of an object's rectangle in it, in its list; a new one is added.
+
+        The chunk of the collected runs has one list of scenes and one of rectangles.
+        """
         indices = self._pictures[kind]
         return indices.setdefault(_encode_json(picture), len(indices))
 

@@ -316,7 +316,7 @@ _GAP = 9.0
 The figure shows both as bands. The unit is percent of answers.
 """
 _LINE = 9.0
-"""Height of a line of text, in percent of answers.
+"""Height of a line of text in a figure, on the vertical axis, whose unit is one percent of answers.
 
 A label that would overlap the previous label is moved below that label."""
 

@@ -160,9 +160,9 @@ class Ranking:
         return f", ranked by {_make_short_heading(self.primary, groups)}"
 
     def make_table(self) -> Table:
-        """Return the table that readers see. Our numbers have intervals; numbers of the paper have none.
+        """Return the ranking as a table. Only our numbers have intervals, because the paper prints none.
 
-        `Table.definition` is a caption without a final full stop, because writers continue its last sentence.
+        `Table.definition` is a caption without a final full stop: a writer adds words to its last sentence.
         """
         groups = [column.group for column in self.columns]
         columns = [

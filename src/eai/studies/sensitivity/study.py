@@ -117,7 +117,10 @@ def replace_gold_operators_one_by_one(
 
 
 def _list_operator_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
-    """Return a mapping from the answer's operators to their errors in the part ``replaced``, as texts."""
+    """Return a mapping from each operator of an answer to its errors, as texts.
+
+    Only errors in the replaced part (precondition, effect, or both) are listed.
+    """
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
     sides = [side for side in ("precondition", "effect") if replaced in (side, "operator")]
