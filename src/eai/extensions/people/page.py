@@ -43,10 +43,10 @@ SaveEpisode: TypeAlias = Callable[[RecordedGame], None]
 def _run_tasks(
     first: UnfinishedTask, tasks: Iterator[UnfinishedTask], total: int, save: SaveEpisode
 ) -> Generator[dict[str, Json], str, None]:
-    """Run the episodes of a person who plays tasks in a browser, one after the other.
+    """Let a person play tasks in a browser, one after the other.
 
-    Receive each line that the person types, execute it as a command, and yield the new content of the page.
-    Any line after the end of a task begins the next task.
+    Receive each typed line, execute it as a command, and yield the new content of the page. Any line after
+    the end of a task begins the next task.
 
     Args:
         first: The first task that is not over.

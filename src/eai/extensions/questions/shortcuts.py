@@ -305,7 +305,7 @@ def draw_closed_question(
 
     A shortcut is a rule that answers without knowledge of the world, such as "take the longest choice".
     Several draws are tried. Return a pair: a number, and the best drawn question. The number is 0 if the
-    question keeps the bias to shortcuts small; otherwise it tells how far the bias exceeds the tolerated bias
+    question keeps the bias to shortcuts small; otherwise it is the bias minus the tolerated bias
     (`SurfaceCueCounts.compute_shortcut_bias_above_limit`). Return None if there are too few right or wrong
     texts.
 

@@ -185,12 +185,12 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
-    """Change which condition the test for wrong order looks for in earlier states.
+    """Let the test for wrong order look for another condition in earlier states, as in eai-eval.
 
     If the failed condition held in an earlier state, the action comes in the wrong order. For some
     conditions, eai-eval looks for another condition, such as the relation ``next_to`` instead of nearness.
     For an object in a closed container, it looks for an open object, not for an open container. If the other
-    condition is never true, no wrong order is found. See `SEARCHED_CONDITIONS`; ``execution.py``,
+    condition is never true, the result is no wrong order. See `SEARCHED_CONDITIONS`; ``execution.py``,
     ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
