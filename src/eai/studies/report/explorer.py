@@ -28,6 +28,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.registry import get_title
 from eai.results.codec import hash_text
 from eai.results.page import build_page
+from eai.results.plots import OUTCOME_COLORS
 from eai.results.record import Record
 from eai.results.runs import Run
 from eai.results.summary import drop_later_attempts, find_answer_outcome
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorVerdict
     from eai.abilities.verdict import Confusion
 
-VERSION = 4
+VERSION = 5
 """Version of the format of the page's data."""
 
 _INDEX_FIELDS = frozenset({"run", "t", "o", "z", "f", "m", "k", "c", "p", "a", "h", "N"})
@@ -131,7 +132,8 @@ class ExplorerData:
         background: Callable[[str], ExplorerDomainData] = lambda domain: ExplorerDomainData(),
         outcomes: Mapping[str, str] | None = None,
     ) -> None:
-        self._outcomes = dict(outcomes or {})
+        self._success = next(iter(outcomes or ()), "success")
+        self._outcomes = {kind.value: color for kind, color in OUTCOME_COLORS.items()} | {**(outcomes or {})}
         self._background = cache(background)
         self._logged_runs: dict[_RunNames, list[_Row]] = {}
         self._runs: list[_Row] = []
@@ -206,6 +208,7 @@ class ExplorerData:
         order = sorted(range(len(self._runs)), key=self._sort_keys.__getitem__)
         content: _Row = {
             "version": VERSION,
+            "success": self._success,
             "outcomes": self._outcomes,
             "runs": self._runs,
             "order": order,

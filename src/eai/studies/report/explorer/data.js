@@ -15,11 +15,11 @@ function unpack(number) {
 
 const packed = await unpack(lines.length - 1);
 
-const OUTCOMES = ['success', 'partly_right', 'goal_missed', 'parsing', 'hallucination', 'argument_number',
-  'affordance', 'missing_step', 'wrong_order', 'additional_step', 'uncategorised', 'slip', 'not_answered', 'excluded',
-  ...Object.keys(packed.outcomes)];
-const SUCCESS = Object.keys(packed.outcomes)[0] || 'success';
-for (const [name, color] of Object.entries(packed.outcomes)) document.styleSheets[0].insertRule(`.of-${name} { --c: ${color}; }`);
+const OUTCOMES = Object.keys(packed.outcomes);
+const SUCCESS = packed.success;
+for (const [name, color] of Object.entries(packed.outcomes)) {
+  document.styleSheets[0].insertRule(`.of-${name} { --c: var(--of-${name}, ${color}); }`);
+}
 
 const words = (name) => name.replace(/_/g, ' ');
 const title = (name) => packed.titles[name] || words(name).replace(/^./, (first) => first.toUpperCase());
