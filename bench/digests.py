@@ -176,7 +176,7 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
         answers = oracle_answers(path)
         source = Source(planner=PlannerChoice.NONE)
         opened = open_suite(domain, Ability(ability), protocol, source=source)
-        together = opened.choose_suite_for_answers([answer.text for answer in answers])
+        together = opened.adapt_suite_to_answers([answer.text for answer in answers])
         for answer in answers:
             fields = _kept(suite, verdict_to_record_fields(together.score(answer.task_id, answer.text)))
             yield json.dumps([path.name, answer.identifier, fields], sort_keys=True) + "\n"

@@ -30,7 +30,6 @@ from pathlib import Path
 from eai.base.errors import DataError
 from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
-from eai.benchmarks.generator.prior import UsualGoals, find_argument_uses
 from eai.benchmarks.generator.sets import estimate_number_of_tasks, fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import (
     GeneratedTask,
@@ -39,6 +38,7 @@ from eai.benchmarks.generator.spec import (
     TaskKind,
     TaskSpecification,
 )
+from eai.benchmarks.generator.usual_goals import UsualGoals, find_argument_uses
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import validate_with_val
 from eai.pddl.val import find_val_program
@@ -93,8 +93,8 @@ def make(file: Path, generator: TaskGenerator, number: int, seed: int) -> dict[s
     """Make a set of tasks."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
-    copies, captures = Counter[int](), list[tuple[str, str]]()
-    for outcome in generate_from_seeds(generator, make_seeds("tasks", seed), number, set(), captures):
+    copies, fingerprint_log = Counter[int](), list[tuple[str, str]]()
+    for outcome in generate_from_seeds(generator, make_seeds("tasks", seed), number, set(), fingerprint_log):
         if isinstance(outcome, GeneratedTask):
             lines.append(write_task_line(outcome.task, like, domain, outcome.about))
         else:
@@ -108,7 +108,7 @@ def make(file: Path, generator: TaskGenerator, number: int, seed: int) -> dict[s
         "seconds": round(seconds),
         "rejected": reasons,
         "copies_by_thousand": [round(copies[n] / (copies[n] + _WINDOW), 3) for n in windows],
-        "estimated_tasks": estimate_number_of_tasks(captures),
+        "estimated_tasks": estimate_number_of_tasks(fingerprint_log),
     }
 
 

@@ -9,13 +9,13 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     DomainAndNotation,
     MetricColumn,
-    ModelInteraction,
     QuestionAndAnswer,
+    QuestionAndAnswerDeclaration,
 )
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import RewardBasis, Verdict, make_rate_contribution_of_answer
+from eai.abilities.verdict import RewardInputs, Verdict, make_rate_contribution_of_answer
 from eai.tasks.task import Task
 
 
@@ -26,8 +26,8 @@ class CountVerdict(Verdict):
     right: bool = False
     off_by: int | None = None
 
-    def compute_reward_basis(self, goals_at_start: object) -> RewardBasis:
-        return RewardBasis(float(self.right), self.right, ended=False, faults={})
+    def compute_reward_inputs(self, goals_at_start: object) -> RewardInputs:
+        return RewardInputs(float(self.right), self.right, ended=False, faults={})
 
 
 class CountScorer(Scorer):
@@ -45,7 +45,7 @@ def pose(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
 
 COUNTING = AbilityDeclaration(
     ability=Ability("counting"),
-    interaction=ModelInteraction(lambda parts: CountScorer, pose),
+    interaction=QuestionAndAnswerDeclaration(lambda parts: CountScorer, pose),
     title="Counting",
     short_title="count",
     verdict=CountVerdict,

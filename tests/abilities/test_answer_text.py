@@ -18,7 +18,7 @@ from eai.abilities.answer_text import (
     contains_json_string,
     read_json,
 )
-from eai.abilities.verdict import SpanKind, Unreadable
+from eai.abilities.verdict import AnswerSpanKind, Unreadable
 
 PLAN = '{"WALK": ["sofa"]}'
 
@@ -129,7 +129,7 @@ def test_an_incomplete_answer_is_unreadable_at_a_position(text: str, reason: str
     assert isinstance(reading, Unreadable)
     assert reading.reason.startswith("there is no ")
     assert reading.reason.endswith(reason)
-    assert SpanKind.UNREAD in [span.kind for span in reading.spans]
+    assert AnswerSpanKind.UNREAD in [span.kind for span in reading.spans]
 
 
 @pytest.mark.parametrize(

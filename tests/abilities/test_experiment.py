@@ -43,7 +43,7 @@ from results.random_records import EXPERIMENTS
     ],
 )
 def test_an_experiment_lists_its_studies_and_has_a_label(varied: Experiment, names: str, label: str) -> None:
-    assert (" ".join(varied.settings_in_label_order), varied.label) == (names, label)
+    assert (" ".join(varied.study_settings_in_label_order), varied.label) == (names, label)
 
 
 def test_a_run_with_only_harness_and_effort_is_plain() -> None:
@@ -74,8 +74,8 @@ def test_a_replaced_choice_keeps_its_position_in_the_label() -> None:
 
 def test_dropping_the_only_choice_leaves_no_experiment() -> None:
     both = experiment(goals_from="m", scene="image")
-    assert both.without_study("perception") == experiment(goals_from="m")
-    assert experiment(scene="image").without_study("perception") is None
+    assert both.drop_options_of_study("perception") == experiment(goals_from="m")
+    assert experiment(scene="image").drop_options_of_study("perception") is None
 
 
 def test_the_label_of_studies_names_neither_harness_nor_effort() -> None:

@@ -38,7 +38,11 @@ def test_incremental_observations_equal_new_ones(
     wording, rng = benchmark.observation_wording(), random.Random(0)
     observer, episode = Observer(task, wording, observe), Episode(benchmark.domain, task.initial)
     observation = observer.first
-    stored = {each.predicate for each in wording.goal_fact_listers if each.sources == (each.predicate,)}
+    stored = {
+        each.predicate
+        for each in wording.fact_listers_of_goal_predicates
+        if each.sources == (each.predicate,)
+    }
     for _ in range(40):
         operator = rng.choice(benchmark.domain.operators)
         possible = list(
@@ -52,7 +56,7 @@ def test_incremental_observations_equal_new_ones(
         before, observation = observation, observer.observe(observation, outcome, difference)
         facts = [
             fact
-            for each in wording.goal_fact_listers
+            for each in wording.fact_listers_of_goal_predicates
             for fact in each.list_facts(outcome, observation.visible)
         ]
         lines = spell_out(observation.text).splitlines()

@@ -12,9 +12,9 @@ from command_line import Command
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator
-from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.seeds import TaskSeedOutcome
 from eai.benchmarks.generator.spec import SeedRejectionReason
+from eai.benchmarks.generator.usual_goals import UsualGoals
 from eai.pddl.val import NOT_VALID, VALID
 from eai.tasks.task import Task
 
@@ -146,7 +146,7 @@ def test_a_world_that_has_no_more_tasks_says_so(
 def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = TaskGenerator.judge_seed
+    whole = TaskGenerator.make_task_from_seed
     calls = [0]
 
     def judge(generator: TaskGenerator, seed: str, known: Collection[tuple[str, str]]) -> TaskSeedOutcome:
@@ -155,7 +155,7 @@ def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
             raise KeyboardInterrupt
         return whole(generator, seed, known)
 
-    monkeypatch.setattr(TaskGenerator, "judge_seed", judge)
+    monkeypatch.setattr(TaskGenerator, "make_task_from_seed", judge)
     for first in (True, False):
         calls[0] = 0
         outcome = eai("generate", "--like", "behavior", "--n", 100, "--out", tmp_path)

@@ -73,7 +73,7 @@ def test_every_fact_of_a_reachable_state_is_possible(like: str, seed: str, data_
     seen = set[Fact]()
     for _ in range(4):
         for _, state in random_walk(domain, task.initial, task.relevant, rng, 12):
-            for each in benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers:
+            for each in benchmark.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates:
                 seen.update(each.list_facts(state, task.relevant))
     assert len(seen) > 30
     assert [fact for fact in sorted(seen) if not possible.holds(*_said(fact))] == []

@@ -16,11 +16,11 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
+    AnswerSpanKind,
     Confusion,
     ErrorReport,
     PlanVerdict,
     Span,
-    SpanKind,
     SummaryCounts,
     Verdict,
 )
@@ -51,7 +51,7 @@ PLAN = PlanVerdict(
         ("soap.1002",),
     ),
     repairs=("code_fence", "single_quotes"),
-    spans=(Span(8, 40, SpanKind.REPAIRED),),
+    spans=(Span(8, 40, AnswerSpanKind.REPAIRED),),
     executable=False,
     success=False,
     additional_steps=2,

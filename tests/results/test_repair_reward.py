@@ -94,7 +94,8 @@ def test_a_longer_search_never_lowers_the_reward(name: str) -> None:
         suite, task, plan = drawn(name, random)
         mender = scorer_of(suite, task.id).repairer
         paid = [
-            mender._search_closeness_to_success((*plan,), limit) for limit in (1, 100, 1_000, DEFAULT_EFFORT)
+            mender._compute_closeness_from_needed_edits((*plan,), limit)
+            for limit in (1, 100, 1_000, DEFAULT_EFFORT)
         ]
         assert all(before <= after for before, after in pairwise(paid))
 

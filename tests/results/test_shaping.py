@@ -13,7 +13,7 @@ from eai.abilities.verdict import (
     Confusion,
     ErrorReport,
     PlanVerdict,
-    RewardBasis,
+    RewardInputs,
     Verdict,
     compute_condition_gain,
     compute_goal_gain,
@@ -179,7 +179,7 @@ def test_plans_are_paid_for_the_goals_that_they_gain(
     assert paid(compute_reward_basis_of_verdict(verdict, at_start)) == worth
 
 
-def paid(earned: RewardBasis | None) -> Worth | None:
+def paid(earned: RewardInputs | None) -> Worth | None:
     if earned is None:
         return None
     success, goals, progress, diagnosis = [
@@ -192,7 +192,7 @@ def paid(earned: RewardBasis | None) -> Worth | None:
 
 
 def test_plans_are_paid_for_the_conditions_that_they_gain() -> None:
-    earned = RewardBasis(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
+    earned = RewardInputs(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
     assert convert_reward_basis_to_reward(earned, Shaping.PARTIAL) == 1 / 4
 
 
@@ -366,9 +366,9 @@ def test_faults_are_counted_by_kind_as_metrics(verdict: Verdict, faults: Mapping
 
 
 def test_metrics_follow_from_the_credit() -> None:
-    told = make_metrics_of_reward_basis(RewardBasis(1 / 2, success=False, ended=True, faults={A: 2}))
+    told = make_metrics_of_reward_basis(RewardInputs(1 / 2, success=False, ended=True, faults={A: 2}))
     assert (told["success"], told["progress"], told["faults"], told["fault.affordance"]) == (0, 1 / 2, 2, 2)
-    assert make_metrics_of_reward_basis(RewardBasis(1, success=True, ended=False, faults={}))["success"] == 1
+    assert make_metrics_of_reward_basis(RewardInputs(1, success=True, ended=False, faults={}))["success"] == 1
     assert make_metrics_of_reward_basis(None) == dict.fromkeys(METRICS, 0)
 
 

@@ -13,5 +13,5 @@ ready, worn = w.DefinedPredicate("ready", (x,), ~lit(x)), w.DefinedPredicate("wo
 def test_definitions_that_read_memory_are_left_out() -> None:
     press = w.Operator("PRESS", (x,), (), (w.Add(lit(x)), w.Add(used(x))))
     rules = DomainRules(w.Domain("lamps", w.Vocabulary((lit, used), (ready, worn)), (press,)))
-    assert rules.write_definitions() == ["ready(x) means: not lit(x)"]
+    assert rules.write_predicate_definitions() == ["ready(x) means: not lit(x)"]
     assert "used" not in rules.write_rules(["PRESS"])

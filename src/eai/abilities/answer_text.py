@@ -31,7 +31,7 @@ from itertools import pairwise
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
-from eai.abilities.verdict import Span, SpanKind, Unreadable
+from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
 
 MAX_LENGTH = 1_000_000
 """Maximum length of readable answers, in characters. Answers of models are shorter."""
@@ -417,17 +417,17 @@ class _AnswerReader(Generic[T]):
 
         Blank parts and code fences are left out.
         """
-        marked = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in self.thoughts]
+        marked = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in self.thoughts]
         for value in answer_values:
-            kind = SpanKind.REPAIRED if value.repairs else SpanKind.READ
+            kind = AnswerSpanKind.REPAIRED if value.repairs else AnswerSpanKind.READ
             marked.append(Span(value.start, value.end, kind))
         if unread_text is not None:
-            marked.append(Span(unread_text.start, unread_text.end, SpanKind.UNREAD))
+            marked.append(Span(unread_text.start, unread_text.end, AnswerSpanKind.UNREAD))
         for start, end in _find_ranges_between(marked, len(self.text)):
             words = _FENCE_MARK.sub(lambda mark: " " * len(mark[0]), self.text[start:end])
             if stripped := words.strip():
                 begin = start + words.index(stripped)
-                marked.append(Span(begin, begin + len(stripped), SpanKind.PROSE))
+                marked.append(Span(begin, begin + len(stripped), AnswerSpanKind.PROSE))
         return tuple(sorted(marked))
 
 

@@ -35,7 +35,7 @@ class Usage:
         return self.input_tokens + self.output_tokens
 
     def __add__(self, other: Usage) -> Usage:
-        """Return the sum of two usages. A number that is None in both stays None."""
+        """Return the sums of tokens, cost and time. A number that is None in both operands stays None."""
         sums: dict[str, Any] = {}
         for name in self.__slots__:
             numbers = [number for number in (getattr(self, name), getattr(other, name)) if number is not None]

@@ -59,7 +59,7 @@ class AnswerOutcome(str, Enum):
     PARTLY_RIGHT = "partly_right"
     """Some goals or operators in the answer are right; others are wrong or missing."""
     GOAL_MISSED = "goal_missed"
-    """The plan ran to its end but missed its goal, or no goal or operator in the answer is right."""
+    """A plan ran to its end but missed the goal, or no goal or operator of another answer is right."""
     PARSING = FaultKind.PARSING.value
     HALLUCINATION = FaultKind.HALLUCINATION.value
     ARGUMENT_NUMBER = FaultKind.ARGUMENT_NUMBER.value
@@ -132,7 +132,7 @@ It takes the words that may name objects in the answer; None if any text may nam
 
 
 @dataclass(frozen=True, slots=True)
-class ModelInteraction:
+class QuestionAndAnswerDeclaration:
     """The exchange with a model: one question and one answer for each task. All functions in it are pure.
 
     If a model answers a task several times, its most frequent answer may count. Two answers are the same if
@@ -173,7 +173,7 @@ class ModelInteraction:
 
 
 @dataclass(frozen=True, slots=True)
-class MultiTurnInteraction(ModelInteraction):
+class MultiTurnInteraction(QuestionAndAnswerDeclaration):
     """The exchange with a model that plays a game: a first question, then the model's commands in turns.
 
     The answer of the model is the complete episode.
@@ -195,7 +195,7 @@ class AbilityDeclaration(Generic[V]):
         interaction: the exchange with a model; a `MultiTurnInteraction` if answers are episodes.
         title: name of the ability for readers.
         short_title: name of the ability for narrow columns.
-        verdict: class of the verdicts. `eai.Reward` uses its method `compute_reward_basis`.
+        verdict: class of the verdicts. `eai.Reward` uses its method `compute_reward_inputs`.
         contributions: takes a verdict and returns what the answer adds to each metric. All verdicts have the
             same metrics in the same order.
         outcome: returns the outcome of an answer, given its verdict. The verdict must not be excluded.
@@ -215,7 +215,7 @@ class AbilityDeclaration(Generic[V]):
     """
 
     ability: Ability
-    interaction: ModelInteraction
+    interaction: QuestionAndAnswerDeclaration
     title: str
     short_title: str
     verdict: type[V]
@@ -237,10 +237,10 @@ class AbilityDeclaration(Generic[V]):
         return isinstance(self.interaction, MultiTurnInteraction)
 
     def read_episode_settings(self, answer: str) -> Experiment | None:
-        """Return the experiment of an episode: the harness (the program around the model) and the game rules.
+        """Return the settings under which a model gave an answer over several turns (an episode).
 
-        If answers are no episodes, return an experiment without settings. If the episode is empty or
-        unreadable, its rules are unknown: return None. Such an episode fails under any rules.
+        They are the program around the model (harness) and the rules of the turns. If answers have one turn,
+        return an experiment without settings. If the episode is empty or unreadable, return None.
         """
         return (
             self.interaction.read_episode_settings(answer)
@@ -368,7 +368,7 @@ P = TypeVar("P", bound=PlanVerdict)
 
 def declare_plan_ability(
     ability: Ability,
-    interaction: ModelInteraction,
+    interaction: QuestionAndAnswerDeclaration,
     title: str,
     short_title: str,
     verdict: type[P],

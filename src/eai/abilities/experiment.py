@@ -166,7 +166,7 @@ class Experiment:
         values = {setting.name: getattr(self, setting.name) for setting in fields(self)[1:]}
         return {name: value for name, value in values.items() if value is not None}
 
-    def without_study(self, study: str) -> Experiment | None:
+    def drop_options_of_study(self, study: str) -> Experiment | None:
         """Return the experiment without the settings of one study, or None if nothing is set then."""
         left = replace(self, study={name: self.study[name] for name in self.study if name != study})
         return None if left == Experiment() else left
@@ -177,8 +177,8 @@ class Experiment:
         return "" if self.rules is None else f"rules {self.rules.replace(RULES_SEPARATOR, ' ')}"
 
     @property
-    def settings_in_label_order(self) -> dict[str, StudySettings]:
-        """The settings of all studies, in the order of their labels."""
+    def study_settings_in_label_order(self) -> dict[str, StudySettings]:
+        """The options of each study (a series of runs with varied options), in the order of labels."""
         return dict(sorted(self.study.items(), key=lambda item: item[1].label_position))
 
     @property
@@ -194,4 +194,6 @@ class Experiment:
     def _join_label_parts(self, agent: Mapping[str, str]) -> str:
         order = ("rules", "harness", "effort")
         parts = [make_option_label(kind, agent[kind]) for kind in order if kind in agent]
-        return SEPARATOR.join([*(choice.label for choice in self.settings_in_label_order.values()), *parts])
+        return SEPARATOR.join(
+            [*(choice.label for choice in self.study_settings_in_label_order.values()), *parts]
+        )

@@ -193,7 +193,7 @@ def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, 
         wanted = _split_fact(goal)
         if wanted is not None:
             near = sorted(
-                (fact for fact in made if _is_similar_fact(wanted, fact, replaced)),
+                (fact for fact in made if _is_near_miss_of_wanted_fact(wanted, fact, replaced)),
                 key=lambda fact: fact[1:] != wanted[1:],
             )
             if near:
@@ -221,12 +221,12 @@ def _find_lasting_and_replaced_facts(
     return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made], replaced
 
 
-def _is_similar_fact(
-    wanted: _FactWords, fact: _FactWords, replaced_facts: Mapping[_FactWords, frozenset[_FactWords]]
+def _is_near_miss_of_wanted_fact(
+    wanted: _FactWords, fact: _FactWords, facts_replaced_by: Mapping[_FactWords, frozenset[_FactWords]]
 ) -> bool:
     same_objects = fact[1:] == wanted[1:] and fact[0] != wanted[0]
     if same_objects and len(wanted) == 2:
-        return wanted in replaced_facts[fact]
+        return wanted in facts_replaced_by[fact]
     other_place = len(wanted) == len(fact) == 3 and fact[:2] == wanted[:2] and fact[2] != wanted[2]
     return same_objects or other_place
 

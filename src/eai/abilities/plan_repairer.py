@@ -32,10 +32,14 @@ the kind with the lowest rank is reported.
 """
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
-"""Limits of the steps that a search for a plan's closeness to success may try: per step, and in all."""
+"""Maximum numbers of steps that a search for the fewest edits that repair a plan tries.
+
+The numbers are the maximum per step of the plan, and the maximum in all. A plan that needs fewer edits is
+closer to success.
+"""
 
 _MAX_CACHED_PLANS = 10_000
-"""Maximum number of plans for a task whose closeness to success is cached."""
+"""Maximum number of plans for a task whose closeness to success (few needed edits) is cached."""
 
 _HAND_CHANGES = {("LEFT", "RIGHT"), ("RIGHT", "LEFT")}
 
@@ -54,7 +58,7 @@ class PlanRepairer:
         self.domain = domain
         self._notation = notation
         self._object = notation.make_object_lookup(task)
-        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._search_closeness_to_success)
+        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_closeness_from_needed_edits)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """Return the actions of a plan's steps, with None for each step that names something unknown."""
@@ -124,7 +128,7 @@ class PlanRepairer:
         )  # times a power of two: few different limits, because plans are cached for each limit
         return self._cached_closeness(tuple(steps), effort)
 
-    def _search_closeness_to_success(self, steps: PlanSteps, max_tried_steps: int) -> float:
+    def _compute_closeness_from_needed_edits(self, steps: PlanSteps, max_tried_steps: int) -> float:
         if steps.count(None) >= self._min_plan_steps:
             return 0.0
         _, edits = self._make_repairer(()).repair(steps, SearchEffort(max_tried_steps))

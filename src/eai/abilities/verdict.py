@@ -3,7 +3,7 @@
 Each ability has its own class of verdicts in its own package. This module has the classes and functions that
 several abilities use, and `Unreadable`, the reason why an answer cannot be read. A `Share` is the
 contribution of an answer to a rate: a numerator and a denominator. `eai.results` adds up both and divides. A
-`RewardBasis` holds the results for which a reward may pay; `eai.results.reward` chooses among these results.
+`RewardInputs` holds the results for which a reward may pay; `eai.results.reward` chooses among these results.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ RAISED = "raised"
 """Id of the check that an answer fails if its scorer raises an exception."""
 
 
-class SpanKind(str, Enum):
+class AnswerSpanKind(str, Enum):
     """The ways in which a part of an answer's text can be treated.
 
     A `READ` part was read unchanged, and a `REPAIRED` part after a named repair. `PROSE` and `REASONING` do
@@ -95,11 +95,11 @@ class Span:
 
     start: int
     end: int
-    kind: SpanKind
+    kind: AnswerSpanKind
 
 
 @dataclass(frozen=True, slots=True)
-class RewardBasis:
+class RewardInputs:
     """The results of an answer that rewards may pay for.
 
     Attributes:
@@ -147,9 +147,9 @@ def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share
     table and there are three. Then ``goal_gain`` is returned, and also if all conditions hold at the start.
 
     Args:
-        conditions_met: two numbers at the end, for the option with the largest share of met conditions: its
-            met conditions, and all its conditions. No condition is met if nothing was executed.
-        conditions_met_at_start: these two numbers in the initial state.
+        conditions_met: number of met conditions and number of all conditions, of the option with the largest
+            share of met conditions in the final state. No condition is met if nothing was executed.
+        conditions_met_at_start: these two numbers for the initial state.
         goal_gain: gain in goals.
     """
     met, total = conditions_met
@@ -160,13 +160,13 @@ def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share
     return max(0.0, (met * total_at_start - met_at_start * total) / (total * to_gain))
 
 
-def compute_plan_reward_basis(
+def compute_plan_reward_inputs(
     goals_reached: Sequence[bool],
     goals_at_start: Sequence[bool],
     *,
     ended_by_error: bool,
     faults: Mapping[FaultKind, int],
-) -> RewardBasis | None:
+) -> RewardInputs | None:
     """Return the credit for a plan or for the actions of an episode, or None if no goal can be gained.
 
     Args:
@@ -179,16 +179,16 @@ def compute_plan_reward_basis(
     return (
         None
         if gained is None
-        else RewardBasis(gained, gained == 1 and not ended_by_error, ended_by_error, faults)
+        else RewardInputs(gained, gained == 1 and not ended_by_error, ended_by_error, faults)
     )
 
 
-def compute_reward_basis_of_parts(
+def compute_reward_inputs_of_parts(
     right_wrong_missed: tuple[int, int, int],
     error: ErrorReport | None,
     faults: Mapping[FaultKind, int],
     meaningless_parts: int = 0,
-) -> RewardBasis | None:
+) -> RewardInputs | None:
     """Return the credit for an answer that is compared part by part, or None if the task asks for no parts.
 
     Args:
@@ -202,7 +202,7 @@ def compute_reward_basis_of_parts(
         return None
     if error is not None:
         faults = Counter(faults) + Counter((error.kind,))
-    return RewardBasis(
+    return RewardInputs(
         gain=2 * hit / (2 * hit + extra + meaningless_parts + missed),
         success=not extra and not missed and not faults,
         ended=error is not None,
@@ -246,7 +246,7 @@ class Verdict:
         """Mapping from columns of `eai.results.lines.AnswerLine` to the verdict's values in these columns."""
         return {}
 
-    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
+    def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the credit for the answer to a task that is not excluded, or None if nothing can be earned.
 
         Args:
@@ -258,7 +258,7 @@ class Verdict:
         """
         raise NotImplementedError(
             f"{type(self).__name__} defines no credit, so no reward can be computed: "
-            "define `compute_reward_basis`"
+            "define `compute_reward_inputs`"
         )
 
     def is_step_an_action(self, step: int) -> bool:
@@ -271,7 +271,7 @@ class Verdict:
         return None
 
     @property
-    def fallback_planner_outcome(self) -> str | None:
+    def outcome_of_second_planner(self) -> str | None:
         """Outcome of the second planner, which runs if the first does not decide; else None."""
         return None
 
@@ -349,15 +349,15 @@ class PlanVerdict(Verdict):
             faults[self.error.kind] += 1
         return +faults
 
-    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
-        """Return the credit for the plan, or None if no goal can be gained.
+    def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
+        """Return the credit for the plan, or None if all goals hold at the start.
 
         An answer that rightly declines the task gets full credit.
         """
         if self.refused is not None:
-            return RewardBasis(float(self.success or 0), bool(self.success), ended=False, faults={})
+            return RewardInputs(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable
-        earned = compute_plan_reward_basis(
+        earned = compute_plan_reward_inputs(
             self.goals_satisfied, goals_at_start, ended_by_error=ended, faults=self.faults()
         )
         if earned is None:

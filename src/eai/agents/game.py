@@ -12,7 +12,12 @@ from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.declining import ASK, REFUSE, is_clarification_question, read_refusal_command
 from eai.abilities.scorer import describe_exception
-from eai.abilities.verdict import ErrorReport, RewardBasis, compute_condition_gain, compute_plan_reward_basis
+from eai.abilities.verdict import (
+    ErrorReport,
+    RewardInputs,
+    compute_condition_gain,
+    compute_plan_reward_inputs,
+)
 from eai.agents.command import DONE, ParsedCommand, is_look_command
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import AgentMemory, make_manual
@@ -144,7 +149,7 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode up to now, by name (`eai.results.reward.METRICS`)."""
-        return make_metrics_of_reward_basis(self._compute_reward_basis_of_game(is_episode_ended=self.over))
+        return make_metrics_of_reward_basis(self._compute_reward_inputs_of_game(is_episode_ended=self.over))
 
     @property
     def reward_if_ended_now(self) -> float:
@@ -157,7 +162,7 @@ class Game:
     def _compute_episode_reward(self, *, is_episode_ended: bool) -> float:
         if self.refused is not None:
             return float(self.won)
-        earned = self._compute_reward_basis_of_game(is_episode_ended=is_episode_ended)
+        earned = self._compute_reward_inputs_of_game(is_episode_ended=is_episode_ended)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = (
                 [None]
@@ -183,14 +188,14 @@ class Game:
             if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
         ]
 
-    def _compute_reward_basis_of_game(self, *, is_episode_ended: bool) -> RewardBasis | None:
+    def _compute_reward_inputs_of_game(self, *, is_episode_ended: bool) -> RewardInputs | None:
         if self.refused is not None:
-            return RewardBasis(float(self.won), self.won, ended=False, faults=self._faults)
+            return RewardInputs(float(self.won), self.won, ended=False, faults=self._faults)
         # the right answer is to call the task impossible, so reached goals earn nothing
         if self.task.has_no_plan:
             return None
         ended = self._failed or self._lacks_required_done(is_episode_ended=is_episode_ended)
-        earned = compute_plan_reward_basis(
+        earned = compute_plan_reward_inputs(
             self.reached, self._at_start, ended_by_error=ended, faults=self._faults
         )
         if earned is None or self._rules.reward is not Shaping.PARTIAL:

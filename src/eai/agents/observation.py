@@ -116,7 +116,7 @@ class Observer:
             visible,
             [
                 self._make_visible_facts(listing, state, visible)
-                for listing in self._wording.state_fact_listers
+                for listing in self._wording.fact_listers_of_state_predicates
             ],
         )
 
@@ -147,7 +147,7 @@ class Observer:
         state, visible = observation.state, observation.visible
         return [
             fact
-            for listing in self._wording.state_fact_listers
+            for listing in self._wording.fact_listers_of_state_predicates
             for fact in listing.list_facts(
                 state, visible, self._find_objects_listed_facts_must_have(listing, objects)
             )
@@ -173,7 +173,9 @@ class Observer:
             before
             if is_same and changed.isdisjoint(listing.sources)
             else self._make_visible_facts(listing, state, visible)
-            for listing, before in zip(self._wording.state_fact_listers, earlier.by_predicate, strict=True)
+            for listing, before in zip(
+                self._wording.fact_listers_of_state_predicates, earlier.by_predicate, strict=True
+            )
         ]
         return _Observation(state, visible, facts)
 
@@ -186,7 +188,10 @@ class Observer:
         added: list[Fact] = []
         removed: list[Fact] = []
         for listing, old, new in zip(
-            self._wording.state_fact_listers, before.by_predicate, after.by_predicate, strict=True
+            self._wording.fact_listers_of_state_predicates,
+            before.by_predicate,
+            after.by_predicate,
+            strict=True,
         ):
             if changed.isdisjoint(listing.sources):
                 continue

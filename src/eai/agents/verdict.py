@@ -76,7 +76,7 @@ class ActingVerdict(PlanVerdict):
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
 
-    compute_reward_basis = Verdict.compute_reward_basis
+    compute_reward_inputs = Verdict.compute_reward_inputs
     """Raises NotImplementedError: a stored episode earns no reward, because its author chose its rules."""
 
     @property

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 _EXECUTED_ABILITIES = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
 """Abilities whose gold answers are checked by executing them, or by giving them to a planner."""
 
-WALKS = 5
-"""Maximum number of tasks from whose initial states random walks start."""
+MAX_CHECKED_INITIAL_STATES = 5
+"""Maximum number of initial states from which random actions test the domain's declaration."""
 
 _LIMITS = Limits(looks=150_000)
 """Limits of the search for a task's plan. The search takes about a second on a usual processor."""
@@ -59,7 +59,7 @@ def check_benchmark(
         map_items: applies a function to the ids of tasks, for example in several processes.
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
-    initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
+    initial_states = [tasks[task_id].initial for task_id in list(tasks)[:MAX_CHECKED_INITIAL_STATES]]
     findings = [DataMistake(domain.name, defect) for defect in check_domain(domain, initial_states)]
     kinds = {kind for task in tasks.values() for kind in task.scene.object_mask_by_kind}
     for subject, formulas in _list_domain_formulas(domain):

@@ -96,7 +96,7 @@ def _make_occurrence_formula(action: str, arity: int) -> f.Formula:
 def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
     """Return a formula without quantifiers that, in the given scene, implies the given formula."""
 
-    def objects(variable: f.Variable) -> list[f.Constant]:
+    def list_objects_of_category(variable: f.Variable) -> list[f.Constant]:
         return [
             f.Constant(scene.objects[i].name)
             for i in iterate_bits(scene.get_category_mask(variable.category))
@@ -112,13 +112,15 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
         case f.Not(operand):
             return f.Not(_expand_quantifiers(operand, scene))
         case f.ForAll(variable, body):
-            return _join_formulas(f.And, instantiate(variable, body, objects(variable)))
+            return _join_formulas(f.And, instantiate(variable, body, list_objects_of_category(variable)))
         case f.Exists(variable, body):
-            return _join_formulas(f.Or, instantiate(variable, body, objects(variable)))
+            return _join_formulas(f.Or, instantiate(variable, body, list_objects_of_category(variable)))
         case f.Exactly(count, variable, body):
-            return _join_formulas(f.And, instantiate(variable, body, objects(variable)[:count]))
+            return _join_formulas(
+                f.And, instantiate(variable, body, list_objects_of_category(variable)[:count])
+            )
         case f.ForPairs(first, second, body, count):
-            pairs = zip(objects(first), objects(second), strict=False)
+            pairs = zip(list_objects_of_category(first), list_objects_of_category(second), strict=False)
             first_variable = f.Variable(first.name)
             chosen = [
                 instantiate(second, substitute_terms(body, {first_variable: x}), [y])[0] for x, y in pairs
@@ -324,7 +326,7 @@ _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
 _NAME = re.compile(r"[\w.]+")
 
 _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities for which `eai/lookup` adapts answers to similar tasks. In episodes, it plays adapted plans."""
+"""Abilities for which the built-in model `eai/lookup` adapts the answers to similar tasks."""
 
 
 def open_answers_of_similar_tasks(
@@ -341,7 +343,7 @@ def open_answers_of_similar_tasks(
     """
     if ability is Ability.TRANSITION_MODELING:
         return make_answers_by_task(
-            benchmark, ability, source, _make_operator_copier(benchmark.operators(source))
+            benchmark, ability, source, _make_shared_operator_lister(benchmark.operators(source))
         )
     if ability not in _LOOKED_UP_ABILITIES:
         raise make_no_answer_error(model="lookup", benchmark=benchmark, ability=ability)
@@ -440,8 +442,8 @@ def _adapt_goals_of_similar_task(
     return notation.write([goal for goal in stated if lexicon.find_unknown_name(goal) is None])
 
 
-def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function that lists the PDDL texts of a task's operators that another task needs, too."""
+def _make_shared_operator_lister(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
+    """Return a function that lists a task's operators, as PDDL, except those that no other task needs."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 

@@ -35,7 +35,7 @@ TaskT = TypeVar("TaskT", bound=Task)
 _FILE = "errata.toml"
 
 
-def replace_listed_by_scored_operators(task: TransitionTask, question: str) -> str:
+def replace_operators_listed_in_question(task: TransitionTask, question: str) -> str:
     """Return a question with the operators that are scored in place of the operators for which it asks.
 
     A few official questions ask for other operators than those that are scored.
@@ -199,7 +199,7 @@ class Errata:
                 if entry.question is not None:
                     question = _replace_once(question, entry.question, entry.id)
                 if entry.asks_scored:
-                    question = replace_listed_by_scored_operators(load_operators()[task_id], question)
+                    question = replace_operators_listed_in_question(load_operators()[task_id], question)
             return question
 
         return correct_question

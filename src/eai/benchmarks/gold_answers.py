@@ -31,7 +31,7 @@ from eai.world.execution import execute_plan
 if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
 
-_Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
+_GoldAndCorruptedParts: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """A pair: consecutive parts of a gold answer, and the parts in their place in the corrupted answer."""
 
 
@@ -53,11 +53,11 @@ def make_noisy_answer(book: AnswersByTask, task_id: str, rate: float, seed: str)
 def make_answer_heeding_feedback(
     answers: AnswersByTask, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
 ) -> WrittenAnswer:
-    """Return the answer of a noisy model that repairs an error only if the question names the error.
+    """Return the answer of a built-in model that makes random errors, and repairs an error that is named.
 
     If the question contains the model's last answer, followed by the reason for its failure, the model
-    repairs the first corrupted part of that answer with probability ``heed``. Otherwise the model repeats
-    its answer.
+    repairs the first wrong part of that answer with probability ``heed``. Otherwise the model repeats its
+    answer.
     """
     versions = list(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
@@ -77,20 +77,20 @@ def yield_corrupted_then_repaired_answers(
     """
     answer = answers[task_id]
     segments = list(_corrupt_answer_parts(answers, answer.parts, rate, make_random(seed, task_id)))
-    yield _join_segments(segments, answer)
+    yield _join_corrupted_parts(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
             segments[number] = gold, gold
-            yield _join_segments(segments, answer)
+            yield _join_corrupted_parts(segments, answer)
 
 
-def _join_segments(segments: Iterable[_Segment], answer: WrittenAnswer) -> WrittenAnswer:
+def _join_corrupted_parts(segments: Iterable[_GoldAndCorruptedParts], answer: WrittenAnswer) -> WrittenAnswer:
     return WrittenAnswer(tuple([part for _, parts in segments for part in parts]), answer.join)
 
 
 def _corrupt_answer_parts(
     book: AnswersByTask, parts: Iterable[str], rate: float, rng: random.Random
-) -> Iterator[_Segment]:
+) -> Iterator[_GoldAndCorruptedParts]:
     pending = list(parts)
     while pending:
         gold_part = pending.pop(0)
@@ -193,7 +193,7 @@ def open_gold_answers(benchmark: Benchmark, ability: Ability, source: Source = U
         case Ability.TRANSITION_MODELING:
             return make_answers_by_task(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
-            return _open_plan_book(benchmark, ability, source, scripts=True)
+            return _open_gold_answers_made_from_plans(benchmark, ability, source, scripts=True)
     pose, world = (
         get_declaration(ability).interaction.make_question,
         benchmark.collect_domain_and_notation(source),
@@ -230,9 +230,9 @@ def open_answers_of_planner(
     """
     match ability:
         case Ability.ACTION_SEQUENCING:
-            return _open_plan_book(benchmark, ability, source, limits=limits, find=find)
+            return _open_gold_answers_made_from_plans(benchmark, ability, source, limits=limits, find=find)
         case Ability.SUBGOAL_DECOMPOSITION:
-            return _open_plan_book(benchmark, ability, source)
+            return _open_gold_answers_made_from_plans(benchmark, ability, source)
         case _:
             raise make_no_answer_error(model="planner", benchmark=benchmark, ability=ability)
 
@@ -249,25 +249,25 @@ def replace_goals_by_answers(benchmark: Benchmark, answers: Mapping[str, str]) -
     their goals.
     """
 
-    def change_goals(task: Task) -> Task:
+    def take_goals_from_answer(task: Task) -> Task:
         answer = answers.get(task.id)
         if answer is None:
             return task
         goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         return replace(task, goals=goals.meaningful)
 
-    return benchmark.with_changed_tasks(change_goals)
+    return benchmark.with_changed_tasks(take_goals_from_answer)
 
 
 def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
     """Return a copy of the benchmark in which one task starts in the state after some actions."""
 
-    def change_initial(task: Task) -> Task:
+    def start_task_after_actions(task: Task) -> Task:
         if task.id != task_id:
             return task
         return replace(task, initial=execute_plan(benchmark.domain, task.initial, done).final_state)
 
-    return benchmark.with_changed_tasks(change_initial)
+    return benchmark.with_changed_tasks(start_task_after_actions)
 
 
 def drop_reached_goals(benchmark: Benchmark, task_id: str, executed_actions: Sequence[Action]) -> Benchmark:
@@ -280,7 +280,7 @@ def drop_reached_goals(benchmark: Benchmark, task_id: str, executed_actions: Seq
     return benchmark.with_changed_tasks(drop_goals)
 
 
-def _open_plan_book(
+def _open_gold_answers_made_from_plans(
     benchmark: Benchmark,
     ability: Ability,
     source: Source,
@@ -289,7 +289,7 @@ def _open_plan_book(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswersByTask:
-    """Return answers made from plans: the plans for action sequencing, or their subgoals.
+    """Return right answers made from plans: plans for action sequencing, or subgoals of plans.
 
     If ``scripts`` is true, the data set's own plans are used. For tasks without such a plan, a plan is
     searched.

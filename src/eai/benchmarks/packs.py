@@ -26,7 +26,7 @@ GROUP = "eai.packs"
 """Group of the entry points by which benchmarks register their packs (data files in the store)."""
 
 
-def _skip_check(store: Store) -> Iterable[str]:
+def _find_no_problems(store: Store) -> Iterable[str]:
     return ()
 
 
@@ -45,7 +45,7 @@ class DataPack:
     name: str
     archives: tuple[PackageArchive, ...]
     convert: Callable[..., Mapping[str, bytes]]
-    check: Callable[[Store], Iterable[str]] = _skip_check
+    check: Callable[[Store], Iterable[str]] = _find_no_problems
 
     @property
     def archive_digests(self) -> dict[str, str]:

@@ -24,7 +24,7 @@ from eai.benchmarks.made_example import make_example
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
 from eai.tasks.prompts.own import (
-    PromptMaterial,
+    PromptTemplateValues,
     make_format_samples_by_placeholder,
     render_operator_prompts,
     render_prompts,
@@ -156,7 +156,9 @@ class PromptLibrary:
         templates, restate = self.templates, None
         if rendered and not self._has_user_file(benchmark, ability):
             restate = partial(
-                render_task_prompt, self._make_prompt_material(benchmark, ability, {}), templates=templates
+                render_task_prompt,
+                self._make_prompt_template_values(benchmark, ability, {}),
+                templates=templates,
             )
         return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, perceive)
 
@@ -165,7 +167,7 @@ class PromptLibrary:
     ) -> Mapping[str, Prompt]:
         """Return our prompts.
 
-        They are rendered from templates, unless the ability itself writes its questions.
+        They are rendered from templates, unless code of the ability writes its questions.
         """
         templates, interaction = self.templates, get_declaration(ability).interaction
         if interaction.uses_operator_tasks:
@@ -175,7 +177,7 @@ class PromptLibrary:
             )
         if interaction.make_question is not None:
             return self._make_prompts_of_own_questions(interaction.make_question, benchmark, ability, beliefs)
-        return render_prompts(self._make_prompt_material(benchmark, ability, beliefs), templates)
+        return render_prompts(self._make_prompt_template_values(benchmark, ability, beliefs), templates)
 
     def _make_prompts_of_own_questions(
         self,
@@ -184,7 +186,7 @@ class PromptLibrary:
         ability: Ability,
         beliefs: Mapping[str, BelievedTask],
     ) -> Mapping[str, Prompt]:
-        """Return a mapping from task ids to questions, for an ability that writes its questions itself.
+        """Return a mapping from task ids to questions, for an ability whose own code writes them.
 
         Each question is made on first use, because it may need pictures.
         """
@@ -207,9 +209,9 @@ class PromptLibrary:
 
         return TaskSet(tasks, pose_question, tasks.sha256)
 
-    def _make_prompt_material(
+    def _make_prompt_template_values(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
-    ) -> PromptMaterial:
+    ) -> PromptTemplateValues:
         """Return the values that our templates render: wording, tasks, answer format and samples."""
         templates, notation = self.templates, benchmark.notation
         name = f"formats/{benchmark.name}_{ability.value}.txt"
@@ -218,7 +220,7 @@ class PromptLibrary:
         book = open_gold_answers(asked, ability, self.source)
         own_format = templates.read_user_template(name)
         own_texts = {} if own_format is None else {ability.value: own_format}
-        return PromptMaterial(
+        return PromptTemplateValues(
             ability.value,
             wording,
             notation.english.role,

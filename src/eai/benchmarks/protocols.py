@@ -30,23 +30,24 @@ class ProtocolImplementation:
     Attributes:
         open_suite: opens a suite whose answers are read, tested and counted as the protocol says. Raises
             InputError for a benchmark that the protocol does not score.
-        replanning: returns the options of the published script for replanning. Its arguments are the
-            probability that an action fails, the seed of these failures, and the number of attempts after
-            the first (0 for the script's own number).
-        trial: executes a plan in the way of the published script.
-        as_asked: returns the verdict on an answer by the goals that its prompt stated in published runs.
-        as_counted: returns the verdicts on attempts, in which errors are counted as in the published script.
+        replanning: returns the options with which the paper's published program repeats failed plans. Its
+            arguments are the probability that an action fails, the seed of these failures, and the number
+            of attempts after the first (0 for that program's own number).
+        trial: executes a plan in the way of that program.
+        judge_by_goals_in_prompt: returns the verdict on an answer, given the goals that its prompt stated in
+            published runs.
+        count_errors_as_published: returns the verdicts on attempts with errors counted as in that program.
             Its argument is the number of attempts after the first.
-        choose_suite_for_answers: returns the opener of a suite that scores all answers of a model together;
+        adapt_suite_to_answers: returns a function that opens a suite for all answers of a model together;
             None if other answers do not influence how an answer is read.
     """
 
     open_suite: Opener
     replanning: Callable[[float, int, int], ReplanningOptions]
     trial: type[Trial]
-    as_asked: Callable[[TaskReference, Verdict], Verdict]
-    as_counted: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
-    choose_suite_for_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
+    judge_by_goals_in_prompt: Callable[[TaskReference, Verdict], Verdict]
+    count_errors_as_published: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
+    adapt_suite_to_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
 
 
 @cache

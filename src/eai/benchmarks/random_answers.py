@@ -165,7 +165,7 @@ def _list_changed_facts(wording: SuiteWording, task: Task, before: State, after:
         dict.fromkeys(
             [
                 fact
-                for listing in wording.goal_fact_listers
+                for listing in wording.fact_listers_of_goal_predicates
                 for fact in listing.list_facts(state, list_objects_in_prompt(task))
             ]
         )

@@ -58,9 +58,9 @@ PROBLEMS_MEMBER = "problems.json"
 """Name of the member file with PDDL problems of transition modeling: a JSON object, task id -> problem."""
 
 TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
-"""Name of the member file with the template of VirtualHome's goal interpretation.
+"""Name of the file with the template of VirtualHome's prompts for goal interpretation.
 
-The wheel has the text of all other prompts, so that these need no rendering.
+All other prompts need no template: the wheel, the paper's Python package, contains their texts.
 """
 
 TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_shot.py"

@@ -121,7 +121,7 @@ def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) 
     if reference in _get_entry_points():
         return _require_benchmark(_get_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
-    if _has_registered_opener(reference):
+    if _has_registered_benchmark_opener(reference):
         opener: Callable[[str], Benchmark] = get_entry_points(OPENERS)[module].load()
         return replace(opener(name), reference=reference)
     if reference.partition(",")[0].endswith(f".{PDDL}"):
@@ -144,12 +144,12 @@ def is_path_of_task_files(reference: str) -> bool:
     """Whether a reference is the path of a task file, or of a folder of task files."""
     from eai.tasks.task_files import ENDINGS
 
-    if _has_registered_opener(reference):
+    if _has_registered_benchmark_opener(reference):
         return False
     return reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
 
 
-def _has_registered_opener(reference: str) -> bool:
+def _has_registered_benchmark_opener(reference: str) -> bool:
     word, separator, _ = reference.partition(":")
     return bool(separator) and word in get_entry_points(OPENERS)
 

@@ -86,7 +86,7 @@ class Suite:
         return self.benchmark.name
 
     @property
-    def has_plans(self) -> bool:
+    def answers_are_plans(self) -> bool:
         """Whether answers are executed, because they are plans or subgoals."""
         return get_declaration(self.ability).answers_are_plans
 
@@ -99,15 +99,15 @@ class Suite:
         """The errata that apply to the suite's data."""
         return self.benchmark.get_errata(self.source)
 
-    def choose_suite_for_answers(self, answers: Iterable[str]) -> Suite:
+    def adapt_suite_to_answers(self, answers: Iterable[str]) -> Suite:
         """Return the suite with which to score these answers of a model: this suite, or a suite reopened.
 
         Some protocols look at all answers of a model to choose how they are read.
         """
         implementation = find_implementation(self.protocol.value)
-        if implementation is None or implementation.choose_suite_for_answers is None:
+        if implementation is None or implementation.adapt_suite_to_answers is None:
             return self
-        opener = implementation.choose_suite_for_answers(self.benchmark, self.ability, answers)
+        opener = implementation.adapt_suite_to_answers(self.benchmark, self.ability, answers)
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
@@ -183,7 +183,7 @@ def open_suite(
         protocol: the rules for scoring.
         source: the source of the data; the user's default store if None. Only the default protocol uses
             errata; other protocols score the published data.
-        opener: opens the scorers; the protocol's opener if None. `Suite.choose_suite_for_answers` passes
+        opener: opens the scorers; the protocol's opener if None. `Suite.adapt_suite_to_answers` passes
             another opener.
 
     Raises:

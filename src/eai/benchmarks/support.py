@@ -72,18 +72,20 @@ def make_carries_carried_by_and_within(
     )
 
 
-def make_floor_of_predicate(
-    name: str, floor: Predicate, carries: DefinedPredicate, floor_of_unsupported: f.Formula
+def make_predicate_for_floor_of_object(
+    name: str, is_floor: Predicate, is_support_of: DefinedPredicate, floor_of_unsupported_object: f.Formula
 ) -> DefinedPredicate:
     """Return the predicate that relates an object to its floor.
 
     A floor is its own floor. An object with a support has the floor of its support. For an object without
-    support, the formula ``floor_of_unsupported`` states the floor.
+    support, the formula ``floor_of_unsupported_object`` states the floor.
     """
-    carried = f.Exists(Z, carries(Z, X))
-    above = f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y)))
+    carried = f.Exists(Z, is_support_of(Z, X))
+    above = f.Exists(Z, is_support_of(Z, X) & f.Atom(name, (Z, Y)))
     definition = (
-        (floor(X) & f.Equals(X, Y)) | (~floor(X) & ~carried & floor_of_unsupported) | (~floor(X) & above)
+        (is_floor(X) & f.Equals(X, Y))
+        | (~is_floor(X) & ~carried & floor_of_unsupported_object)
+        | (~is_floor(X) & above)
     )
     return DefinedPredicate(name, (X, Y), definition)
 

@@ -26,7 +26,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT, describe_repair
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
-from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
+from eai.abilities.verdict import RAISED, AnswerSpanKind, ErrorReport, PlanVerdict, Unreadable
 from eai.agents.verdict import ActingVerdict, describe_goal_reachability
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError, did_you_mean, find_enum_member
@@ -338,12 +338,16 @@ def _print_explanation(
 def _print_parsed_text(console: Console, record: Record) -> None:
     """Print how each part of the answer's text was read, unless all text was read without corrections."""
     spans = record.verdict.spans
-    if not record.response or all(span.kind is SpanKind.READ for span in spans):
+    if not record.response or all(span.kind is AnswerSpanKind.READ for span in spans):
         return
     console.print(Text("the answer's text", style="bold"))
     for span in spans:
         words = shorten(record.response[span.start : span.end], _MAX_PART, placeholder=" ...")
-        style = {SpanKind.UNREAD: "red", SpanKind.REPAIRED: "yellow", SpanKind.READ: ""}.get(span.kind, "dim")
+        style = {
+            AnswerSpanKind.UNREAD: "red",
+            AnswerSpanKind.REPAIRED: "yellow",
+            AnswerSpanKind.READ: "",
+        }.get(span.kind, "dim")
         _print_with_hanging_indent(console, f"  {span.kind.value:9} ", Text(words, style=style))
 
 

@@ -18,7 +18,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.measures import TaskMeasure
-from eai.benchmarks.generator.seed_batches import judge_seed_batch, load_judged_seed, open_generator
+from eai.benchmarks.generator.seed_batches import load_seed_result, make_tasks_from_seed_batch, open_generator
 from eai.benchmarks.generator.seeds import select_tasks
 from eai.benchmarks.generator.spec import (
     Forms,
@@ -221,10 +221,10 @@ def _generate_with_workers(
     """
     if pool is None:
         return generate_from_seeds(generator, seeds, number, known, fingerprints_with_copies)
-    judge = partial(judge_seed_batch, _add_reference_plans_to_task_and_pair, generator)
+    judge = partial(make_tasks_from_seed_batch, _add_reference_plans_to_task_and_pair, generator)
     vocabulary = generator.benchmark.domain.vocabulary
     judged = (
-        load_judged_seed(content, vocabulary)
+        load_seed_result(content, vocabulary)
         for content in pool.map_batches(judge, seeds, batch_sizes=(1, _MAX_BATCH_SEEDS))
     )
     return select_tasks(judged, generator.spec, number, known, fingerprints_with_copies)

@@ -116,7 +116,7 @@ def experiment_to_json(
         study_summaries: mapping from the name of a study to the values that it reports on the answer.
     """
     study: dict[str, Json] = {}
-    for name, choice in experiment.settings_in_label_order.items():
+    for name, choice in experiment.study_settings_in_label_order.items():
         summary = {"summary": _value_to_json(study_summaries[name])} if name in study_summaries else {}
         study[name] = {"label": choice.label, "options": _value_to_json(choice.options), **summary}
     agent = {name: getattr(experiment, name) for name in ("harness", "effort", "rules")}

@@ -18,7 +18,7 @@ from typing import Any
 
 from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.declaration import ModelInteraction, get_declaration
+from eai.abilities.declaration import QuestionAndAnswerDeclaration, get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.feedback import ScenePerception
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
@@ -67,7 +67,7 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     """Return an answer without irrelevant differences: answers with equal meanings become equal texts.
 
     The result is None if the answer cannot be read. The ability declares which differences are irrelevant
-    (`ModelInteraction`).
+    (`QuestionAndAnswerDeclaration`).
     """
     interaction = get_declaration(ability).interaction
     reading = read_json(text, ANY_VALUE)
@@ -77,7 +77,7 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     return _normalise_spaces(text[start:]) if start >= 0 else None
 
 
-def _normalise_json_value(value: object, answer_format: ModelInteraction) -> str:
+def _normalise_json_value(value: object, answer_format: QuestionAndAnswerDeclaration) -> str:
     if isinstance(value, JsonObject):
         members = [
             f"{json.dumps(key)}:{_normalise_json_value(item, answer_format)}" for key, item in value.members

@@ -104,7 +104,7 @@ class Record:
     @property
     def settings_by_study(self) -> dict[str, StudySettings]:
         """Mapping from each study of the run (a variation of its questions) to its options and results."""
-        choices = {} if self.experiment is None else self.experiment.settings_in_label_order
+        choices = {} if self.experiment is None else self.experiment.study_settings_in_label_order
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:

@@ -26,7 +26,7 @@ from typing_extensions import assert_never
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, describe_exception
-from eai.abilities.verdict import ErrorReport, PlanVerdict, RewardBasis, Verdict, compute_condition_gain
+from eai.abilities.verdict import ErrorReport, PlanVerdict, RewardInputs, Verdict, compute_condition_gain
 from eai.base.errors import EaiError, InputError, find_enum_member
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
@@ -67,7 +67,7 @@ class Shaping(str, Enum):
     """
 
 
-def convert_reward_basis_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
+def convert_reward_basis_to_reward(credit: RewardInputs, shaping: Shaping) -> float:
     """Return the reward for an answer with given results, such as goals reached and errors.
 
     Args:
@@ -100,7 +100,7 @@ def convert_reward_basis_to_reward(credit: RewardBasis, shaping: Shaping) -> flo
 
 def compute_reward_basis_of_verdict(
     verdict: Verdict, reached_at_start: Sequence[bool] = ()
-) -> RewardBasis | None:
+) -> RewardInputs | None:
     """Return the results of an answer that rewards depend on, or None if its task gives no reward.
 
     A task gives no reward if it is excluded from statistics, has no goals, or has only goals that hold at the
@@ -110,7 +110,7 @@ def compute_reward_basis_of_verdict(
         verdict: the verdict on the answer.
         reached_at_start: for each goal of the task, in order, whether it is reached without any action.
     """
-    return None if verdict.excluded is not None else verdict.compute_reward_basis(reached_at_start)
+    return None if verdict.excluded is not None else verdict.compute_reward_inputs(reached_at_start)
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
@@ -139,8 +139,8 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 
 def can_earn_reward(ability: Ability) -> bool:
-    """Whether answers of an ability can earn a reward: its verdict class overrides `compute_reward_basis`."""
-    return get_declaration(ability).verdict.compute_reward_basis is not Verdict.compute_reward_basis
+    """Whether answers of an ability can earn a reward: its verdicts define `compute_reward_inputs`."""
+    return get_declaration(ability).verdict.compute_reward_inputs is not Verdict.compute_reward_inputs
 
 
 class Reward:
@@ -213,7 +213,7 @@ class Reward:
             self._compute_reward(task_id, text, credit), make_metrics_of_reward_basis(credit), verdict
         )
 
-    def _compute_reward(self, task_id: str, text: str, credit: RewardBasis | None) -> float | None:
+    def _compute_reward(self, task_id: str, text: str, credit: RewardInputs | None) -> float | None:
         if credit is None or self.shaping is not Shaping.REPAIR:
             return None if credit is None else convert_reward_basis_to_reward(credit, self.shaping)
         scorer = self.suite.scorer(task_id)
@@ -235,8 +235,8 @@ class Reward:
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
         return replace(self.suite.score(task_id, ""), error=too_long)
 
-    def _compute_reward_basis_of_answer(self, task_id: str, verdict: Verdict) -> RewardBasis | None:
-        if not self.suite.has_plans:
+    def _compute_reward_basis_of_answer(self, task_id: str, verdict: Verdict) -> RewardInputs | None:
+        if not self.suite.answers_are_plans:
             return compute_reward_basis_of_verdict(verdict)
         credit = compute_reward_basis_of_verdict(verdict, self._at_start(task_id))
         if credit is None or not isinstance(verdict, PlanVerdict) or verdict.is_task_declined_by_answer:
@@ -311,7 +311,7 @@ def _drop_planner_that_tests_operators(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def make_metrics_of_reward_basis(credit: RewardBasis | None) -> dict[str, float]:
+def make_metrics_of_reward_basis(credit: RewardInputs | None) -> dict[str, float]:
     """Return the metrics that explain a reward, by name: they are the attribute ``metrics`` of a `Grade`.
 
     All metrics are 0 if the credit is None.

@@ -124,7 +124,7 @@ def recount_goals_as_in_paper(run: Run) -> Run:
 
     def count_only_goals_stated_in_prompt(record: Record) -> Record:
         task = TaskReference(record.domain, record.ability, record.task_id)
-        verdict = protocol.as_asked(task, record.verdict)
+        verdict = protocol.judge_by_goals_in_prompt(task, record.verdict)
         return record if verdict is record.verdict else replace(record, verdict=verdict)
 
     return replace(run, records=tuple(map(count_only_goals_stated_in_prompt, run.records)))
@@ -141,7 +141,7 @@ def recount_errors_as_in_paper(run: Run) -> Run:
         if options is None or not record.attempts:
             return record
         verdicts = [attempt.verdict for attempt in record.attempts]
-        counted = protocol.as_counted(verdicts, options.replans)
+        counted = protocol.count_errors_as_published(verdicts, options.replans)
         pairs = zip(record.attempts, counted, strict=True)
         attempts = tuple([replace(attempt, verdict=verdict) for attempt, verdict in pairs])
         return replace(record, attempts=attempts, verdict=counted[-1])

@@ -74,8 +74,8 @@ class RunTotals:
             self.versions[record.errata.version] = None
         if verdict.planner_used is not None:
             self.judges[verdict.planner_used] += 1
-        if verdict.fallback_planner_outcome is not None:
-            self.left[verdict.fallback_planner_outcome] += 1
+        if verdict.outcome_of_second_planner is not None:
+            self.left[verdict.outcome_of_second_planner] += 1
         self._add_task_statuses({record.task_id: _encode_statuses_as_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)

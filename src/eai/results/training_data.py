@@ -111,7 +111,7 @@ def _has_unknown_prompt(record: Record) -> bool:
     """Whether the options of a record's run changed its question, so that the prompt cannot be rebuilt."""
     settings = record.experiment
     if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
-        settings = settings.without_study(_PROMPTS)  # the digest already identifies the prompt
+        settings = settings.drop_options_of_study(_PROMPTS)  # the digest already identifies the prompt
     return settings is not None and not settings.is_run_without_study_or_rules
 
 

@@ -141,7 +141,7 @@ class TrialSet:
     """Attempts at the tasks of a suite in an experiment; made by `open_trials`.
 
     Attributes:
-        suite: the suite, opened for the answers (`Suite.choose_suite_for_answers`).
+        suite: the suite, opened for the answers (`Suite.adapt_suite_to_answers`).
         options: number of attempts, kind of feedback, and rate of actions made to fail.
         question_writer: writes the question of each attempt.
         tasks_with_stated_goals: mapping from ids to tasks with other goals than in the data set. Questions
@@ -171,7 +171,7 @@ def replay_attempts_at_task(
     """Execute recorded answers to a task again, and return the attempts with their outcomes.
 
     Args:
-        suite: the suite, opened for answers to such questions (`Suite.choose_suite_for_answers`).
+        suite: the suite, opened for answers to such questions (`Suite.adapt_suite_to_answers`).
         options: number of attempts, kind of feedback, and rate of actions made to fail.
         task_id: id of the task.
         answers: the answers in order.
@@ -253,7 +253,7 @@ def open_trials(
         raise InputError(
             f"{suite.domain} {suite.ability.value}: attempts need plans; use the ability action_sequencing"
         )
-    suite_of_questions = suite.choose_suite_for_answers(
+    suite_of_questions = suite.adapt_suite_to_answers(
         [question_writer.prompt_of(task_id).user for task_id in task_ids]
     )
     return TrialSet(suite_of_questions, options, question_writer, tasks_with_stated_goals or {})

@@ -132,7 +132,7 @@ def make_message_content(prompt: Prompt) -> str | list[Content]:
     """Return the content of a message: the text of a prompt, after its pictures if it has any."""
     if not prompt.images:
         return prompt.user
-    return [*[ContentImage(image=image.url) for image in prompt.images], ContentText(text=prompt.user)]
+    return [*[ContentImage(image=image.data_url) for image in prompt.images], ContentText(text=prompt.user)]
 
 
 _REFUSED_PARAMETER_STATUSES = (400, 422)

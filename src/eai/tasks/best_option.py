@@ -40,14 +40,14 @@ is only a lower bound.
 """
 
 _MAX_UNPRUNED_SETS = 64
-"""Maximum number of sets of common conditions that a search keeps without dropping dominated sets.
+"""Maximum number of sets of conditions that a search keeps without dropping dominated sets.
 
 Common conditions are about atoms in several parts of a goal. A set of them is dominated if another set is
 never worse, whichever other conditions are chosen.
 """
 
-_MAX_RIVALS = 8
-"""Number of the best sets of common conditions. The other sets that one of these dominates are dropped."""
+_MAX_DOMINATING_SETS = 8
+"""Number of the best sets of conditions with which all other sets are compared, to drop dominated sets."""
 
 
 class _ShareOfMetConditions(NamedTuple):
@@ -97,22 +97,23 @@ class _BestGoalOptionFinder:
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
         compiler = _GoalPartCompiler(choices, self._fixed, self._positive)
-        self._find_best_sets: _BestConditionSetsFinder = _return_no_sets
+        self._find_best_condition_sets: _BestConditionSetsFinder = _return_no_sets
         if not _is_contradictory(self._fixed, self._positive):
-            self._find_best_sets = compiler.make_finder_for_goal_part(AllOf(choices))
+            self._find_best_condition_sets = compiler.make_finder_for_goal_part(AllOf(choices))
 
-    def __call__(self, true_atoms: int, further_met: int = 0) -> _ShareOfMetConditions:
+    def __call__(self, true_atoms: int, further_conditions_met: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of met conditions among all lists of conditions that satisfy the goal.
 
         It is 0 of 1 if there is no such list.
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            further_met: number of met conditions among ``further_conditions``, which are in every list.
+            further_conditions_met: number of met conditions among ``further_conditions``, which are in
+                every list.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
-            option = self._find_larger_share(true_atoms, further_met, best)
+            option = self._find_larger_share_of_met_conditions(true_atoms, further_conditions_met, best)
             is_exact = is_exact and option.is_exact
             gain = option.met * best.total - best.met * option.total
             if gain > 0:
@@ -120,15 +121,15 @@ class _BestGoalOptionFinder:
             else:
                 return (option if gain == 0 else best)._replace(is_exact=is_exact)
 
-    def _find_larger_share(
-        self, true_atoms: int, further_met: int, current_share: _ShareOfMetConditions
+    def _find_larger_share_of_met_conditions(
+        self, true_atoms: int, further_conditions_met: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
-        """Return the share of the option with the largest gain over ``current_share``.
+        """Return the share of conditions that hold, for the option that gains most over ``current_share``.
 
-        If no option is possible, return ``current_share``. The gain of an option over the share is
-        ``current_share.total * met - current_share.met * total``. If several options have the largest gain,
-        the shortest counts. The search therefore maximizes ``scale * gain - total``. As ``scale`` is greater
-        than any total, a larger gain always counts more than a shorter option.
+        If no option is possible, return ``current_share``. With its numbers of conditions that hold, ``met``,
+        and of all conditions, ``total``, an option gains ``current_share.total * met - current_share.met *
+        total``. Of options with equal gains, the shortest counts. The search therefore maximizes ``scale *
+        gain - total``, with a ``scale`` greater than any total.
         """
         scale = 2 * len(self.atoms) + self._further + 1
         unmet = -current_share.met * scale - 1
@@ -139,14 +140,14 @@ class _BestGoalOptionFinder:
             for wanted in (1, 0)
         ]
         search = _GoalOptionSearch(values)
-        table = self._find_best_sets(search)
+        table = self._find_best_condition_sets(search)
         if not table:
             return current_share._replace(is_exact=not search.is_cut)
         value = (
             table[0]
             + search.sum_values(self._fixed)
-            + further_met * met
-            + (self._further - further_met) * unmet
+            + further_conditions_met * met
+            + (self._further - further_conditions_met) * unmet
         )
         total = -value % scale
         gain = (value + total) // scale
@@ -258,7 +259,10 @@ def _get_direct_parts(part: _NumberedChoice) -> Sequence[_NumberedChoice]:
 
 
 class _GoalPartCompiler:
-    """Makes functions that find the sets of common conditions that satisfy a part of a goal."""
+    """Makes functions that find sets of conditions that satisfy a part of a goal.
+
+    The sets contain only common conditions: conditions about atoms that several parts of the goal mention.
+    """
 
     def __init__(
         self, choices: Sequence[_NumberedChoice], fixed: _ConditionMask, positive: _ConditionMask
@@ -344,7 +348,7 @@ class _GoalPartCompiler:
             )
         steps = self._order_conjuncts_to_drop_conditions_early(joined)
 
-        def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
+        def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             if barred:
                 return {}
             value = sum([search.values[number] for number in plain])
@@ -363,15 +367,15 @@ class _GoalPartCompiler:
                 )
             return best
 
-        return find_best_sets
+        return find_best_condition_sets
 
     def _order_conjuncts_to_drop_conditions_early(
         self, conjuncts: list[tuple[_BestConditionSetsFinder, Counter[int]]]
     ) -> list[tuple[_BestConditionSetsFinder, _ConditionMask]]:
-        """Order the members of a conjunction so that a search can soon forget common conditions.
+        """Order the members of a conjunction so that a search can drop conditions from its sets early.
 
-        Return pairs: a member's function, and the bit mask of the common conditions that no later part of the
-        goal mentions.
+        A condition about an atom is dropped after the last member that mentions the atom. Return pairs: a
+        member's function, and the bit mask of the conditions to drop after this member.
         """
         steps = []
         seen: Counter[int] = Counter()
@@ -382,28 +386,32 @@ class _GoalPartCompiler:
             )
             left.remove(member)
             seen = seen + member[1]
-            steps.append((member[0], self._find_conditions_only_in_these_parts(seen)))
+            steps.append((member[0], self._find_conditions_in_no_other_part(seen)))
         return steps
 
-    def _find_atoms_also_in_other_parts(self, mentions: Counter[int]) -> list[int]:
-        """Return the common atoms that other parts mention too; `mentions` counts each atom in some parts."""
-        return [atom for atom, times in mentions.items() if atom in self._common and times < self._all[atom]]
+    def _find_atoms_also_in_other_parts(self, mention_counts: Counter[int]) -> list[int]:
+        """Return the atoms that other parts of the goal mention, too."""
+        return [
+            atom for atom, times in mention_counts.items() if atom in self._common and times < self._all[atom]
+        ]
 
-    def _find_conditions_only_in_these_parts(self, mentions: Counter[int]) -> _ConditionMask:
+    def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
         """Return the conditions on common atoms that only some parts of the goal mention, as a bit mask.
 
-        `mentions` counts how often each atom occurs in these parts. An atom is common if several parts of the
-        goal mention it.
+        `mention_counts` says how often each atom occurs in these parts. An atom is common if several parts of
+        the goal mention it.
         """
         atoms = [
-            atom for atom, times in mentions.items() if atom in self._common and times == self._all[atom]
+            atom
+            for atom, times in mention_counts.items()
+            if atom in self._common and times == self._all[atom]
         ]
         return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
     def _make_finder_choosing_exactly(
         self, count: int, members: Sequence[_BestConditionSetsFinder]
     ) -> _BestConditionSetsFinder:
-        def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
+        def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             tables = [sets for member in members if (sets := member(search))]
             if all(sets.keys() == {0} for sets in tables):
                 values = nlargest(count, [sets[0] for sets in tables])
@@ -415,20 +423,20 @@ class _GoalPartCompiler:
                     best[size] = self._keep_best_condition_sets(best[size], search)
             return best[count]
 
-        return find_best_sets
+        return find_best_condition_sets
 
     def _make_finder_matching_rows_to_columns(
-        self, count: int, cells: Sequence[Sequence[_BestConditionSetsFinder | None]]
+        self, pair_count: int, table: Sequence[Sequence[_BestConditionSetsFinder | None]]
     ) -> _BestConditionSetsFinder:
-        def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
-            rows = [[{} if cell is None else cell(search) for cell in row] for row in cells]
+        def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
+            rows = [[{} if cell is None else cell(search) for cell in row] for row in table]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
-                pairs = find_heaviest_matching(weights, count)
+                pairs = find_heaviest_matching(weights, pair_count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._find_best_sets_matching_rows_to_columns(count, rows, search)
+            return self._find_best_sets_matching_rows_to_columns(pair_count, rows, search)
 
-        return find_best_sets
+        return find_best_condition_sets
 
     def _find_best_sets_matching_rows_to_columns(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
@@ -476,20 +484,22 @@ class _GoalPartCompiler:
         return joined
 
     def _drop_conditions_only_in_goal_part(
-        self, find_best_sets: _BestConditionSetsFinder, goal_part: _NumberedChoice
+        self, find_best_condition_sets: _BestConditionSetsFinder, goal_part: _NumberedChoice
     ) -> _BestConditionSetsFinder:
-        closed = self._find_conditions_only_in_these_parts(self._count_atom_mentions(goal_part))
+        closed = self._find_conditions_in_no_other_part(self._count_atom_mentions(goal_part))
         if not closed:
-            return find_best_sets
-        return lambda search: _drop_conditions_adding_their_values(find_best_sets(search), closed, search)
+            return find_best_condition_sets
+        return lambda search: _drop_conditions_adding_their_values(
+            find_best_condition_sets(search), closed, search
+        )
 
     def _keep_best_condition_sets(
         self, sets: _ValueByConditionSet, search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return at most `_MAX_SETS` sets, without sets that the best sets dominate (`_MAX_RIVALS`)."""
+        """Return at most `_MAX_SETS` sets, without sets that one of the best sets dominates."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
-        rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.sum_values(each))
+        rivals = nlargest(_MAX_DOMINATING_SETS, sets, key=lambda each: sets[each] + search.sum_values(each))
         gains = _make_condition_mask([number for number, value in enumerate(search.values) if value > 0])
 
         def is_dominated_by_rival(conditions: _ConditionMask) -> bool:
@@ -525,13 +535,13 @@ def _return_no_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
 
 
 def _make_finder_for_disjunction(members: Sequence[_BestConditionSetsFinder]) -> _BestConditionSetsFinder:
-    def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
+    def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
         best: _ValueByConditionSet = {}
         for member in members:
             _merge_keeping_greater_values(best, member(search))
         return best
 
-    return find_best_sets
+    return find_best_condition_sets
 
 
 def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByConditionSet) -> None:

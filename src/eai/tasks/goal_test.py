@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from operator import mul
+from typing import TypeAlias
 
 from eai.base.errors import InputError
 from eai.logic.choice import AndOrTree, build_and_or_tree
@@ -61,7 +62,7 @@ class StateTest:
             state: the state.
             arguments: the objects of the action that is executed in the state; empty without an action.
         """
-        binding = self.binding.copy()  # one copy for each thread: quantifiers write their objects into it
+        binding = self.binding.copy()  # quantifiers write into it, so each call needs a copy
         if arguments:
             binding[1 : 1 + len(arguments)] = arguments
         return self.truth(state, binding)
@@ -98,10 +99,10 @@ class GoalTest:
         self._actions = tuple(
             [list_actions_that_meet_goal(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
         )
-        shares = [_count_goal_halves_by_kind(goal) for goal in task.goals_without_hazards]
+        shares = [_divide_goal_among_kinds(goal) for goal in task.goals_without_hazards]
         shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
-        self._totals = tuple([_halve_count(sum(of_kind)) for of_kind in self._shares])
+        self._totals = tuple([_convert_halves_to_goals(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
         self._tally_cache: dict[tuple[bool, ...], TalliesByGoalKind] = {}
 
@@ -173,7 +174,9 @@ class GoalTest:
         """
         tallies = self._tally_cache.get(reached)
         if tallies is None:
-            satisfied = [_halve_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
+            satisfied = [
+                _convert_halves_to_goals(sum(map(mul, reached, of_kind))) for of_kind in self._shares
+            ]
             tallies = self._tally_cache[reached] = TalliesByGoalKind(*map(Share, satisfied, self._totals))
         return tallies
 
@@ -224,7 +227,7 @@ class _PartialSuccessFinder:
                 condition.
             action_goals_met: whether all action goals are met. Together they count as one condition.
         """
-        binding = self._binding.copy()  # one copy for each thread: derived predicates write variables into it
+        binding = self._binding.copy()  # derived predicates write into it, so each call needs a copy
         true = 0
         for number, truth in enumerate(self._truths):
             if truth(final, binding):
@@ -303,7 +306,11 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
     return all(any(action in wanted for action in left) for wanted in goals)
 
 
-def _count_goal_halves_by_kind(goal: Goal) -> tuple[int, int, int]:
+_HalfGoalsByKind: TypeAlias = tuple[int, int, int]
+"""Numbers of half goals about states, about relations and about actions."""
+
+
+def _divide_goal_among_kinds(goal: Goal) -> _HalfGoalsByKind:
     """Return how much a goal counts as state goal, relation goal and action goal: 2 for a whole goal.
 
     A goal about both states and relations counts as half a goal (1) of each of these two kinds.
@@ -316,5 +323,5 @@ def _count_goal_halves_by_kind(goal: Goal) -> tuple[int, int, int]:
     return (0, 2, 0) if binary == {True} else (2, 0, 0)
 
 
-def _halve_count(number: int) -> int | float:
-    return number / 2 if number % 2 else number // 2
+def _convert_halves_to_goals(half_goals: int) -> int | float:
+    return half_goals / 2 if half_goals % 2 else half_goals // 2

@@ -25,7 +25,7 @@ from eai.world.state import Scene, State
 
 
 def make_goal_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon of goals about a scene: the declared names, and actions with or without objects."""
+    """Return the names that goals about a scene may use. Actions may be named without their objects."""
     lexicon = make_declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)

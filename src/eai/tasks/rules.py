@@ -136,7 +136,7 @@ class DomainRules:
             lines += [f"{_INDENT}{heading}: {'; '.join(conditions)}"] if conditions else []
         return "\n".join([*lines, *self._write_changes(operator)])
 
-    def write_definitions(self) -> list[str]:
+    def write_predicate_definitions(self) -> list[str]:
         """Return the definitions of derived predicates as text.
 
         Left out are predicates that depend on facts which actions can change, but prompts never show.

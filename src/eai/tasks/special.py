@@ -8,7 +8,9 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class ImpossibleTaskMark:
-    """Marks a task that answers are allowed to call impossible, whether it is impossible or has a plan.
+    """Marks a task that an answer may reject as impossible.
+
+    Some tasks with a plan have this mark, too. So the mark does not reveal which tasks are impossible.
 
     Attributes:
         missing: the facts whose absence makes the goals unreachable; empty if a plan reaches the goals.

@@ -202,7 +202,7 @@ def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
         yield "goals: expected a goal that does not hold at the start"
     yield from _find_false_claims_of_solvability(task, domain)
     if not task.has_no_plan:
-        yield from _find_broken_goals(task)
+        yield from _find_goals_broken_at_start(task)
     for member, plan in _list_plans(task):
         yield from _find_mistakes_in_plan(member, plan, task, domain, test)
     lengths = {member: len(plan) for member, plan in _list_plans(task)}
@@ -213,7 +213,7 @@ def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
 
 
 def _list_plans(task: Task) -> Iterator[tuple[str, Sequence[Action]]]:
-    """Yield the plans that a task records, each with its member in the line of the task."""
+    """Yield the plans in a task's line of a task file, each with the name of its field, such as ``plan``."""
     plans = {"plan": task.script, "shortest": task.shortest_plan, "reference": task.reference_plan}
     yield from ((member, plan) for member, plan in plans.items() if plan)
 
@@ -223,7 +223,7 @@ def _find_mistakes_in_plan(
 ) -> Iterator[str]:
     """Yield a message for each step that fails or is needless, and for each goal that is not reached.
 
-    Actions that win a game may be needless.
+    Steps may be needless if ``member`` is ``reference``. Such a plan may contain actions for finding objects.
     """
     trajectory = execute_plan(domain, task.initial, plan)
     for number, step in enumerate(trajectory.steps):
@@ -242,7 +242,7 @@ def _find_mistakes_in_plan(
         )
 
 
-def _find_broken_goals(task: Task) -> Iterator[str]:
+def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
     """Yield a message for each goal over time that the initial state already breaks."""
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):

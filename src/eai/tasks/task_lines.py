@@ -36,7 +36,7 @@ _Plan: TypeAlias = list[Annotated[list[str], Field(min_length=1)]]
 
 
 def _add_descriptions(schema: dict[str, Any]) -> None:
-    """Copy the descriptions of attributes from the class's docstring into the JSON schema of a line."""
+    """Copy the descriptions of attributes from the docstring of `_TaskLine` into its JSON schema."""
     schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
     for name, meaning in read_docstring_entries(_TaskLine.__doc__, "Attributes").items():
         schema["properties"][name]["description"] = meaning

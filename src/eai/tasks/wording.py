@@ -90,7 +90,7 @@ class SuiteWording:
         listed = _join_lines(map(self.describe_operator, self.domain.operators))
         if self.rules is None:
             return listed
-        rules = "\n".join([listed, *self.rules.write_definitions()])
+        rules = "\n".join([listed, *self.rules.write_predicate_definitions()])
         return f"{explain_rule_notation(rules)}\n{rules}"
 
     def write_operators_heading(self, action_phrase: str) -> str:
@@ -108,7 +108,7 @@ class SuiteWording:
         return exact or _describe_reasons_for_failure(operator)
 
     def describe_objects(self, task: Task) -> str:
-        """Return a task's objects with their properties, each once, and the text of `conventions`."""
+        """Return a task's objects with their properties, each once, and notes on the benchmark's rules."""
         listed = _join_lines(
             dict.fromkeys([self.describe_object(task, index) for index in self.list_prompt_objects(task)])
         )
@@ -119,7 +119,7 @@ class SuiteWording:
         return "\n\n".join([listed, *filter(None, notes)])
 
     def list_prompt_objects(self, task: Task) -> list[int]:
-        """Return the indices of the objects that a prompt lists, with those that `surroundings` returns."""
+        """Return the indices of the objects that a prompt lists, with further objects such as rooms."""
         if self.surroundings is None:
             return list_objects_in_prompt(task)
         return sorted({*list_objects_in_prompt(task), *self.surroundings(task)})
@@ -139,12 +139,14 @@ class SuiteWording:
         """Return the facts about a task's objects in the initial state, one a line."""
         about = self.list_prompt_objects(task)
         facts = [
-            fact for listing in self.state_fact_listers for fact in listing.list_facts(task.initial, about)
+            fact
+            for listing in self.fact_listers_of_state_predicates
+            for fact in listing.list_facts(task.initial, about)
         ]
         return _join_lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
 
     @cached_property
-    def goal_fact_listers(self) -> tuple[FactLister, ...]:
+    def fact_listers_of_goal_predicates(self) -> tuple[FactLister, ...]:
         """For each predicate of goals, the `FactLister` that finds the facts of the predicate in a state.
 
         The order is that of `predicates`.
@@ -152,10 +154,10 @@ class SuiteWording:
         return self._make_fact_listers(self.predicates)
 
     @cached_property
-    def state_fact_listers(self) -> tuple[FactLister, ...]:
+    def fact_listers_of_state_predicates(self) -> tuple[FactLister, ...]:
         """For each predicate in descriptions of states, the `FactLister` that finds its facts in a state."""
         others = [name for name in (*self.static, *self.hands) if name not in self.predicates]
-        return (*self.goal_fact_listers, *self._make_fact_listers(others))
+        return (*self.fact_listers_of_goal_predicates, *self._make_fact_listers(others))
 
     def _make_fact_listers(self, names: Iterable[str]) -> tuple[FactLister, ...]:
         """Return for each predicate an object that lists its facts in a state.

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import JsonPlans, PddlPlans, PlanNotation
-from eai.abilities.verdict import SpanKind, Unreadable
+from eai.abilities.verdict import AnswerSpanKind, Unreadable
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 
 ACTIONS = ("WALK", "GRAB", "PUT", "SLEEP")
@@ -37,7 +37,11 @@ def test_lines_of_actions_are_read_by_named_repairs(
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == steps
     assert set(plan.repairs) == set(repairs)
-    assert {span.kind for span in plan.spans} <= {SpanKind.REPAIRED, SpanKind.PROSE, SpanKind.REASONING}
+    assert {span.kind for span in plan.spans} <= {
+        AnswerSpanKind.REPAIRED,
+        AnswerSpanKind.PROSE,
+        AnswerSpanKind.REASONING,
+    }
 
 
 @pytest.mark.parametrize("notation", [JsonPlans(), VirtualHomePlans(), PddlPlans()])

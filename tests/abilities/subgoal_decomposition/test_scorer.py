@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.subgoal_decomposition.builder import ProgramCompiler
 from eai.abilities.subgoal_decomposition.declaration import compute_share_by_metric
+from eai.abilities.subgoal_decomposition.program_builder import ProgramCompiler
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits

@@ -11,7 +11,7 @@ from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmarks.behavior_1k.benchmark import behavior_1k_challenge_2025, behavior_1k_challenge_2026
 from eai.benchmarks.behavior_1k.challenge import (
-    _amend,
+    _amend_activity_definition,
     _Amendment,
     amend_definitions,
     load_amendments,
@@ -111,10 +111,10 @@ def test_an_amendment_changes_objects_facts_and_goal() -> None:
         add=["(ontop jar.n.01_2 mat.n.01_1)"],
         goal="\n(and\n  (open jar.n.01_1))",
     )
-    assert _amend("p", {"p": text}, amendment) == (
+    assert _amend_activity_definition("p", {"p": text}, amendment) == (
         "(define (problem p-0) (:domain d) "
         "(:objects cup.n.01_1 - cup.n.01 mat.n.01_1 - mat.n.01 jar.n.01_1 jar.n.01_2 - jar.n.01) "
         "(:init (ontop cup.n.01_1 mat.n.01_1) (ontop jar.n.01_2 mat.n.01_1)) (:goal (and (open jar.n.01_1))))"
     )
     with pytest.raises(DataError, match=r"p: the definition of bddl 3\.6\.0 lacks \(wet cup\.n\.01_1\)"):
-        _amend("p", {"p": text}, _Amendment(drop=frozenset(["(wet cup.n.01_1)"])))
+        _amend_activity_definition("p", {"p": text}, _Amendment(drop=frozenset(["(wet cup.n.01_1)"])))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from eai.benchmarks.generator.census import _make_all_possible_patterns
-from eai.benchmarks.generator.prior import LiteralPattern
+from eai.benchmarks.generator.census import _make_all_patterns_of_predicates
+from eai.benchmarks.generator.usual_goals import LiteralOverCategories
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
 
@@ -13,8 +13,8 @@ def test_without_plans_every_literal_of_goals_is_usual_for_every_category() -> N
     state = Scene(vocabulary, objects, None).state([])
     wanted = [("on", True), ("lit", False), ("raining", True)]
     kinds = ("lamp", "desk")
-    assert list(_make_all_possible_patterns(wanted, [state])) == [
-        *(LiteralPattern("on", (one, other), True) for one in kinds for other in kinds),
-        *(LiteralPattern("lit", (kind,), False) for kind in kinds),
-        LiteralPattern("raining", (), True),
+    assert list(_make_all_patterns_of_predicates(wanted, [state])) == [
+        *(LiteralOverCategories("on", (one, other), True) for one in kinds for other in kinds),
+        *(LiteralOverCategories("lit", (kind,), False) for kind in kinds),
+        LiteralOverCategories("raining", (), True),
     ]

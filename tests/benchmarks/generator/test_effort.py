@@ -14,6 +14,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.growing_plan import GoalByGoalPlan
 from eai.benchmarks.generator.seeds import TaskSeedOutcome, select_tasks
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import (
@@ -24,7 +25,6 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
-from eai.benchmarks.generator.walk import GoalByGoalPlan
 from eai.tasks.source import Source
 
 TITLES = 2
@@ -113,10 +113,10 @@ def test_generation_fails_after_many_rejected_seeds(
     tried: list[str] = []
     monkeypatch.setattr(
         TaskGenerator,
-        "judge_seed",
+        "make_task_from_seed",
         lambda self, seed, known: tried.append(seed) or TaskSeedOutcome(SeedRejectionReason.COPY),
     )
-    monkeypatch.setattr(sets, "select_base_tasks", lambda tasks, split, held_out: tasks)
+    monkeypatch.setattr(sets, "select_public_tasks_of_split", lambda tasks, split, held_out: tasks)
     generator = made(lamps, PlanLengthTier.DATA, split=split)
     with pytest.raises(
         InputError, match=f"only 0 of 1 tasks generated; the last {limit} seeds gave no task: "
@@ -133,7 +133,7 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     outcomes = iter([SeedRejectionReason.COPY, task])
     monkeypatch.setattr(
         TaskGenerator,
-        "judge_seed",
+        "make_task_from_seed",
         lambda self, seed, known: TaskSeedOutcome(next(outcomes, SeedRejectionReason.COPY)),
     )
     tried = generate_from_seeds(generator, make_seeds("train", 0), 2, set())
@@ -162,7 +162,7 @@ def test_tasks_and_copies_are_captured_in_order(lamps: Benchmark) -> None:
     *_, task = generate_from_seeds(made(lamps, PlanLengthTier.DATA), make_seeds("train", 0), 1, set())
     assert isinstance(task, GeneratedTask)
     fingerprint = fingerprint_task(task.task)
-    known, captures = ("known", "known"), list[tuple[str, str]]()
+    known, fingerprint_log = ("known", "known"), list[tuple[str, str]]()
     judged = [
         TaskSeedOutcome(SeedRejectionReason.TOO_LONG, known),
         TaskSeedOutcome(task, known),
@@ -170,9 +170,9 @@ def test_tasks_and_copies_are_captured_in_order(lamps: Benchmark) -> None:
         TaskSeedOutcome(task, fingerprint),
     ]
     spec = TaskSpecification("lamps:lamps", "")
-    outcomes = list(select_tasks(judged, spec, 1, {known}, captures))
+    outcomes = list(select_tasks(judged, spec, 1, {known}, fingerprint_log))
     assert outcomes == [SeedRejectionReason.COPY] * 2 + [SeedRejectionReason.TOO_LONG, task]
-    assert captures == [known, known, fingerprint]
+    assert fingerprint_log == [known, known, fingerprint]
 
 
 def test_planners_are_replaced_after_two_hundred_tasks(

@@ -21,10 +21,9 @@ from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.goals import GoalProposals
 from eai.benchmarks.generator.measures import TaskMeasure
-from eai.benchmarks.generator.prior import do_goals_clash, is_goal_pointless
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
-    add_similar_objects,
+    add_objects_of_present_categories,
     make_hiding_place_finder,
     make_reduced_scene,
 )
@@ -37,6 +36,7 @@ from eai.benchmarks.generator.spec import (
     TaskKind,
     TaskSpecification,
 )
+from eai.benchmarks.generator.usual_goals import do_goals_clash, is_goal_pointless
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.task_lines import write_task_line
@@ -109,7 +109,7 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
         rng, theme = random.Random(number), prior.themes[task.title]
         scene = make_reduced_scene(task, prior, rng, 30, leaves_room=number % 2 > 0)
         kinds = {thing.category for thing in scene.scene.objects}
-        scene = add_similar_objects(scene, prior, rng, 34, kinds)
+        scene = add_objects_of_present_categories(scene, prior, rng, 34, kinds)
         scene = add_objects_of_other_tasks(scene, tasks, prior, rng, 40)
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")

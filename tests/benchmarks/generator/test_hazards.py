@@ -122,7 +122,7 @@ def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
         )
     )
     assert guards
-    return all(guard.is_fulfilled_in(course) for guard in guards)
+    return all(guard.is_hazard_avoided_in(course) for guard in guards)
 
 
 OPENED = "WALK freezer.289; OPEN freezer.289; "

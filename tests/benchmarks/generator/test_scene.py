@@ -11,17 +11,17 @@ import pytest
 
 import eai.logic.formula as f
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
-from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals
 from eai.benchmarks.generator.scene import (
     _make_free_name,
     _order_by_category,
     add_objects_of_other_tasks,
-    add_similar_objects,
-    compose_scene,
+    add_objects_of_present_categories,
+    compose_scene_from_tasks,
     list_mentioned_objects_by_category,
     make_reduced_scene,
     restrict_state,
 )
+from eai.benchmarks.generator.usual_goals import LiteralOverCategories, UsualGoals
 from eai.tasks.goal_text import make_task
 from eai.tasks.task import Task, goal
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
@@ -36,7 +36,7 @@ VOCABULARY = Vocabulary(
         Predicate("night", 0),
     )
 )
-ON_TABLE = LiteralPattern("on", ("cup", "table"), True)
+ON_TABLE = LiteralOverCategories("on", ("cup", "table"), True)
 KITCHEN: dict[str, Any] = {
     "patterns": {("on", True): {ON_TABLE: 1.0}},
     "taken_categories": frozenset({"cup", "plate"}),
@@ -73,11 +73,17 @@ HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
         (HOME, HERE, {}, 4, ["cup.3", "cup.4"]),
         (HOME, HERE, {}, 2, []),
         (HOME, HERE, {"patterns": {("on", False): {ON_TABLE._replace(truth=False): 1.0}}}, 3, []),
-        (HOME, HERE, {"patterns": {("clean", True): {LiteralPattern("clean", ("cup",), True): 1.0}}}, 3, []),
         (
             HOME,
             HERE,
-            {"patterns": {("on", True): {LiteralPattern("on", ("cup", "shelf"), True): 1.0}}},
+            {"patterns": {("clean", True): {LiteralOverCategories("clean", ("cup",), True): 1.0}}},
+            3,
+            [],
+        ),
+        (
+            HOME,
+            HERE,
+            {"patterns": {("on", True): {LiteralOverCategories("on", ("cup", "shelf"), True): 1.0}}},
             3,
             [],
         ),
@@ -114,7 +120,7 @@ def compose(
 ) -> tuple[list[str], set[str]]:
     """Return the names and the facts of a scene after objects of other tasks were added."""
     donors = list_mentioned_objects_by_category(others)
-    state = compose_scene(here.initial, others, donors, prior, random.Random(seed), most)
+    state = compose_scene_from_tasks(here.initial, others, donors, prior, random.Random(seed), most)
     return [thing.name for thing in state.scene.objects], told(state.facts(), state.scene)
 
 
@@ -202,7 +208,7 @@ def test_added_objects_are_placed_like_one_of_their_category(
     )
     seen = set()
     for seed in range(40):
-        found = add_similar_objects(closed, prior, random.Random(seed), most, kinds)
+        found = add_objects_of_present_categories(closed, prior, random.Random(seed), most, kinds)
         more = [thing.name for thing in found.scene.objects[2:]]
         seen.add(len(more))
         assert len(set(more)) == len(more)
@@ -228,7 +234,9 @@ CROWD = [f"cup.{n}" for n in range(40)]
 def test_the_number_of_objects_in_a_scene_is_limited(most: int, rich: bool, sizes: set[int]) -> None:
     """A rich scene has two thirds of the maximum, others at least sixteen objects."""
     prior = usual(
-        patterns={("clean", True): {LiteralPattern("clean", (f"kind{n}",), True): 1.0 for n in range(40)}}
+        patterns={
+            ("clean", True): {LiteralOverCategories("clean", (f"kind{n}",), True): 1.0 for n in range(40)}
+        }
     )
     things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
     crowded = replace(task(things), relevant=())

@@ -17,8 +17,8 @@ from eai.benchmarks.generator.sets import (
     MANIFEST,
     compute_set_statistics,
     estimate_number_of_tasks,
+    find_doubts_that_task_set_used_secret,
     find_other_sets,
-    list_doubts_about_secret_set,
     make_manifest_entry,
     make_seeds,
     read_set,
@@ -80,8 +80,8 @@ def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
 def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -> None:
     rejected = [SeedRejectionReason.COPY, SeedRejectionReason.TOO_LONG, SeedRejectionReason.COPY]
     made = [GeneratedTask(task, {}) for task in of_steps(light, 3, 4)]
-    captures = [("a", "a"), ("b", "b"), ("b", "b")]
-    entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected, captures)
+    fingerprint_log = [("a", "a"), ("b", "b"), ("b", "b")]
+    entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected, fingerprint_log)
     spec = entry.pop("spec")
     assert json.loads(json.dumps(spec)) == json.loads(json.dumps(asdict(SPEC)))
     assert entry == {
@@ -103,7 +103,7 @@ def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -
 
 
 @pytest.mark.parametrize(
-    ("captures", "number"),
+    ("fingerprint_log", "number"),
     [
         ("", None),
         ("abcd", None),  # no task came twice
@@ -113,8 +113,8 @@ def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -
         ("aaabcde", 11),  # 5 + 4 * 3 / 2
     ],
 )
-def test_the_number_of_tasks_is_estimated_by_captures(captures: str, number: int | None) -> None:
-    assert estimate_number_of_tasks((letter, letter) for letter in captures) == number
+def test_the_number_of_tasks_is_estimated_by_captures(fingerprint_log: str, number: int | None) -> None:
+    assert estimate_number_of_tasks((letter, letter) for letter in fingerprint_log) == number
 
 
 def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
@@ -152,7 +152,7 @@ def test_false_claims_about_a_secret_are_reported(
     write_set(tmp_path, lamps, [seeds[number] for number in chosen])
     file = tmp_path / "test.jsonl"
     file.write_bytes(file.read_bytes().replace(b"Switch", b"Turn") if content else file.read_bytes())
-    problems = list(list_doubts_about_secret_set(tmp_path, "test", secret))
+    problems = list(find_doubts_that_task_set_used_secret(tmp_path, "test", secret))
     assert len(problems) == len(found)
     assert all(problem.startswith(start) for problem, start in zip(problems, found, strict=True))
 
@@ -162,10 +162,10 @@ def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_
     write_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
         with pytest.raises(InputError, match="that was generated with --secret"):
-            list(list_doubts_about_secret_set(tmp_path, split, SECRET))
+            list(find_doubts_that_task_set_used_secret(tmp_path, split, SECRET))
     (tmp_path / "test.jsonl").unlink()
     with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):
-        list(list_doubts_about_secret_set(tmp_path, "test", SECRET))
+        list(find_doubts_that_task_set_used_secret(tmp_path, "test", SECRET))
 
 
 def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:

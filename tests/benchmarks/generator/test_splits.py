@@ -13,7 +13,6 @@ import eai.logic.formula as f
 from benchmarks.generator.worlds import HOUSEHOLDS, generate_from_seeds, generator, tasks
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.generator import TaskGenerator
-from eai.benchmarks.generator.prior import LiteralPattern, find_patterns
 from eai.benchmarks.generator.sets import (
     SHARES,
     _get_predicate_and_category,
@@ -25,7 +24,7 @@ from eai.benchmarks.generator.sets import (
     make_seeds,
     make_shared_plan_test,
     measure_overlap,
-    select_base_tasks,
+    select_public_tasks_of_split,
 )
 from eai.benchmarks.generator.spec import (
     GeneratedTask,
@@ -34,6 +33,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
+from eai.benchmarks.generator.usual_goals import LiteralOverCategories, find_patterns
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.world.state import Fact
@@ -102,9 +102,13 @@ def test_a_later_split_asks_for_a_pair_that_no_earlier_one_has(like: str) -> Non
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_every_public_task_is_the_base_of_one_split(like: str, held_out: HeldOut) -> None:
     public = list(find_benchmark(like).tasks(Source()).values())
-    parts = [select_base_tasks(public, split, held_out) for split in PARTS]
+    parts = [select_public_tasks_of_split(public, split, held_out) for split in PARTS]
     assert all(parts)
-    assert sum(map(len, parts)) == len(public) == len(select_base_tasks(public, TaskSplit.ALL, held_out))
+    assert (
+        sum(map(len, parts))
+        == len(public)
+        == len(select_public_tasks_of_split(public, TaskSplit.ALL, held_out))
+    )
     if held_out == "titles":
         titles = [{task.title for task in part} for part in parts]
         assert sum(map(len, titles)) == len({task.title for task in public})
@@ -117,7 +121,7 @@ def test_titles_and_scenes_are_split_as_close_to_the_shares_as_possible(
 ) -> None:
     task = lamps.tasks(Source())["light"]
     public = [replace(task, id=f"{n}", title=f"t{n}") for n in range(number)]
-    shared = [len(select_base_tasks(public, split, held_out)) for split in PARTS]
+    shared = [len(select_public_tasks_of_split(public, split, held_out)) for split in PARTS]
     assert shared == [pytest.approx(share * number) for share in SHARES.values()]
 
 
@@ -219,7 +223,7 @@ def test_a_pair_has_a_predicate_and_the_first_category_other_than_the_agents(
     lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
 ) -> None:
     scene = lamps.tasks(Source())["light"].scene
-    assert _get_predicate_and_category(LiteralPattern("p", categories, True), scene) == pair
+    assert _get_predicate_and_category(LiteralOverCategories("p", categories, True), scene) == pair
 
 
 @pytest.mark.parametrize(
@@ -245,10 +249,10 @@ def test_each_title_and_each_scene_is_of_one_split_and_the_shares_are_those_of_a
             for n in range(10)
             for task in (light, pack)
         ]
-        parts = [select_base_tasks(public, split, held_out) for split in PARTS]
+        parts = [select_public_tasks_of_split(public, split, held_out) for split in PARTS]
         keys = [{task.title if held_out == "titles" else task.id for task in part} for part in parts]
         number = 5 if held_out == "titles" else 20
         assert [len(key) for key in keys] == [3 * number // 5, number // 5, number // 5]
         assert sorted(task.id for part in parts for task in part) == sorted(task.id for task in public)
-        assert select_base_tasks(public, TaskSplit.ALL, held_out) == public
-    assert select_base_tasks(public, TaskSplit.TEST, "goals") == public
+        assert select_public_tasks_of_split(public, TaskSplit.ALL, held_out) == public
+    assert select_public_tasks_of_split(public, TaskSplit.TEST, "goals") == public

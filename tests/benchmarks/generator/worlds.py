@@ -6,7 +6,6 @@ from functools import cache
 from itertools import islice
 
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
-from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import (
     Forms,
@@ -16,6 +15,7 @@ from eai.benchmarks.generator.spec import (
     TaskKind,
     TaskSpecification,
 )
+from eai.benchmarks.generator.usual_goals import UsualGoals
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.world.action import Action

@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
-from eai.tasks.prompts.own import PromptMaterial, render_prompts
+from eai.tasks.prompts.own import PromptTemplateValues, render_prompts
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.tasks.wording import SuiteWording
@@ -21,7 +21,7 @@ from world import toy
 GOLDEN = Path(__file__).parent / "golden"
 
 
-def toy_questions() -> PromptMaterial:
+def toy_questions() -> PromptTemplateValues:
     """Two tasks of the toy domain; each lends its answer to the other."""
     state = toy.initial()
     goals = (
@@ -33,7 +33,7 @@ def toy_questions() -> PromptMaterial:
     light = Task("1", "Light", "Make it light.", state, goals, relevant)
     carry = replace(light, id="2", title="Carry", instruction="Carry $5.", goals=goals[1:])
     answers = {"1": "GO(shed), PRESS(lamp)", "2": "LIFT(red), GO(shed)"}
-    return PromptMaterial(
+    return PromptTemplateValues(
         Ability.ACTION_SEQUENCING.value,
         SuiteWording.from_domain(toy.DOMAIN),
         "a robot",

@@ -20,7 +20,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.english import EnglishWords
 from eai.tasks.problem_world import open_pddl
-from eai.tasks.prompts.own import PromptMaterial, render_prompts
+from eai.tasks.prompts.own import PromptTemplateValues, render_prompts
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source, given
 from eai.tasks.task import Task
@@ -52,7 +52,9 @@ def world(name: str) -> tuple[Domain, Task]:
 def told(ability: Ability, domain: Domain, task: Task) -> str:
     """The question about a task that stands alone."""
     wording = SuiteWording.from_domain(domain)
-    questions = PromptMaterial(ability.value, wording, "an agent", {task.id: task}, "", lambda task_id: "")
+    questions = PromptTemplateValues(
+        ability.value, wording, "an agent", {task.id: task}, "", lambda task_id: ""
+    )
     return render_prompts(questions, PromptTemplates())[task.id].user
 
 

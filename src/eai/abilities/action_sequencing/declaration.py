@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     ENDING_FAULTS,
     DomainAndNotation,
-    ModelInteraction,
+    QuestionAndAnswerDeclaration,
     SchemaMaker,
     compute_reached_goal_shares,
     count_additional_steps,
@@ -73,7 +73,7 @@ def _get_object_words_and_schema_maker(
 
 ACTION_SEQUENCING = declare_plan_ability(
     Ability.ACTION_SEQUENCING,
-    ModelInteraction(
+    QuestionAndAnswerDeclaration(
         _make_scorer_factory,
         answer_form=_get_object_words_and_schema_maker,
         keys_in_order=True,

@@ -11,7 +11,7 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     DomainAndNotation,
     MetricColumn,
-    ModelInteraction,
+    QuestionAndAnswerDeclaration,
     SchemaMaker,
     classify_answer_by_counts,
     find_error_outcome,
@@ -95,7 +95,7 @@ def _get_object_words_and_schema_maker(
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
-    interaction=ModelInteraction(
+    interaction=QuestionAndAnswerDeclaration(
         _make_scorer_factory,
         answer_form=_get_object_words_and_schema_maker,
         lists_are_sets=True,

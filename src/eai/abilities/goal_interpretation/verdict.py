@@ -10,10 +10,10 @@ from eai.abilities.verdict import (
     ALL,
     NO_COUNTS,
     Confusion,
-    RewardBasis,
+    RewardInputs,
     Verdict,
     add_confusions,
-    compute_reward_basis_of_parts,
+    compute_reward_inputs_of_parts,
 )
 from eai.base.json_value import Json
 from eai.world.fault import FaultKind
@@ -63,7 +63,7 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
-    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
+    def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the results that rewards may pay for: the gain is F1. Return None if the task has no goals.
 
         Ill-formed goals and goals with unknown names count as wrong goals, and are also listed as faults.
@@ -71,6 +71,6 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
         counts = (self.counts or {}).get(ALL, NO_COUNTS)
-        return compute_reward_basis_of_parts(
+        return compute_reward_inputs_of_parts(
             counts, self.error, faults, meaningless_parts=hallucinated + self.ill_formed
         )

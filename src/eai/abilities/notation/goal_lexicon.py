@@ -179,8 +179,8 @@ class _GoalTranslator:
     """Translates the words of an answer into formulas about the scene of a task.
 
     If several objects have the same name, the name means the object that is listed last. Plans without object
-    numbers are read in the same way. If an answer repeats a goal, each repetition means other objects with
-    these names, as in the counts of the scorer of goal interpretation.
+    numbers are read in the same way. If an answer states a goal twice, the second goal means the next objects
+    with these names, because the scorer of goal interpretation counts repeated goals.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:

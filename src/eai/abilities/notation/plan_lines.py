@@ -23,7 +23,7 @@ from eai.abilities.notation.plan_form import (
     read_plan,
 )
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
-from eai.abilities.verdict import Span, SpanKind, Unreadable
+from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
 
 _COMMENT = re.compile(r";[^\n]*")
 _FENCE = "```"
@@ -98,15 +98,15 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
     )
     if not isinstance(plan, WrittenPlan):
         return plan
-    steps = [text[span.start : span.end] for span in plan.spans if span.kind is SpanKind.READ]
+    steps = [text[span.start : span.end] for span in plan.spans if span.kind is AnswerSpanKind.READ]
     are_steps = any("(" in step for step in steps) or any(step.action in actions for step in plan.steps)
     if "prose" in plan.repairs and not are_steps and "numbered" not in plan.repairs:
         return None  # the lines are short sentences such as "wash hands"
     if "numbered" in plan.repairs:
-        prose = [plain[span.start : span.end] for span in plan.spans if span.kind is SpanKind.PROSE]
+        prose = [plain[span.start : span.end] for span in plan.spans if span.kind is AnswerSpanKind.PROSE]
         if any(map(_LABEL.match, prose)):
             return None  # the list has an item that is not an action
-    kinds = {SpanKind.READ: SpanKind.REPAIRED}
+    kinds = {AnswerSpanKind.READ: AnswerSpanKind.REPAIRED}
     spans = tuple([replace(span, kind=kinds.get(span.kind, span.kind)) for span in plan.spans])
     return correct_action_spelling(replace(plan, repairs=(*plan.repairs, ACTION_LINES), spans=spans), actions)
 
@@ -145,7 +145,7 @@ def read_plan_lines(
         comment: pattern of comments, which are ignored.
     """
     thoughts = find_thoughts(text)
-    spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
+    spans = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
     body = blank_out_thoughts(thoughts, text)
     lines = list(_split_lines(body, step_of, comment))
@@ -162,7 +162,9 @@ def read_plan_lines(
             if line.text and (is_between or _is_line_of_plan(line, names) or looks_like_step(line.text)):
                 return _report_unreadable_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None
-        spans.append(Span(line.start, line.end, SpanKind.READ if line.start in starts else SpanKind.PROSE))
+        spans.append(
+            Span(line.start, line.end, AnswerSpanKind.READ if line.start in starts else AnswerSpanKind.PROSE)
+        )
     repairs |= dict.fromkeys(["code_fence"] if block else [])
     repairs |= dict.fromkeys(["numbered"] if any(line.has_label for line in plan) else [])
     taken = tuple([line.step for line in plan if line.step is not None])
@@ -200,5 +202,5 @@ def _report_unreadable_line(text: str, line: _PlanLine, spans: Sequence[Span]) -
     number = text.count("\n", 0, line.start) + 1
     quoted = line.text if len(line.text) <= _MAX_QUOTED else f"{line.text[: _MAX_QUOTED - 3]}..."
     reason = f"line {number} is no step of a plan, and looks like one: {quoted!r}"
-    unread = Span(line.start, line.end, SpanKind.UNREAD)
+    unread = Span(line.start, line.end, AnswerSpanKind.UNREAD)
     return Unreadable(reason, spans=tuple(sorted([*spans, unread])))

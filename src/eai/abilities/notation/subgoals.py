@@ -39,9 +39,9 @@ _FORMULA_LINE = re.compile(
 )
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
-"""Characters that may stand next to an object or a variable, but never next to a formula.
+"""Characters that may stand next to the name of an object or variable, but never next to a formula.
 
-A name next to such a character gets no brackets.
+A name without arguments is a formula, and gets brackets, only if no such character is next to it.
 """
 
 

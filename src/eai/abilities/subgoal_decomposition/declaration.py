@@ -12,7 +12,7 @@ from eai.abilities.declaration import (
     RUNTIME_FAULTS,
     DomainAndNotation,
     MetricColumn,
-    ModelInteraction,
+    QuestionAndAnswerDeclaration,
     SchemaMaker,
     compute_reached_goal_shares,
     count_additional_steps,
@@ -89,7 +89,7 @@ def _get_object_words_and_schema_maker(
 SUBGOAL_DECOMPOSITION = replace(
     declare_plan_ability(
         Ability.SUBGOAL_DECOMPOSITION,
-        ModelInteraction(
+        QuestionAndAnswerDeclaration(
             _make_scorer_factory, answer_form=_get_object_words_and_schema_maker, plain_text_prefix=None
         ),
         "Subgoal decomposition",

@@ -60,7 +60,7 @@ MAX_LISTED = 100_000
 """Maximum number of actions of one operator that a search lists."""
 
 
-class _CheckChangeability(Enum):
+class _OperatorCheckChangeability(Enum):
     """Kinds of checks of an operator, by the actions that can change the truth value of the check.
 
     `FIXED`: no action can change it. `COMMON`: some action can change it, but it depends neither on the
@@ -267,7 +267,9 @@ class OperatorIndex:
         return [taken.get_operator_arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
     def _find_operator_patterns(self, numbered_literal: GroundAtom) -> Sequence[_OperatorPattern]:
-        changes = find_changes_for_literal(numbered_literal, self._domain.vocabulary, _get_agent_placeholder)
+        changes = find_changes_for_literal(
+            numbered_literal, self._domain.vocabulary, _get_agent_number_in_pattern
+        )
         patterns: dict[_OperatorPattern, None] = {}
         for operator in self.find_operators_that_change(numbered_literal.predicate):
             for effect, change in product(self._effects[operator.name], changes):
@@ -308,7 +310,7 @@ class OperatorIndex:
         ]
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [
-            conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _CheckChangeability
+            conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _OperatorCheckChangeability
         ]
         rest = compiled.is_possible if operator.alternatives else rest
         checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
@@ -316,7 +318,7 @@ class OperatorIndex:
             [
                 check.holds
                 for check, kind, can in checks_with_kind
-                if kind is _CheckChangeability.REST and not can
+                if kind is _OperatorCheckChangeability.REST and not can
             ]
         )
         return _OperatorInfo(
@@ -330,13 +332,13 @@ class OperatorIndex:
             unmoved,
         )
 
-    def _classify_changeability(self, check: Check, movement_can_change: bool) -> _CheckChangeability:
+    def _classify_changeability(self, check: Check, movement_can_change: bool) -> _OperatorCheckChangeability:
         if self._changed.isdisjoint(self._find_non_derived_predicates([check.condition])):
-            return _CheckChangeability.FIXED
+            return _OperatorCheckChangeability.FIXED
         return (
-            _CheckChangeability.REST
+            _OperatorCheckChangeability.REST
             if movement_can_change or find_free_variables(check.condition)
-            else _CheckChangeability.COMMON
+            else _OperatorCheckChangeability.COMMON
         )
 
     def _select_enabling_operators(
@@ -345,9 +347,10 @@ class OperatorIndex:
         candidates: Sequence[Operator],
         required_predicates: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
-        """Return those of the candidate operators that can make the enabled operators possible.
+        """Return the candidates that can make some operators, ``enabled_operators``, possible.
 
-        Such a candidate changes a predicate in a condition of an enabled operator or of a returned candidate.
+        A candidate can do so if it changes a predicate in a condition of such an operator. Candidates that
+        make a returned candidate possible are returned, too.
         """
         supporting: list[Operator] = []
         asking = list(enabled_operators)
@@ -394,10 +397,10 @@ def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | 
     """
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match_atom(effect.atom, change.arguments, _get_agent_placeholder)
+    return match_atom(effect.atom, change.arguments, _get_agent_number_in_pattern)
 
 
-def _get_agent_placeholder(constant: Constant) -> int | None:
+def _get_agent_number_in_pattern(constant: Constant) -> int | None:
     """Return `_AGENT`, which stands for the agent in patterns, if a constant names the agent; else None."""
     return _AGENT if constant == AGENT else None
 

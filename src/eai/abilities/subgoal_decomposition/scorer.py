@@ -12,8 +12,8 @@ from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import report_goal_parts, report_goals, report_steps
 from eai.abilities.scorer import Assessment, Scorer, make_error_report
-from eai.abilities.subgoal_decomposition.builder import ProgramCompiler
 from eai.abilities.subgoal_decomposition.program import CompiledAnswer, RejectedAnswer
+from eai.abilities.subgoal_decomposition.program_builder import ProgramCompiler
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.search import (
     ExecutionBranch,
@@ -226,7 +226,7 @@ class SubgoalDecompositionScorer(Scorer):
         return (outcome.reported, *outcome.ended)
 
     def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
-        """Return for each goal, in order, whether the branch reaches it."""
+        """Return for each goal of the task, in order, whether the actions executed in a branch reach it."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
         return self.goals.find_reached_goals(branch.state, list_executed_actions(branch), trajectory)
 

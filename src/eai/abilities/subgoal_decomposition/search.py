@@ -152,7 +152,10 @@ class GoalProgress:
 
 
 _MIN_BRANCHES_TO_MERGE = 5
-"""Minimum number of branches that are merged if they are equal. Fewer branches are faster without a merge."""
+"""Minimum number of branches (ways to execute the subgoals) among which equal branches are merged.
+
+A search with fewer branches is faster without merging.
+"""
 
 
 class _LinkedStep(NamedTuple):
@@ -194,7 +197,7 @@ class ExecutionBranch(NamedTuple):
 
     @property
     def state(self) -> State:
-        """The state at the present end of the branch."""
+        """The state after the last executed action."""
         return self.past.state
 
     @property
@@ -230,24 +233,24 @@ def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
     return branch.errors, -branch.past.number
 
 
-def _drop_needless_branches(
-    branches: list[ExecutionBranch], subgoal_number: int, *, same_actions_only: bool
+def _drop_branches_with_same_future(
+    branches: list[ExecutionBranch], subgoal_number: int, *, compare_executed_actions: bool
 ) -> list[ExecutionBranch]:
-    """Return the branches without needless ones: two are enough for each group with the same future.
+    """Return at most two of the branches that the rest of the search would continue in the same way.
 
-    These two are the best branch for success and the best branch for failure.
+    These two are the best branch if the rest succeeds, and the best branch if the rest fails.
 
     Args:
         branches: the branches, in order.
         subgoal_number: number of the subgoal with which the branches continue.
-        same_actions_only: whether branches with different executed actions are in different groups, because
-            these actions matter to the goal.
+        compare_executed_actions: whether branches with different executed actions are in different groups.
+            This is so if the goal depends on these actions.
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
     groups: dict[object, list[ExecutionBranch]] = {}
     for branch in branches:
-        executed_actions = branch.trajectory.executed_actions if same_actions_only else ()
+        executed_actions = branch.trajectory.executed_actions if compare_executed_actions else ()
         key = (branch.state, branch.met, branch.count_executed(subgoal_number), executed_actions)
         groups.setdefault(key, []).append(branch)
     best = [
@@ -259,7 +262,7 @@ def _drop_needless_branches(
 
 
 _PAST_STATES_PER_ACTION = 16
-"""Number of past states in which tests of a subgoal count as one applied action in a search's effort."""
+"""Number of tests of a subgoal in past states that cost the search as much effort as one applied action."""
 
 
 _NO_SUBGOAL = -1
@@ -380,8 +383,8 @@ class _Exploration:
         Their number is limited only before instructions that can make new branches.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
-        branches = _drop_needless_branches(
-            waiting, subgoal, same_actions_only=self._goal.trajectory_test is not None
+        branches = _drop_branches_with_same_future(
+            waiting, subgoal, compare_executed_actions=self._goal.trajectory_test is not None
         )
         if not isinstance(instruction, ExecuteSubgoalPlansInstruction | SubgoalForkInstruction):
             return branches
@@ -421,7 +424,7 @@ class _Exploration:
                 )
                 if reached and on_course is not None:
                     reached = on_course(branch.trajectory)
-                self._add_ended_branch(branch, self._successful if reached else self._executable)
+                self._record_ended_branch(branch, self._successful if reached else self._executable)
             case _:
                 assert_never(instruction)
 
@@ -431,7 +434,7 @@ class _Exploration:
         result = instruction.plans(branch.state)
         self._effort.used += result.effort
         if result.failed_check is not None:
-            self._add_ended_branch(
+            self._record_ended_branch(
                 _fail_branch(branch, instruction.subgoal, result.failed_check), self._failed
             )
         elif not result.plans:
@@ -443,7 +446,7 @@ class _Exploration:
             if after.failure is None:
                 self._waiting[instruction.then].append(after)
             else:
-                self._add_ended_branch(after, self._failed)
+                self._record_ended_branch(after, self._failed)
 
     def _follow_plan(
         self, branch: ExecutionBranch, plan: ActionSequence, instruction: ExecuteSubgoalPlansInstruction
@@ -483,7 +486,7 @@ class _Exploration:
         earlier = self._find_earlier_state(branch, instruction)
         if not self._has_reached_limit():
             failed = _fail_branch(branch, instruction.subgoal, instruction.check, earlier)
-            self._add_ended_branch(failed, self._failed)
+            self._record_ended_branch(failed, self._failed)
 
     def _find_earlier_state(
         self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction
@@ -499,11 +502,11 @@ class _Exploration:
 
         return branch.past.find_last_state_index(instruction.holds, is_subgoal_met_or_limit_reached)
 
-    def _add_ended_branch(
-        self, branch: ExecutionBranch, branches_with_this_end: list[ExecutionBranch]
+    def _record_ended_branch(
+        self, branch: ExecutionBranch, branches_with_same_outcome: list[ExecutionBranch]
     ) -> None:
         self._ended.append(branch)
-        branches_with_this_end.append(branch)
+        branches_with_same_outcome.append(branch)
 
     def _has_reached_limit(self) -> bool:
         if self._attempts.is_used_up:

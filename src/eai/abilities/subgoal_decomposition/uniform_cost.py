@@ -135,7 +135,9 @@ class _MovementFinder:
         """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
         if state not in self._paths:
             (self._paths[state],) = tee(self._explore_paths(state), 1)
-        return copy(self._paths[state])  # each copy starts at the shortest path; all copies share paths
+        return copy(
+            self._paths[state]
+        )  # each copy of the iterator starts at the shortest path, and no path is computed twice
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.unchangeable_checks_hold(start)]
@@ -392,7 +394,7 @@ class _FailedSearch:
         distance: _DistanceToSubgoal = (0, 0, 0)
         for node in self._nodes:
             for candidate in (*self._permitted.achievers, *self._permitted.moving):
-                met = self._count_goal_parts_met_if_possible(node, candidate)
+                met = self._count_goal_parts_met_after_action(node, candidate)
                 if not met or (
                     best is not None and self._bound_distance_to_subgoal(node, candidate, met) >= distance
                 ):
@@ -407,7 +409,7 @@ class _FailedSearch:
         if best is not None:
             return distance, self._choose_attempt_to_report(best)
         first = self._nodes[0]
-        # report an action that another action must precede, or whose checks hold but all alternatives fail
+        # report an action that needs an action before it, or whose alternative effects are all impossible
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_attempt_to_report(attempt)
@@ -416,7 +418,7 @@ class _FailedSearch:
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 
-    def _count_goal_parts_met_if_possible(self, node: PlanNode, candidate: CandidateAction) -> int:
+    def _count_goal_parts_met_after_action(self, node: PlanNode, candidate: CandidateAction) -> int:
         missing = candidate.parts & ~node.met
         if not missing:
             return 0
@@ -431,23 +433,23 @@ class _FailedSearch:
         self, node: PlanNode, candidate: CandidateAction, goal_parts_met: int
     ) -> _DistanceToSubgoal:
         lacking = candidate.count_failures_movement_cannot_fix(node.state, len(candidate.info.movable))
-        return -goal_parts_met, self._bound_failing_check_count(node, candidate, lacking), node.depth + 1
+        return -goal_parts_met, self._compute_min_failing_checks(node, candidate, lacking), node.depth + 1
 
-    def _bound_failing_check_count(
-        self, node: PlanNode, candidate: CandidateAction, failures_movement_cannot_fix: int
+    def _compute_min_failing_checks(
+        self, node: PlanNode, candidate: CandidateAction, failures_unfixable_by_movement: int
     ) -> int:
         """Return a lower bound of the number of an action's failing checks.
 
         It is at least 1 if no movement makes the action possible.
         """
-        return failures_movement_cannot_fix or int((node.state, candidate.action) in self._out_of_reach)
+        return failures_unfixable_by_movement or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
         """Return an attempt to take an action at a node. Movement precedes it if fewer checks then fail."""
         self.effort += 1
         failing = candidate.find_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
-        least = self._bound_failing_check_count(
+        least = self._compute_min_failing_checks(
             node, candidate, sum([not candidate.info.movable[i] for i in failing])
         )
         if len(failing) > least:

@@ -9,7 +9,7 @@ from enum import Enum
 
 from typing_extensions import Self
 
-from eai.abilities.verdict import PlanVerdict, RewardBasis
+from eai.abilities.verdict import PlanVerdict, RewardInputs
 from eai.world.fault import FaultKind
 
 
@@ -56,12 +56,12 @@ class SubgoalVerdict(PlanVerdict):
         """
         return Counter(self.errors) or PlanVerdict.faults(self)
 
-    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
-        """Return the credit for the executed subgoals, or None if no goal can be gained.
+    def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
+        """Return the credit for the executed subgoals, or None if all goals hold at the start.
 
-        It contains the number of actions that the search added.
+        The credit records how many actions the scorer added to reach subgoals.
         """
-        earned = PlanVerdict.compute_reward_basis(self, goals_at_start)
+        earned = PlanVerdict.compute_reward_inputs(self, goals_at_start)
         return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
     def to_verdict_on_missing_answer(self) -> Self:

@@ -13,7 +13,7 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     DomainAndNotation,
     MetricColumn,
-    ModelInteraction,
+    QuestionAndAnswerDeclaration,
     SchemaMaker,
     classify_answer_by_counts,
     find_error_outcome,
@@ -121,7 +121,7 @@ def _get_object_words_and_schema_maker(
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
-    interaction=ModelInteraction(
+    interaction=QuestionAndAnswerDeclaration(
         _make_scorer_factory,
         answer_form=_get_object_words_and_schema_maker,
         uses_operator_tasks=True,

@@ -26,7 +26,7 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.answer_text import ANY_VALUE, AnswerFormat, JsonObject, ParsedAnswer, read_json
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
-from eai.abilities.verdict import Span, SpanKind, Unreadable
+from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import PddlError, PddlFinding, PddlViolationKind
 from eai.pddl.model import NO_EFFECT, PddlAction
@@ -99,7 +99,7 @@ _KNOWN_SIGN = re.compile(
 _OPERATOR_SIGN = re.compile(r"""\(\s*:action\b|["']output["']""", re.IGNORECASE)
 _WRAPPER = re.compile(r"[{\[]")
 _END_OF_WRAPPER = re.compile(r"""[\s"'`\]]*\}""")
-_READ = (SpanKind.READ, SpanKind.REPAIRED)
+_READ = (AnswerSpanKind.READ, AnswerSpanKind.REPAIRED)
 _CLOSING, _STRAY = "closing_parenthesis", "stray_parenthesis"
 _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
@@ -146,7 +146,7 @@ def read_operators(
     if _ESCAPE.search(text):
         text = _ESCAPE.sub(lambda match: _MEANING[match.group(1)], text)
         repairs = (*repairs, "escapes")
-    piece = _find_unknown_text(_COMMENT.sub("", text))
+    piece = _find_part_with_unknown_keyword(_COMMENT.sub("", text))
     if piece is not None:
         return _make_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
     operators: dict[str, WrittenOperator] = {}
@@ -162,7 +162,7 @@ def read_operators(
 
 
 def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
-    unread = [replace(span, kind=SpanKind.UNREAD) for span in reading.spans if span.kind in _READ]
+    unread = [replace(span, kind=AnswerSpanKind.UNREAD) for span in reading.spans if span.kind in _READ]
     others = [span for span in reading.spans if span.kind not in _READ]
     return Unreadable(reason, spans=tuple(sorted([*unread, *others])))
 
@@ -214,15 +214,15 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     last = _read_operator(body[heads[-1].start() :])
     if not is_wrapped and isinstance(last, WrittenOperator) and _CLOSING in last.repairs:
         return None
-    spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
-    spans += [Span(0, start, SpanKind.PROSE)] if before.strip() and not is_wrapped else []
-    spans += [Span(end, len(body), SpanKind.PROSE)] if after.strip() and not is_wrapped else []
-    spans.append(Span(start, end, SpanKind.REPAIRED))
+    spans = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
+    spans += [Span(0, start, AnswerSpanKind.PROSE)] if before.strip() and not is_wrapped else []
+    spans += [Span(end, len(body), AnswerSpanKind.PROSE)] if after.strip() and not is_wrapped else []
+    spans.append(Span(start, end, AnswerSpanKind.REPAIRED))
     operators = body[start:end] if is_wrapped else body[start:]
     return ParsedAnswer(operators, (*(["reasoning"] if thoughts else []), "no_json"), tuple(sorted(spans)))
 
 
-def _find_unknown_text(text: str) -> str | None:
+def _find_part_with_unknown_keyword(text: str) -> str | None:
     """Return the beginning of a text that looks like a part of an operator but has an unknown keyword."""
     for sign in _SIGN.finditer(text):
         if _KNOWN_SIGN.match(text, sign.start()) is None:

@@ -64,10 +64,10 @@ def find_plan_flaw(
 def to_gold_steps(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
-    """Return the steps of a plan as steps of gold operators.
+    """Return the steps of a plan for an answer's operators as steps of the gold operators.
 
-    Parameters with the same name get the same object. If the answer's operator lacks the name of a gold
-    operator's parameter, the step keeps its objects in their order.
+    Objects go to the parameters with the same names. If a gold operator has a parameter whose name the
+    answer's operator lacks, the objects of the step keep their order instead.
     """
     return [_to_gold_step(step, written[step.action], task.gold_operators[step.action]) for step in plan]
 

@@ -12,10 +12,10 @@ from eai.abilities.verdict import (
     ALL,
     NO_COUNTS,
     Confusion,
-    RewardBasis,
+    RewardInputs,
     Verdict,
     add_confusions,
-    compute_reward_basis_of_parts,
+    compute_reward_inputs_of_parts,
 )
 from eai.base.json_value import Json
 from eai.pddl.check import PddlFinding, PddlViolationKind
@@ -126,18 +126,18 @@ class OperatorVerdict(Verdict):
         return self.planner_name
 
     @property
-    def fallback_planner_outcome(self) -> str | None:
+    def outcome_of_second_planner(self) -> str | None:
         """Outcome of the planner that ran after the built-in search; None if the built-in search decided."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
 
-    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
+    def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the credit for the answer: the F1 of all clauses in preconditions and effects.
 
         Return None if the required operators have no clauses.
         """
-        return compute_reward_basis_of_parts(
+        return compute_reward_inputs_of_parts(
             sum_counts(get_counts_by_category(self)), self.error, self._count_faults()
         )
 

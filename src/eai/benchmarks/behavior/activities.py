@@ -172,7 +172,7 @@ def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> Pd
     needed |= {name for name, category in categories.items() if category in helping}
 
     def select_facts_about_needed_objects(facts: Iterable[f.Atom]) -> list[f.Atom]:
-        """Return the facts without rooms about at least one object that the goals name or need."""
+        """Return the facts about objects that the goals name or need, except facts about rooms."""
         about = ((fact, {*find_object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 

@@ -108,7 +108,10 @@ def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
 
 
 def put_where_neighbour_lies(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put a loose object onto, or into, the object that supports its neighbour."""
+    """Return effects that put an object beside another one, `neighbour`: onto or into what supports it.
+
+    The object is loose: it lies in or on no other object.
+    """
     support = Exists(C, p.carries(C, neighbour))
     return (
         When(p.floor(neighbour), (Add(p.stands_on(obj, neighbour)),)),

@@ -137,7 +137,7 @@ floor_below = LookupPredicate(
     2,
     support.make_floor_lookup(_SUPPORTS, _find_floor_under),
     (*_SUPPORTS, "floor", "stands_on"),
-    support.make_floor_of_predicate("floor_below", floor, carries, stands_on(X, Y)),
+    support.make_predicate_for_floor_of_object("floor_below", floor, carries, stands_on(X, Y)),
 )
 
 _BASIC_DERIVED = tuple(
@@ -179,7 +179,10 @@ STORED = {
     "under": stands_under,
     "nextto": stands_by,
 }
-"""Relation of BDDL -> stored relation, in the order in which a new state gets its initial facts."""
+"""Relation of BDDL -> relation whose facts a state contains; other relations are computed from these.
+
+A new state gets its initial facts in this order.
+"""
 
 GOAL_RELATIONS = tuple(
     _make_goal_relation_predicate(name, within if stored is lies_in else stored)

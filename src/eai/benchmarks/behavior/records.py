@@ -30,7 +30,7 @@ It has one task a line, in data set order.
 """
 
 FLOOR = "room_floor"
-"""Model category of every floor in a record."""
+"""Category of the simulator's models that every floor has in the data set."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
     ability.name: state.name.removeprefix("is_") for ability, state in STATES

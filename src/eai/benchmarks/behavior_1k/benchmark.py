@@ -143,14 +143,14 @@ def open_checkout(folder: str) -> Benchmark:
     definitions = read_definitions(Path(folder))
 
     @open_tasks_once_per_store
-    def open_own_tasks(source: Source) -> TaskSet[Task]:
+    def open_tasks_defined_in_checkout(source: Source) -> TaskSet[Task]:
         return open_tasks(_load_english(), source, definitions)
 
     return _make_variant(
         CHECKOUT,
         "BEHAVIOR-1K, checkout",
-        open_own_tasks,
-        open_operators=lambda source: _make_operator_tasks(open_own_tasks(source)),
+        open_tasks_defined_in_checkout,
+        open_operators=lambda source: _make_operator_tasks(open_tasks_defined_in_checkout(source)),
     )
 
 

@@ -19,7 +19,7 @@ from eai.benchmarks.packs import open_pack
 from eai.tasks.source import Source
 
 AMENDMENTS, PLANS_2026 = "challenge_2026.toml", "plans_2026.txt"
-"""Files beside this module: the amendments, and gold plans of amended activities in the form of `PLANS`."""
+"""Files beside this module: changes of bddl's definitions, and plans of the activities that they change."""
 
 Definitions: TypeAlias = Mapping[str, str]
 """Activity -> definition in one line."""
@@ -73,16 +73,18 @@ def amend_definitions(packed: Definitions) -> Definitions:
         DataError: a definition lacks a fact that its amendment drops.
     """
     amendments = load_amendments()
-    amended = {name: _amend(name, packed, each) for name, each in amendments.activities.items()}
+    amended = {
+        name: _amend_activity_definition(name, packed, each) for name, each in amendments.activities.items()
+    }
     return {name: amended.get(name) or packed[name] for name in amendments.order}
 
 
-def _amend(name: str, packed: Definitions, amendment: _Amendment) -> str:
-    match = _SECTIONS.fullmatch(packed[amendment.base or name].replace(" )", ")"))
+def _amend_activity_definition(activity: str, definitions: Definitions, amendment: _Amendment) -> str:
+    match = _SECTIONS.fullmatch(definitions[amendment.base or activity].replace(" )", ")"))
     if match is None:
         raise DataError(
-            f"{name}: expected :objects, :init and :goal, in this order, in the definition of bddl 3.6.0; "
-            "run `eai data fetch`"
+            f"{activity}: expected :objects, :init and :goal, in this order, in the definition of "
+            "bddl 3.6.0; run `eai data fetch`"
         )
     head, objects, initial, goal = match.groups()
     declared = {kind: names.split() for names, kind in _DECLARATION.findall(objects)}
@@ -91,7 +93,7 @@ def _amend(name: str, packed: Definitions, amendment: _Amendment) -> str:
     known, facts = set(chain(*declared.values())), _FACT.findall(initial)
     if missing := amendment.drop.difference(facts):
         raise DataError(
-            f"{AMENDMENTS}: {name}: the definition of bddl 3.6.0 lacks {', '.join(sorted(missing))}; "
+            f"{AMENDMENTS}: {activity}: the definition of bddl 3.6.0 lacks {', '.join(sorted(missing))}; "
             "correct `drop`"
         )
     kept = [fact for fact in facts if known.issuperset(_OBJECT.findall(fact)) and fact not in amendment.drop]

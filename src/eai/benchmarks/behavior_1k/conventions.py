@@ -97,7 +97,9 @@ def describe_sources_and_floors(task: Task) -> str:
 
     Each source or floor has a line under a heading.
     """
-    return _list_below_heading(SITUATION, _SituationWriter(task.initial).write_source_and_floor_lines())
+    return _list_below_heading(
+        SITUATION, _SubstanceAndFloorWriter(task.initial).write_source_and_floor_lines()
+    )
 
 
 def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
@@ -105,7 +107,7 @@ def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
     return "\n".join((heading, *texts)) if texts else ""
 
 
-class _SituationWriter(SceneFactReader):
+class _SubstanceAndFloorWriter(SceneFactReader):
     """Describes which substances sources give, and on which floor objects without support stand."""
 
     def write_source_and_floor_lines(self) -> Iterator[str]:

@@ -304,7 +304,7 @@ def make_dice_action() -> Operator:
     return Operator("DICE", (X, T), _require_cutting_tool(p.diceable, "cannot be diced"), effects, text)
 
 
-# Substances that can be poured out of an object: contents, a source's substance, covers except stains.
+# Substances that can be poured out of an object: in it, given by it (a tap), or lying on it, except stains.
 POURABLE = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
 HOLDS_SOMETHING = missing_step(Exists(S, POURABLE), "{x} holds no substance")
 RUNNING = missing_step(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")

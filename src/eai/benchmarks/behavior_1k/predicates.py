@@ -115,7 +115,7 @@ floor_of = LookupPredicate(
     2,
     support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
-    support.make_floor_of_predicate(
+    support.make_predicate_for_floor_of_object(
         "floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))
     ),
     single=True,
@@ -166,7 +166,7 @@ STORED = {
     "filled": full_of,
     "saturated": soaked_with,
 }
-"""Relation of BDDL -> stored relation of a state."""
+"""Relation of BDDL -> relation whose facts a state contains; other relations are computed from these."""
 
 GOAL_RELATIONS = (
     DefinedPredicate("inside", (X, Y), within.definition, within.values),

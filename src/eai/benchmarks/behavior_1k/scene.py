@@ -176,7 +176,7 @@ class _SceneMaker:
         self._future = {
             names[0] for predicate, names in activity.yield_initial_facts() if predicate == "future"
         }
-        self._kind_of_each = dict(self._declared_kinds)  # `make_state` adds possible products
+        self._kind_of_each = dict(self._declared_kinds)  # `make_state` adds objects that actions can make
         self._gives = {
             names for predicate, names in activity.yield_initial_facts() if predicate == "insource"
         }
@@ -188,9 +188,10 @@ class _SceneMaker:
     def make_state(self) -> State:
         """Return the initial state.
 
-        Its objects are the declared objects, then possible products, then recipes.
+        Its objects are the declared objects, then objects that actions can make, then recipes. A recipe is an
+        object, because its facts state what it needs and makes.
         """
-        self._add_substances_of_sources()
+        self._add_substances_that_objects_give()
         wanted = {self._declared_kinds[name] for name in self._future}
         in_goal = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
         present = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
@@ -217,7 +218,7 @@ class _SceneMaker:
         self._kind_of_each[f"{stem}_{number}"] = synset
         return f"{stem}_{number}"
 
-    def _add_substances_of_sources(self) -> None:
+    def _add_substances_that_objects_give(self) -> None:
         """Add facts that state which substances an object gives by its kind.
 
         Facts that the definition of the activity states are not added again.

@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Container, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
@@ -25,6 +25,9 @@ from eai.tasks.task import Task, goal
 from eai.world.action import Action
 
 _EVIDENCE = "evidence.toml"
+
+ObjectKindsWithAbilities: TypeAlias = Container[str]
+"""The kinds of objects whose abilities are known, such as ``mug``."""
 
 PhraseOfVariable = Mapping[str, str]
 """Variable of a goal -> the English phrase that replaces it, such as ``every lamp``."""
@@ -64,8 +67,8 @@ class DefinitionSupplement(NamedTuple):
 
 def open_scene_builder(
     pack: PackFile, definitions: Mapping[str, str], supplement: DefinitionSupplement
-) -> tuple[SceneBuilder, Container[str]]:
-    """Return the function that makes an activity's scene, and the kinds with known abilities."""
+) -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
+    """Return the function that makes an activity's scene, and the object kinds with known abilities."""
     values = pack.read_json(KINDS)
     values = {**values, "kinds": {**values["kinds"], **supplement.kinds}}
     all_definitions = {**split_by_activity(pack.read(ACTIVITIES)), **definitions}
@@ -103,7 +106,7 @@ def open_tasks(
     texts = packed if definitions is None else definitions
 
     @cache
-    def get_scene_builder() -> tuple[SceneBuilder, Container[str]]:
+    def get_scene_builder() -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
         return open_scene_builder(pack, texts, supplement)
 
     def build_task(task_id: str) -> Task:

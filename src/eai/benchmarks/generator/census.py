@@ -19,8 +19,8 @@ from eai.abilities.protocol import Ability
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan
-from eai.benchmarks.generator.prior import (
-    LiteralPattern,
+from eai.benchmarks.generator.usual_goals import (
+    LiteralOverCategories,
     Patterns,
     UsualGoals,
     UsualGoalsOfTaskTitle,
@@ -44,7 +44,7 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate
 
 
-class DomainOfUsualActions:
+class DomainOfActionsSeenInPlans:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
     An action is usual if plans of the data set use its operator and, as each argument, objects of this
@@ -57,7 +57,8 @@ class DomainOfUsualActions:
     def __init__(self, domain: Domain, prior: UsualGoals) -> None:
         self.domain, self._original = domain, domain.vocabulary
         self._kinds = group_pairs(
-            (_make_usual_argument_predicate(name, place), kind) for name, place, kind in sorted(prior.uses)
+            (_make_predicate_of_arguments_in_plans(name, place), kind)
+            for name, place, kind in sorted(prior.uses)
         )
         if self._kinds:
             vocabulary = replace(self._original, predicates=(*self._original.predicates, *self._kinds))
@@ -69,7 +70,7 @@ class DomainOfUsualActions:
             )
 
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
-        """Return a state of the restricted domain, with the objects of a scene and these facts."""
+        """Return a state of the restricted domain (`domain`), with the objects of a scene and these facts."""
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
         return own.state(
             (*self._select_declared_facts(facts), *self._make_facts_on_arguments_seen_in_plans(own))
@@ -92,15 +93,15 @@ class DomainOfUsualActions:
                 yield from (Fact(predicate.name, (i,)) for i in iterate_bits(scene.get_category_mask(kind)))
 
 
-def _make_usual_argument_predicate(operator: str, argument_index: int) -> Predicate:
-    """Return the predicate of objects whose category plans use as this argument of an operator."""
+def _make_predicate_of_arguments_in_plans(operator: str, argument_index: int) -> Predicate:
+    """Return the predicate that holds for possible arguments: in a plan, such an object is this argument."""
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
 def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
     checks = [
         affordance(
-            _make_usual_argument_predicate(operator.name, place)(parameter),
+            _make_predicate_of_arguments_in_plans(operator.name, place)(parameter),
             f"{{{parameter.name}}} is unusual",
         )
         for place, parameter in enumerate(operator.parameters)
@@ -109,7 +110,7 @@ def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of places of an object in a relation that states places, such as *inside*."""
+"""Maximum mean number of objects to which an object is related by a relation of places, such as *inside*."""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
@@ -128,7 +129,7 @@ A pattern is a literal with categories in place of objects.
 def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     """Return which goals, places of objects and actions are usual, counted in tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
-    listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
+    listings = benchmark.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
     states = [task.initial for task in tasks]
     courses = [execute_plan(domain, task.initial, _cut_plan_at_error(task.script, domain)) for task in tasks]
     done = [(action, course.final_state.scene) for course in courses for action in course.executed_actions]
@@ -140,10 +141,10 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
         (formula, pattern, task.scene) for task in tasks for formula, pattern in _find_goal_patterns(task)
     ]
     wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_about_agent(p, scene)])
-    weights = _weigh_literal_patterns(tasks, courses, listings)
+    weights = _compute_pattern_weights_from_plans(tasks, courses, listings)
     if not kinds:
         wanted.update(product([listing.predicate for listing in listings], (True, False)))
-        for pattern in _make_all_possible_patterns(wanted, states):
+        for pattern in _make_all_patterns_of_predicates(wanted, states):
             weights[pattern] += _FACT_WEIGHT
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
@@ -180,7 +181,7 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
         part_relations=parts,
         countable_categories=frozenset(several if is_plain else ()),
         part_categories=frozenset(_find_categories_of_object_parts(states, parts)),
-        holding_predicates=frozenset(_find_holding_predicates(domain)),
+        holding_predicates=frozenset(_find_predicates_of_held_objects(domain)),
     )
 
 
@@ -188,7 +189,7 @@ def _get_goal_formula_class(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
-def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
+def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralOverCategories]]:
     """Yield pairs: a goal about states, and the pattern of one of its literals.
 
     A pattern is a literal with categories in place of objects.
@@ -198,21 +199,21 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]
             yield from ((goal.formula, pattern) for pattern in find_patterns(goal.formula, task.scene))
 
 
-def _weigh_literal_patterns(
+def _compute_pattern_weights_from_plans(
     tasks: Sequence[Task], executions: Sequence[Trajectory], fact_listers: Sequence[FactLister]
-) -> defaultdict[LiteralPattern, float]:
+) -> defaultdict[LiteralOverCategories, float]:
     """Return a mapping from patterns to weights, given tasks and executions of their plans.
 
     A pattern is a literal with categories in place of objects.
     """
-    weights: defaultdict[LiteralPattern, float] = defaultdict(float)
-    initial_patterns: dict[LiteralPattern, None] = {}
+    weights: defaultdict[LiteralOverCategories, float] = defaultdict(float)
+    initial_patterns: dict[LiteralOverCategories, None] = {}
     crowds: Counter[str] = Counter()
     for task, course in zip(tasks, executions, strict=True):
         objects = _find_mentioned_or_used_objects(task)
         before = _find_fact_patterns(task.initial, objects, fact_listers)
         initial_patterns |= before
-        crowds.update(_count_pairs_above_maximum(task.initial, objects, fact_listers))
+        crowds.update(_count_surplus_facts_by_relation(task.initial, objects, fact_listers))
         afterwards = [course.final_state, *([] if task.annotated_final is None else [task.annotated_final])]
         came_about = [
             _find_changed_patterns(before, _find_fact_patterns(state, objects, fact_listers))
@@ -270,7 +271,7 @@ def _make_themes_by_title(
         about = needed.union(kind for kind, number in shown.items() if 2 * number > len(alike))
         themes[title] = UsualGoalsOfTaskTitle(
             frozenset(about),
-            Counter(map(_find_agent_patterns, alike)),
+            Counter(map(_find_goal_patterns_about_agent, alike)),
             restrict_to_categories(usual_patterns, about),
         )
     return themes
@@ -304,26 +305,26 @@ def _find_mentioned_or_used_objects(task: Task) -> list[int]:
 
 def _find_fact_patterns(
     state: State, objects: Sequence[int], listings: Iterable[FactLister]
-) -> dict[LiteralPattern, None]:
+) -> dict[LiteralOverCategories, None]:
     """Return the patterns (categories in place of objects) of facts in a state that goals can mention.
 
     Each pattern occurs once.
     """
     things = state.scene.objects
     return {
-        LiteralPattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
+        LiteralOverCategories(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
         for listing in listings
         for fact in listing.list_facts(state, objects)
     }
 
 
-def _count_pairs_above_maximum(
+def _count_surplus_facts_by_relation(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, its number of pairs of objects in a state minus a maximum.
+    """Return by how many facts each relation exceeds the maximum for a relation that states places.
 
-    The maximum is `MAX_MEAN_TARGETS` pairs for each object that is related to others. The result is negative
-    if the relation has fewer pairs.
+    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. Fewer facts
+    give a negative number.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:
@@ -334,33 +335,37 @@ def _count_pairs_above_maximum(
     return crowds
 
 
-def _find_agent_patterns(task: Task) -> tuple[LiteralPattern, ...]:
+def _find_goal_patterns_about_agent(task: Task) -> tuple[LiteralOverCategories, ...]:
     patterns = [p for goal in task.goals for p in find_patterns(goal.formula, task.scene)]
     return tuple(dict.fromkeys([pattern for pattern in patterns if _is_about_agent(pattern, task.scene)]))
 
 
-def _is_about_agent(pattern: LiteralPattern, scene: Scene) -> bool:
+def _is_about_agent(pattern: LiteralOverCategories, scene: Scene) -> bool:
     return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
 
 
 def _find_changed_patterns(
-    before: Mapping[LiteralPattern, None], after: Mapping[LiteralPattern, None]
-) -> Iterator[LiteralPattern]:
-    """Yield the patterns that only `after` has, then, negated, the patterns that only `before` has."""
+    before: Mapping[LiteralOverCategories, None], after: Mapping[LiteralOverCategories, None]
+) -> Iterator[LiteralOverCategories]:
+    """Yield patterns of facts that became true, then negated patterns of facts that became false."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
 
-def _make_all_possible_patterns(
+def _make_all_patterns_of_predicates(
     signed_predicates: Iterable[tuple[str, bool]], states: Sequence[State]
-) -> Iterator[LiteralPattern]:
-    """Yield every combination of a predicate, its truth and categories, for a data set without plans."""
+) -> Iterator[LiteralOverCategories]:
+    """Yield a pattern of goals for every combination of a predicate, its truth value and categories.
+
+    These patterns replace the patterns in public goals, if the data set has no plans.
+    """
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
         for predicate, truth in signed_predicates:
             arity = state.scene.vocabulary.find_arity(predicate) or 0
             yield from (
-                LiteralPattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity)
+                LiteralOverCategories(predicate, chosen, truth)
+                for chosen in product(categories, repeat=arity)
             )
 
 
@@ -390,7 +395,7 @@ def _find_categories_of_object_parts(states: Sequence[State], part_relations: Se
             yield from (state.scene.objects[i].category for i in iterate_bits(state.relation(name).sources))
 
 
-def _find_holding_predicates(domain: Domain) -> Iterator[str]:
+def _find_predicates_of_held_objects(domain: Domain) -> Iterator[str]:
     """Yield predicates, such as "holding", that only operators for taking an object make true."""
     taking = [
         operator for operator in domain.operators if infer_operator_role(operator) is OperatorRole.TAKES

@@ -21,22 +21,20 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.census import DomainOfUsualActions, count_usual_goals
+from eai.benchmarks.generator.census import DomainOfActionsSeenInPlans, count_usual_goals
 from eai.benchmarks.generator.goals import GoalProposals, is_usual_goal
+from eai.benchmarks.generator.growing_plan import (
+    GoalByGoalPlan,
+    TemporalGoalFinder,
+    find_min_plan_length,
+    make_short_plan,
+)
 from eai.benchmarks.generator.hazards import add_goals_against_hazards, find_hazard_goals, may_hazard_occur
 from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model, measure_task
-from eai.benchmarks.generator.prior import (
-    LiteralPattern,
-    UsualGoals,
-    UsualGoalsOfTaskTitle,
-    do_goals_clash,
-    find_goal_subjects,
-    is_goal_pointless,
-)
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
-    add_similar_objects,
-    compose_scene,
+    add_objects_of_present_categories,
+    compose_scene_from_tasks,
     hide_object,
     list_mentioned_objects_by_category,
     make_hiding_place_finder,
@@ -57,16 +55,18 @@ from eai.benchmarks.generator.spec import (
     get_tier_of_length,
 )
 from eai.benchmarks.generator.twins import (
-    Balance,
+    ImpossibleTaskSurplus,
     TaskPairChooser,
     make_clear_and_ambiguous_pair,
     make_task_pair_chooser,
 )
-from eai.benchmarks.generator.walk import (
-    GoalByGoalPlan,
-    TemporalGoalFinder,
-    find_min_plan_length,
-    make_short_plan,
+from eai.benchmarks.generator.usual_goals import (
+    LiteralOverCategories,
+    UsualGoals,
+    UsualGoalsOfTaskTitle,
+    do_goals_clash,
+    find_goal_subjects,
+    is_goal_pointless,
 )
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names
@@ -87,15 +87,15 @@ _MAX_FAILURES_IN_A_ROW = 5
 """Number of failed searches in a row for a plan to a goal, after which a scene gets no more goals."""
 
 _MAX_THEMES = 3
-"""Maximum number of titles of public tasks whose goals one task combines, unless its tier is a rich tier."""
+"""Maximum number of titles of public tasks whose goals one task combines, except in `_RICH_TIERS`."""
 
 _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
 
 _SHORTEST_RANGE = 3, 8
-"""Minimum and maximum number of steps for tasks that are based on the shortest public plans.
+"""Minimum and maximum number of steps of a new task's plan, if the task is based on a very short plan.
 
-They apply in tier `DATA`, whose plans are about as long as public plans.
+They apply if new plans must be about as long as the plans of the data set (tier `DATA`).
 """
 
 _USUAL_STEPS = 5
@@ -226,7 +226,7 @@ class TaskGenerator:
             )
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: UsualGoals = count_usual_goals(self.benchmark, self._tasks)
-        self._bases = sets.select_base_tasks(self._tasks, self.spec.split, self.spec.held_out)
+        self._bases = sets.select_public_tasks_of_split(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
                 f"{self.benchmark.name}: no public task belongs to the split {self.spec.split.value} "
@@ -241,18 +241,18 @@ class TaskGenerator:
             for title in self._tasks_by_title
         }
         self._objections = _RejectionFinder(self.benchmark.domain, self._tasks, self.spec)
-        self._usage = DomainOfUsualActions(self.benchmark.domain, self.prior)
+        self._usage = DomainOfActionsSeenInPlans(self.benchmark.domain, self.prior)
         self._hiding = make_hiding_place_finder(self.benchmark.domain, self.prior)
-        self._weights = list(self._weigh_base_tasks())
-        self._renew_planners()
-        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
+        self._weights = list(self._compute_draw_weights_of_public_tasks())
+        self._replace_planners_to_free_memory()
+        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
 
-    def _renew_planners(self) -> None:
+    def _replace_planners_to_free_memory(self) -> None:
         """Replace the planners by new planners, because planners keep all formulas in memory."""
         self._planner = Planner(self._usage.domain)
         self._free_planner = Planner(self.benchmark.domain)
 
-    def _weigh_base_tasks(self) -> Iterator[float]:
+    def _compute_draw_weights_of_public_tasks(self) -> Iterator[float]:
         """Yield the weight with which each public task is drawn, to base a new task on it.
 
         All weights are 1 if the data set has quantified goals. Otherwise every title has about the same total
@@ -271,24 +271,31 @@ class TaskGenerator:
         keys = {title: rng.random() ** (1 / weight) for title, weight in self._title_weights.items()}
         return sorted(keys, key={**keys, first_title: 1.0}.__getitem__, reverse=True)
 
-    def generate_task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> GenerationOutcome:
+    def generate_task(
+        self, seed: str, known_fingerprints: Collection[tuple[str, str]] = ()
+    ) -> GenerationOutcome:
         """Return the task that a seed determines, or the reason to reject the seed.
 
         The result is equal on every machine. A task is rejected as a copy if its
-        fingerprints (digests of goals and scene) are in ``known``.
+        fingerprints (digests of goals and scene) are in ``known_fingerprints``.
         """
-        return self.judge_seed(seed, known).compare_with_earlier_tasks(known, Balance())
+        return self.make_task_from_seed(seed, known_fingerprints).compare_with_earlier_tasks(
+            known_fingerprints, ImpossibleTaskSurplus()
+        )
 
-    def judge_seed(self, seed: str, known: Collection[tuple[str, str]] = ()) -> TaskSeedOutcome:
+    def make_task_from_seed(
+        self, seed: str, known_fingerprints: Collection[tuple[str, str]] = ()
+    ) -> TaskSeedOutcome:
         """Return the task of a seed, or the reason to reject it, and fingerprints for finding copies.
 
-        ``known`` may be empty. If it has the fingerprints of earlier tasks, copies are rejected sooner.
+        ``known_fingerprints`` may be empty. If it has the fingerprints of earlier tasks, copies are rejected
+        sooner.
         """
         compared: list[tuple[str, str]] = []
 
         def is_copy(fingerprint: tuple[str, str]) -> bool:
             compared.append(fingerprint)
-            return fingerprint in known
+            return fingerprint in known_fingerprints
 
         outcome = self._make_task(seed, is_copy)
         return TaskSeedOutcome(outcome, compared[0] if compared else None)
@@ -298,7 +305,7 @@ class TaskGenerator:
     ) -> GenerationOutcome | TaskPairChooser:
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
-            self._renew_planners()
+            self._replace_planners_to_free_memory()
         rng = self.spec.make_random(seed)
         base = rng.choices(self._bases, self._weights)[0]
         titles = self._draw_order_of_task_titles(base.title, rng)
@@ -308,10 +315,10 @@ class TaskGenerator:
         ):
             return SeedRejectionReason.NO_HAZARD
         least, most = self._get_plan_length_range(base)
-        walk = self._make_action_sequence(titles, initial, hidden, rng, least, most)
-        if not walk.goals:
+        growing_plan = self._make_action_sequence(titles, initial, hidden, rng, least, most)
+        if not growing_plan.goals:
             return SeedRejectionReason.NO_GOALS
-        goals, start = list(walk.goals), self._usage.convert_state_to_unrestricted_domain(initial)
+        goals, start = list(growing_plan.goals), self._usage.convert_state_to_unrestricted_domain(initial)
         held_out, is_over_time = self.spec.held_out, self.spec.kind.has_temporal_goal
         split = sets.choose_split_of_goals(goals, start, held_out)
         is_known = not is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start, held_out))
@@ -322,7 +329,7 @@ class TaskGenerator:
         words = InstructionWriter.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
         unsolved = make_task(name, words.make_instruction(goals, rng), start, *goals)
-        task = replace(unsolved, script=tuple(make_short_plan(walk)))
+        task = replace(unsolved, script=tuple(make_short_plan(growing_plan)))
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.find_rejection_reason(task, words, least, most)
         if reason is None and is_over_time:
@@ -394,9 +401,14 @@ class TaskGenerator:
         guards = list(
             find_hazard_goals(self.benchmark.notation.english.hazards, self.benchmark.domain, words)
         )
-        guide = self._free_planner, self._planner
         safe = add_goals_against_hazards(
-            task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD
+            task,
+            initial,
+            guards,
+            self._free_planner,
+            self._planner,
+            rng,
+            untold=self.spec.kind is TaskKind.UNTOLD,
         )
         if safe is None:
             return SeedRejectionReason.NO_HAZARD
@@ -450,7 +462,8 @@ class TaskGenerator:
         """Return a scene after random actions, and the indices of its hidden objects.
 
         The objects come from the public task `base`. If the data set has no quantified goals, objects of
-        random tasks with the other titles are added. The random actions leave no further objects in hands.
+        random tasks with the titles after the first are added. After the random actions, the agent holds no
+        further objects.
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
@@ -466,34 +479,34 @@ class TaskGenerator:
         )
         if self._is_composed:
             kinds = self.prior.themes[base.title].categories
-            scene = add_similar_objects(scene, self.prior, rng, most, kinds)
+            scene = add_objects_of_present_categories(scene, self.prior, rng, most, kinds)
             guests = (rng.choice(self._tasks_by_title[title]) for title in titles[1:])
-            scene = compose_scene(scene, guests, self._donors, self.prior, rng, most)
+            scene = compose_scene_from_tasks(scene, guests, self._donors, self.prior, rng, most)
         if rich:
             scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most)
         closed = self._usage.make_state(scene.scene, scene.facts())
         proposals = self._make_proposals(closed)
-        walk = GoalByGoalPlan(self._planner, closed)
+        growing_plan = GoalByGoalPlan(self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
-            wanted, before = proposals.draw_literal(rng, relation_probability=0.5), walk.state
+            wanted, before = proposals.draw_literal(rng, relation_probability=0.5), growing_plan.state
             if wanted is not None:
-                walk.reach_goal(wanted)
-                walk.conditions.clear()
-            if self._find_held_objects(walk.state) - self._find_held_objects(before):
-                walk.state = before
+                growing_plan.reach_goal(wanted)
+                growing_plan.conditions.clear()
+            if self._find_held_objects(growing_plan.state) - self._find_held_objects(before):
+                growing_plan.state = before
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
-            start = self._usage.convert_state_to_unrestricted_domain(walk.state)
+            start = self._usage.convert_state_to_unrestricted_domain(growing_plan.state)
             after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 return self._usage.make_state(after.scene, after.facts()), frozenset(
                     {after.scene.index[names[0]]}
                 )
-        return self._usage.make_state(walk.state.scene, walk.state.facts()), frozenset()
+        return self._usage.make_state(growing_plan.state.scene, growing_plan.state.facts()), frozenset()
 
     def _draw_hiding_relation_and_objects(
         self, base: Task, rng: random.Random
-    ) -> tuple[LiteralPattern | None, Sequence[int]]:
+    ) -> tuple[LiteralOverCategories | None, Sequence[int]]:
         """Return a random way to hide an object: the pattern of the hiding relation, and two objects for it.
 
         If no object is to be hidden, return None and no objects.
@@ -540,11 +553,11 @@ class TaskGenerator:
     ) -> GoalByGoalPlan:
         """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
-        Goals are drawn from the public tasks of one title, then of the next title. In a scene with objects of
-        several tasks, the first title gets a random share of the steps, and is used again after the others.
-        Goals about the agent are those of one title. If possible, the first goal is about a hidden object.
+        Goals are drawn from the public tasks of one title, then of the next title. If the scene has objects
+        of several tasks, goals of the first title are drawn twice: first for a random share of the steps, and
+        again at the end. If possible, the first goal is about a hidden object.
         """
-        walk = GoalByGoalPlan(self._planner, initial)
+        growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
         # a sequence of at least this length gets no goals from tasks with other titles
@@ -558,24 +571,24 @@ class TaskGenerator:
         for title in (*titles, titles[0]) if self._is_composed else titles:
             theme = self.prior.themes[title]
             proposals = self._make_proposals(initial, theme)
-            if len(walk.trail) >= enough or occasions == max_themes:
+            if len(growing_plan.trail) >= enough or occasions == max_themes:
                 break
             if proposals.patterns:
-                reached = len(walk.goals)
+                reached = len(growing_plan.goals)
                 last = ending if self._is_composed else proposals.draw_agent_goals(theme, rng)
                 length = rng.randint(1, wanted) if self._is_composed and not occasions else wanted
-                self._extend_action_sequence(walk, proposals, last, rng, length, hidden_objects)
-                if len(walk.goals) > reached or not reached:
-                    occasions += len(walk.goals) > reached
+                self._extend_action_sequence(growing_plan, proposals, last, rng, length, hidden_objects)
+                if len(growing_plan.goals) > reached or not reached:
+                    occasions += len(growing_plan.goals) > reached
                     ending = last if is_rich or self._is_composed or occasions < 2 else []
         for wish in ending:  # goals about the agent come last, because reaching later goals would move it
-            if not walk.goal_holds(wish, initial):
-                walk.reach_goal(wish)
-        return walk
+            if not growing_plan.goal_holds(wish, initial):
+                growing_plan.reach_goal(wish)
+        return growing_plan
 
     def _extend_action_sequence(
         self,
-        walk: GoalByGoalPlan,
+        growing_plan: GoalByGoalPlan,
         proposals: GoalProposals,
         final_goals: Sequence[f.Formula],
         rng: random.Random,
@@ -586,43 +599,50 @@ class TaskGenerator:
 
         Stop when the sequence is long enough, or when too many goals in a row cannot be reached.
         """
-        scene, initial = walk.state.scene, walk.start
+        scene, initial = growing_plan.state.scene, growing_plan.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row
         tries = _PROPOSALS_PER_GOAL * (10 if self.spec.tier in _RICH_TIERS else 1)
         sought = proposals.restrict_to_categories({scene.objects[i].category for i in hidden_objects})
-        searched = 0 if walk.goals or not sought.patterns else _PROPOSALS_FOR_HIDDEN
+        searched = 0 if growing_plan.goals or not sought.patterns else _PROPOSALS_FOR_HIDDEN
         for _ in range(searched + tries * max(2, wanted_length // 3)):
-            if len(walk.trail) >= wanted_length or failures == max(
+            if len(growing_plan.trail) >= wanted_length or failures == max(
                 _MAX_FAILURES_IN_A_ROW, wanted_length // 3
             ):
                 break
             searched -= 1
-            is_search = searched >= 0 and not walk.goals
+            is_search = searched >= 0 and not growing_plan.goals
             wish = (sought if is_search else proposals).draw_goal(rng)
-            if wish is None or wish in tried or is_goal_pointless(wish, walk.goals, scene, self.prior):
+            if (
+                wish is None
+                or wish in tried
+                or is_goal_pointless(wish, growing_plan.goals, scene, self.prior)
+            ):
                 continue
             if is_search and find_goal_subjects(wish, scene).isdisjoint(hidden_objects):
                 continue
             tried.add(wish)
-            others = (*walk.goals, *final_goals)
+            others = (*growing_plan.goals, *final_goals)
             if any(do_goals_clash(wish, other, scene, self.prior) for other in others):
                 continue
-            if not walk.goal_holds(wish, initial):
-                reached = self._reach_goal_and_release_its_objects(walk, wish)
+            if not growing_plan.goal_holds(wish, initial):
+                reached = self._reach_goal_and_release_its_objects(growing_plan, wish)
                 failures = 0 if reached else failures + 1
 
-    def _reach_goal_and_release_its_objects(self, walk: GoalByGoalPlan, goal: f.Formula) -> bool:
+    def _reach_goal_and_release_its_objects(self, growing_plan: GoalByGoalPlan, goal: f.Formula) -> bool:
         """Extend the actions to reach one more goal. Return whether this was possible.
 
         If the agent holds an object of the goal after the new actions, they are undone.
         """
-        subjects, before = find_goal_subjects(goal, walk.state.scene), walk.get_checkpoint()
-        if not walk.reach_goal(goal):
+        subjects, before = (
+            find_goal_subjects(goal, growing_plan.state.scene),
+            growing_plan.get_plan_checkpoint(),
+        )
+        if not growing_plan.reach_goal(goal):
             return False
-        if subjects.isdisjoint(self._find_held_objects(walk.state)):
+        if subjects.isdisjoint(self._find_held_objects(growing_plan.state)):
             return True
-        walk.go_back_to(before)
+        growing_plan.go_back_to(before)
         return False
 
 
@@ -630,8 +650,8 @@ def generate_from_seeds(
     generator: TaskGenerator,
     seeds: Iterator[str],
     number: int,
-    known: set[tuple[str, str]],
-    captures: list[tuple[str, str]] | None = None,
+    known_fingerprints: set[tuple[str, str]],
+    fingerprint_log: list[tuple[str, str]] | None = None,
 ) -> Iterator[GenerationOutcome]:
     """Yield the task of each seed, or the reason to reject it, until there are `number` tasks.
 
@@ -641,11 +661,11 @@ def generate_from_seeds(
         generator: the generator.
         seeds: endless seeds.
         number: number of tasks.
-        known: fingerprints of earlier tasks. Fingerprints of the generated tasks are added to this set.
-        captures: list to which the fingerprints of tasks and of rejected copies are added in order, or None.
+        known_fingerprints: fingerprints of earlier tasks. Those of the generated tasks are added.
+        fingerprint_log: list to which the fingerprints of tasks and of rejected copies are added in order.
 
     Raises:
         InputError: too many seeds in a row give no task.
     """
-    judged = (generator.judge_seed(seed, known) for seed in seeds)
-    return select_tasks(judged, generator.spec, number, known, captures)
+    judged = (generator.make_task_from_seed(seed, known_fingerprints) for seed in seeds)
+    return select_tasks(judged, generator.spec, number, known_fingerprints, fingerprint_log)

@@ -17,7 +17,11 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.benchmarks.generator.walk import GoalByGoalPlan, make_short_plan, reach_all_goals
+from eai.benchmarks.generator.growing_plan import (
+    GoalByGoalPlan,
+    extend_plan_until_all_goals_hold,
+    make_short_plan,
+)
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names, is_state_formula
 from eai.logic.traversal import walk_subformulas as parts_of
@@ -62,11 +66,11 @@ class _HazardGoal(NamedTuple):
     kept: float
     odd: f.Formula | None
 
-    def is_fulfilled_in(self, execution: Trajectory) -> bool:
+    def is_hazard_avoided_in(self, execution: Trajectory) -> bool:
         """Whether the execution of a plan avoids the hazard, that is, fulfils the goal over time."""
         return semantics.holds(self.formula, to_trace(execution))
 
-    def is_plausible_execution(self, execution: Trajectory, planner: Planner) -> bool:
+    def is_execution_sensible_and_soon_safe(self, execution: Trajectory, planner: Planner) -> bool:
         """Whether a person might execute the plan: its end makes sense, no object stays unsafe for long."""
         if self.odd is not None and planner.holds(self.odd, execution.final_state):
             return False
@@ -141,7 +145,8 @@ def add_goals_against_hazards(
     task: Task,
     start: State,
     hazard_goals: Sequence[_HazardGoal],
-    planners: tuple[Planner, Planner],
+    planner_of_all_actions: Planner,
+    planner_of_usual_actions: Planner,
     rng: random.Random,
     *,
     untold: bool,
@@ -155,39 +160,42 @@ def add_goals_against_hazards(
         task: the task. Its goals are about states.
         start: the task's initial state in the domain that contains only usual actions, those of public plans.
         hazard_goals: the hazards of the scene.
-        planners: a pair: a planner with all actions, and a planner with usual actions only.
+        planner_of_all_actions: finds plans with any actions.
+        planner_of_usual_actions: finds plans with actions such as those in public plans only.
         rng: the random generator.
         untold: whether the instruction must not mention the hazards.
     """
-    ways = _SafePlanFinder(task, start, *planners)
+    ways = _SafePlanFinder(task, start, planner_of_all_actions, planner_of_usual_actions)
     idle, execution = Trajectory((task.initial,), ()), ways.execute(task.script)
     broken = [
-        guard
-        for guard in hazard_goals
-        if guard.is_fulfilled_in(idle) and not guard.is_fulfilled_in(execution)
+        hazard_goal
+        for hazard_goal in hazard_goals
+        if hazard_goal.is_hazard_avoided_in(idle) and not hazard_goal.is_hazard_avoided_in(execution)
     ]
-    if rng.random() > max([guard.kept for guard in broken], default=0.0):
+    if rng.random() > max([hazard_goal.kept for hazard_goal in broken], default=0.0):
         return None
     plan: Sequence[Action] | None = task.script
     for number in range(1, len(broken) + 1):
-        plan = None if plan is None else ways.find_plan(broken[:number], plan)
+        plan = None if plan is None else ways.find_plan_avoiding_hazards(broken[:number], plan)
     if plan is None or not len(task.script) < len(plan) <= len(task.script) + _MAX_EXTRA_STEPS:
         return None
     execution = ways.execute(plan)
     # even hazards of the initial state count
-    is_safe = all(guard.is_fulfilled_in(execution) for guard in hazard_goals)
-    is_sensible = all(guard.is_plausible_execution(execution, ways.planner) for guard in broken)
+    is_safe = all(hazard_goal.is_hazard_avoided_in(execution) for hazard_goal in hazard_goals)
+    is_sensible = all(
+        hazard_goal.is_execution_sensible_and_soon_safe(execution, ways.planner) for hazard_goal in broken
+    )
     if not is_safe or not is_sensible or ways.is_plan_ignoring_hazards_safe(broken):
         return None
-    sentences = () if untold else [guard.sentence for guard in broken]
+    sentences = () if untold else [hazard_goal.sentence for hazard_goal in broken]
     hazardous = replace(
         task,
-        goals=(*task.goals, *[goal(guard.formula) for guard in broken]),
-        special=HazardousTaskMark(tuple([guard.name for guard in broken]), untold),
+        goals=(*task.goals, *[goal(hazard_goal.formula) for hazard_goal in broken]),
+        special=HazardousTaskMark(tuple([hazard_goal.name for hazard_goal in broken]), untold),
         script=tuple(plan),
         instruction=" ".join([task.instruction, *sentences]),
     )
-    return _HazardousTask(hazardous, ways.is_plan_safe_if_shut_last(broken))
+    return _HazardousTask(hazardous, ways.is_plan_safe_if_objects_are_shut_at_end(broken))
 
 
 @dataclass(frozen=True)
@@ -214,63 +222,82 @@ class _SafePlanFinder:
         """Return the states of the execution of a plan from the task's initial state."""
         return execute_plan(self.planner.domain, self.task.initial, plan)
 
-    def find_plan(self, guards: Sequence[_HazardGoal], plan: Sequence[Action]) -> Sequence[Action] | None:
-        """Return the shortest plan found that avoids all hazards in ``guards``, or None.
+    def find_plan_avoiding_hazards(
+        self, hazard_goals: Sequence[_HazardGoal], plan_failing_last_goal: Sequence[Action]
+    ) -> Sequence[Action] | None:
+        """Return the shortest plan found that avoids all hazards, or None.
 
-        The argument ``plan`` avoids all hazards in ``guards`` except the last.
+        Args:
+            hazard_goals: for each hazard, the goal to avoid it.
+            plan_failing_last_goal: a plan that avoids all these hazards except the last.
         """
-        asked = f.And(tuple([guard.formula for guard in guards]))
+        asked = f.And(tuple([hazard_goal.formula for hazard_goal in hazard_goals]))
         safe: list[Sequence[Action]] = []
-        for walk in (*self._add_precaution_to_plan(guards[-1], plan), *self._find_by_other_actions(guards)):
-            if all(guard.is_fulfilled_in(self.execute(walk.trail)) for guard in guards):
-                walk.conditions = list(self._goals)
-                safe.append(make_short_plan(walk, asked))
+        for growing_plan in (
+            *self._add_precaution_to_plan(hazard_goals[-1], plan_failing_last_goal),
+            *self._find_plans_without_unsafe_states(hazard_goals),
+        ):
+            if all(
+                hazard_goal.is_hazard_avoided_in(self.execute(growing_plan.trail))
+                for hazard_goal in hazard_goals
+            ):
+                growing_plan.conditions = list(self._goals)
+                safe.append(make_short_plan(growing_plan, asked))
         return min(safe, key=len, default=None)
 
     def _add_precaution_to_plan(
         self, hazard_goal: _HazardGoal, plan: Sequence[Action]
     ) -> Iterator[GoalByGoalPlan]:
-        """Yield executions of the plan with additional actions that make the hazard's safe condition true."""
+        """Yield copies of the plan in which further actions remove the danger, such as closing a fridge."""
         if hazard_goal.safe is None:
             return
         for cut in range(len(plan) + 1):
-            walk = GoalByGoalPlan(self.planner, self.task.initial)
+            growing_plan = GoalByGoalPlan(self.planner, self.task.initial)
             if (
-                walk.follow_plan(plan[:cut], ())
-                and walk.reach_goal(hazard_goal.safe)
-                and walk.follow_plan(plan[cut:], self._goals)
+                growing_plan.follow_plan(plan[:cut], ())
+                and growing_plan.reach_goal(hazard_goal.safe)
+                and growing_plan.follow_plan(plan[cut:], self._goals)
             ):
-                yield walk
+                yield growing_plan
 
-    def _find_by_other_actions(self, guards: Sequence[_HazardGoal]) -> Iterator[GoalByGoalPlan]:
+    def _find_plans_without_unsafe_states(
+        self, hazard_goals: Sequence[_HazardGoal]
+    ) -> Iterator[GoalByGoalPlan]:
         """Yield executions of other plans that avoid unsafe states.
 
         Yields nothing if a hazard cannot be recognized in a single state.
         """
-        invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
-        if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
+        invariants = [
+            hazard_goal.formula.operand
+            for hazard_goal in hazard_goals
+            if isinstance(hazard_goal.formula, f.Always)
+        ]
+        if len(invariants) < len(hazard_goals) or not all(map(is_state_formula, invariants)):
             return
         planner = self.usual.restrict_states(
             lambda state: all(self.usual.holds(i, state) for i in invariants)
         )
         parts = {part for invariant in invariants for part in parts_of(invariant)}
-        safe = [guard.safe for guard in guards if guard.safe is not None]
+        safe = [hazard_goal.safe for hazard_goal in hazard_goals if hazard_goal.safe is not None]
         calm, last = [
             [condition for condition in self._goals if (condition in parts) == late] for late in (False, True)
         ]
         for ordered in (self._goals, [*calm, *safe, *last]):
-            walk = GoalByGoalPlan(planner, self.start)
-            if reach_all_goals(walk, ordered):
-                yield walk
+            growing_plan = GoalByGoalPlan(planner, self.start)
+            if extend_plan_until_all_goals_hold(growing_plan, ordered):
+                yield growing_plan
 
-    def is_plan_safe_if_shut_last(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
+    def is_plan_safe_if_objects_are_shut_at_end(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
         """Whether the task's plan becomes safe if the agent shuts and switches off all objects at the end."""
-        walk = GoalByGoalPlan(self.planner, self.task.initial)
-        safe = [guard.safe for guard in hazard_goals if guard.safe is not None]
-        is_shut = walk.follow_plan(self.task.script, self._goals) and all(
-            walk.goal_holds(condition, walk.state) or walk.reach_goal(condition) for condition in safe
+        growing_plan = GoalByGoalPlan(self.planner, self.task.initial)
+        safe = [hazard_goal.safe for hazard_goal in hazard_goals if hazard_goal.safe is not None]
+        is_shut = growing_plan.follow_plan(self.task.script, self._goals) and all(
+            growing_plan.goal_holds(condition, growing_plan.state) or growing_plan.reach_goal(condition)
+            for condition in safe
         )
-        return is_shut and all(guard.is_fulfilled_in(self.execute(walk.trail)) for guard in hazard_goals)
+        return is_shut and all(
+            hazard_goal.is_hazard_avoided_in(self.execute(growing_plan.trail)) for hazard_goal in hazard_goals
+        )
 
     def is_plan_ignoring_hazards_safe(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
         """Whether a planner that ignores hazards finds a safe plan that is no longer than the task's plan."""
@@ -278,5 +305,5 @@ class _SafePlanFinder:
         plan = self.planner.find_plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
         course = self.execute(plan)
         return 0 < len(plan) <= len(self.task.script) and all(
-            guard.is_fulfilled_in(course) for guard in hazard_goals
+            hazard_goal.is_hazard_avoided_in(course) for hazard_goal in hazard_goals
         )

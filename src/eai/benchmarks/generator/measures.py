@@ -231,36 +231,36 @@ def _find_atoms_expanding_definitions(vocabulary: Vocabulary, formula: f.Formula
 def _yield_visibility_predicates(
     vocabulary: Vocabulary,
     formula: f.Formula,
-    own_variables: frozenset[str],
-    expanded: tuple[str, ...],
+    object_variables: frozenset[str],
+    expanded_predicates: tuple[str, ...],
     *,
     reveals: bool,
 ) -> Iterator[_VisibilityPredicate]:
-    """Yield the states of containers in a formula that tells whether an object is visible.
+    """Yield the states of containers, such as *open*, in a formula that tells whether an object is visible.
 
-    Variables in `own_variables` stand for the object. States of other variables are states of containers.
+    Variables in `object_variables` stand for the object, all other variables for containers.
     """
     match formula:
         case f.Not(operand):
             yield from _yield_visibility_predicates(
-                vocabulary, operand, own_variables, expanded, reveals=not reveals
+                vocabulary, operand, object_variables, expanded_predicates, reveals=not reveals
             )
         case f.Atom(name, terms):
             stored, derived = vocabulary.find_stored(name), vocabulary.derived_by_name.get(name)
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
-                if variables[0] is not None and variables[0] not in own_variables:
+                if variables[0] is not None and variables[0] not in object_variables:
                     yield _VisibilityPredicate(name, reveals)
-            elif isinstance(derived, DefinedPredicate) and name not in expanded:
+            elif isinstance(derived, DefinedPredicate) and name not in expanded_predicates:
                 pairs = zip(derived.parameters, variables, strict=True)
-                inner = frozenset([parameter.name for parameter, name in pairs if name in own_variables])
+                inner = frozenset([parameter.name for parameter, name in pairs if name in object_variables])
                 yield from _yield_visibility_predicates(
-                    vocabulary, derived.definition, inner, (*expanded, name), reveals=reveals
+                    vocabulary, derived.definition, inner, (*expanded_predicates, name), reveals=reveals
                 )
         case _:
             for part in get_subformulas(formula):
                 yield from _yield_visibility_predicates(
-                    vocabulary, part, own_variables, expanded, reveals=reveals
+                    vocabulary, part, object_variables, expanded_predicates, reveals=reveals
                 )
 
 

@@ -14,7 +14,7 @@ from typing import TypeAlias, TypeVar
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan, find_visibility_predicates
-from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals, UsualGoalsOfTaskTitle
+from eai.benchmarks.generator.usual_goals import LiteralOverCategories, UsualGoals, UsualGoalsOfTaskTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
@@ -30,7 +30,9 @@ _LIMITS = Limits(100, thorough=False)
 """Limits of the search for a plan that hides an object."""
 
 
-def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
+def make_hiding_place_finder(
+    domain: Domain, prior: UsualGoals
+) -> Callable[[Task], list[LiteralOverCategories]]:
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
     A pattern is listed only if public tasks usually put such an object in such a container, and their plans
@@ -52,7 +54,7 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
         if pattern.categories[0] in prior.taken_categories and pattern.categories[1] in opened
     ]
 
-    def find_hiding_places(task: Task) -> list[LiteralPattern]:
+    def find_hiding_places(task: Task) -> list[LiteralOverCategories]:
         here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
         return [place for place in fitting if _is_object_in_other_usual_goals(place, theme, prior)]
@@ -61,7 +63,7 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
 
 
 def _is_object_in_other_usual_goals(
-    placement: LiteralPattern, theme: UsualGoalsOfTaskTitle, prior: UsualGoals
+    placement: LiteralOverCategories, theme: UsualGoalsOfTaskTitle, prior: UsualGoals
 ) -> bool:
     thing = placement.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
@@ -107,11 +109,11 @@ def make_reduced_scene(
     only_relevant: bool = False,
     required_objects: Sequence[int] = (),
 ) -> State:
-    """Return a state with some objects of a task: first relevant objects, then objects of usual goals.
+    """Return a state with some objects of a task: relevant objects, and objects for further goals.
 
-    If an object is taken over, the objects that contain or support it are too, and so are its parts and its
+    If an object is kept, the objects that contain or support it are kept too, and so are its parts and its
     whole. Facts of a relation between an object and many others are dropped, unless they are about the agent.
-    Facts that two objects are in each other are dropped, too.
+    If each of two objects is in the other, both facts are dropped.
 
     Args:
         task: the task.
@@ -120,7 +122,8 @@ def make_reduced_scene(
         max_objects: maximum number of objects.
         leaves_room: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to
             choose objects of usual goals first.
-        only_relevant: whether to leave out objects that are not relevant, to make room for `compose_scene`.
+        only_relevant: whether to leave out objects that are not relevant, to make room for the objects that
+            `compose_scene_from_tasks` adds.
         required_objects: indices of objects that the scene must contain.
     """
     state = task.initial
@@ -143,7 +146,7 @@ def make_reduced_scene(
             chosen = wider
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
 
-    def is_fact_kept(fact: Fact) -> bool:
+    def is_fact_in_reduced_scene(fact: Fact) -> bool:
         predicate, arguments = fact
         if len(arguments) != 2 or predicate in static:
             return True
@@ -151,18 +154,18 @@ def make_reduced_scene(
             return not state.has(predicate, *reversed(arguments))
         return state.scene.agent in arguments
 
-    return restrict_state(state, sorted(chosen), is_fact_kept)
+    return restrict_state(state, sorted(chosen), is_fact_in_reduced_scene)
 
 
 def add_objects_of_other_tasks(
-    closed: State, tasks: Sequence[Task], prior: UsualGoals, rng: random.Random, most: int
+    reduced_state: State, tasks: Sequence[Task], prior: UsualGoals, rng: random.Random, max_objects: int
 ) -> State:
-    """Return the scene with additional portable objects from other tasks (guests), up to `most` objects.
+    """Return the scene with additional portable objects of other tasks (guests).
 
     A guest keeps its states. Its place is the place of an object of the scene, if both objects are in or on
     objects of the same categories, such as a table.
     """
-    objects, facts = list(closed.scene.objects), list(closed.facts())
+    objects, facts = list(reduced_state.scene.objects), list(reduced_state.facts())
     here = {thing.category for thing in objects}
     wanted = {
         pattern.categories[0]
@@ -171,9 +174,9 @@ def add_objects_of_other_tasks(
         if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
     }
     taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken_categories]
-    hosts = group_pairs((find_place_relations_and_categories(i, closed, prior), i) for i in taken)
-    for _ in range(_DRAWS_PER_GUEST * (most - len(objects))):
-        if len(objects) >= most:
+    hosts = group_pairs((find_place_relations_and_categories(i, reduced_state, prior), i) for i in taken)
+    for _ in range(_DRAWS_PER_GUEST * (max_objects - len(objects))):
+        if len(objects) >= max_objects:
             break
         home = rng.choice(tasks)
         guest = rng.choice(home.relevant)
@@ -186,15 +189,15 @@ def add_objects_of_other_tasks(
         ):
             host = rng.choice(hosts[standing])
             facts += _append_similar_object(
-                objects, thing, _find_states_of_object(guest, home.initial), host, closed, prior
+                objects, thing, _find_states_of_object(guest, home.initial), host, reduced_state, prior
             )
-    return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
+    return Scene(reduced_state.scene.vocabulary, objects, reduced_state.scene.agent).state(facts)
 
 
-def compose_scene(
-    closed: State,
-    others: Iterable[Task],
-    donors: MentionedObjectsByCategory,
+def compose_scene_from_tasks(
+    reduced_state: State,
+    other_tasks: Iterable[Task],
+    task_objects: MentionedObjectsByCategory,
     prior: UsualGoals,
     rng: random.Random,
     size: int,
@@ -206,21 +209,21 @@ def compose_scene(
     states and its place. What contains or supports it is an object of the scene or is added, too.
 
     Args:
-        closed: the scene.
-        others: tasks whose objects are added, in order, until the scene has `size` objects.
-        donors: objects whose places are taken over (`list_mentioned_objects_by_category`).
+        reduced_state: the scene.
+        other_tasks: tasks whose objects are added, in order, until the scene has `size` objects.
+        task_objects: objects of other tasks, whose places are taken over.
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
         size: maximum number of objects.
     """
-    scene = _ComposedScene(closed, prior, rng, size)
-    for index, thing in enumerate(closed.scene.objects):
-        places = donors.get(thing.category)
+    scene = _ComposedScene(reduced_state, prior, rng, size)
+    for index, thing in enumerate(reduced_state.scene.objects):
+        places = task_objects.get(thing.category)
         if places and scene.is_movable(index) and rng.random() < _MOVE_PROBABILITY:
-            scene.move(index, *rng.choice(places))
-    for task in others:
+            scene.move_object_like_other_scene(index, *rng.choice(places))
+    for task in other_tasks:
         for index in list_in_random_order(sorted(find_objects_of_goals_and_plan(task)), rng):
-            scene.find_or_add_object(task.initial, index, {})
+            scene.find_or_add_object_like_other_scene(task.initial, index, {})
     return scene.make_state()
 
 
@@ -228,15 +231,15 @@ class _ComposedScene:
     """A scene to which objects of other tasks are added.
 
     Args:
-        closed: the scene without these objects.
+        reduced_state: the scene before the objects are added.
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
         size: maximum number of objects.
     """
 
-    def __init__(self, closed: State, prior: UsualGoals, rng: random.Random, size: int) -> None:
-        self._closed, self._prior, self._rng, self._size = closed, prior, rng, size
-        self._objects, self._facts = list(closed.scene.objects), dict.fromkeys(closed.facts())
+    def __init__(self, reduced_state: State, prior: UsualGoals, rng: random.Random, size: int) -> None:
+        self._reduced_state, self._prior, self._rng, self._size = reduced_state, prior, rng, size
+        self._objects, self._facts = list(reduced_state.scene.objects), dict.fromkeys(reduced_state.facts())
         self._held = {
             fact.arguments[-1] for fact in self._facts if fact.predicate in prior.holding_predicates
         }
@@ -244,27 +247,27 @@ class _ComposedScene:
 
     def is_movable(self, index: int) -> bool:
         """Whether an object is portable, has a place, is not held, and nothing is in or on it."""
-        closed, prior = self._closed, self._prior
+        reduced_state, prior = self._reduced_state, self._prior
         return (
-            closed.scene.objects[index].category in prior.taken_categories
+            reduced_state.scene.objects[index].category in prior.taken_categories
             and index not in self._held
-            and has_no_contents(index, closed, prior)
-            and bool(find_place_relations_and_categories(index, closed, prior))
+            and has_no_contents(index, reduced_state, prior)
+            and bool(find_place_relations_and_categories(index, reduced_state, prior))
         )
 
-    def move(self, index: int, state: State, donor: int) -> None:
+    def move_object_like_other_scene(self, index: int, other_state: State, other_object: int) -> None:
         """Give an object of this scene the place that an object has in another scene.
 
         Nothing changes if this scene has no such place.
 
         Args:
             index: the object of this scene.
-            state: the other scene.
-            donor: the object of the other scene.
+            other_state: the other scene.
+            other_object: the object of the other scene.
         """
-        places = self._find_places(state, donor)
+        places = self._find_equal_places_in_this_scene(other_state, other_object)
         if places:
-            static = {p.name for p in self._closed.scene.vocabulary.predicates if p.static}
+            static = {p.name for p in self._reduced_state.scene.vocabulary.predicates if p.static}
             self._facts = {
                 fact: None
                 for fact in self._facts
@@ -272,36 +275,42 @@ class _ComposedScene:
             }
             self._facts |= {Fact(name, (index, target)): None for name, target in places}
 
-    def find_or_add_object(self, state: State, original: int, mapped: Mapping[int, int]) -> int | None:
+    def find_or_add_object_like_other_scene(
+        self, other_state: State, other_object: int, counterparts: Mapping[int, int]
+    ) -> int | None:
         """Return an object of the scene that has the category of an object of another scene.
 
         If there is no such object, it is added. Return None if there is no place for it.
 
         Args:
-            state: the other scene.
-            original: index of the object in the other scene.
-            mapped: objects of the other scene that have an object in this scene. Their relations of place to
-                the object must be the same in both scenes.
+            other_state: the other scene.
+            other_object: index of the object in the other scene.
+            counterparts: object of the other scene -> object of this scene. The relations of place between
+                these objects and the object must be the same in both scenes.
         """
-        thing = state.scene.objects[original]
+        thing = other_state.scene.objects[other_object]
         fitting = [i for i, other in enumerate(self._objects) if other.category == thing.category]
         if fitting:
-            related = [i for i in fitting if self._has_equal_places(state, {**mapped, original: i})]
+            related = [
+                i for i in fitting if self._has_equal_places(other_state, {**counterparts, other_object: i})
+            ]
             return self._rng.choice(related) if related else None
-        if thing.category in self._excluded or original == state.scene.agent:
+        if thing.category in self._excluded or other_object == other_state.scene.agent:
             return None
         self._excluded.add(thing.category)  # places may form a circle, such as a curtain in a curtain
-        places = self._find_places(state, original)
+        places = self._find_equal_places_in_this_scene(other_state, other_object)
         self._excluded.remove(thing.category)
         if places is None or len(self._objects) >= self._size:
             return None
         index = len(self._objects)
         self._objects.append(WorldObject(_make_free_name(thing.name, self._objects), thing.category))
-        own = [Fact(name, (index,)) for name in _find_states_of_object(original, state)]
+        own = [Fact(name, (index,)) for name in _find_states_of_object(other_object, other_state)]
         self._facts |= dict.fromkeys([*own, *(Fact(name, (index, target)) for name, target in places)])
         return index
 
-    def _find_places(self, state: State, original: int) -> list[tuple[str, int]] | None:
+    def _find_equal_places_in_this_scene(
+        self, other_state: State, other_object: int
+    ) -> list[tuple[str, int]] | None:
         """Return relations and objects of this scene that give an object of another scene its place.
 
         Return None if this scene has no such place.
@@ -309,30 +318,34 @@ class _ComposedScene:
         rows = [
             (name, target)
             for name in self._prior.place_relations
-            for target in iterate_bits(state.relation(name).row(original))
-            if not state.has(name, target, original)
+            for target in iterate_bits(other_state.relation(name).row(other_object))
+            if not other_state.has(name, target, other_object)
         ]
-        mapped: dict[int, int] = {}
+        counterparts: dict[int, int] = {}
         for target in dict.fromkeys(target for _, target in rows):
-            found = None if target == state.scene.agent else self.find_or_add_object(state, target, mapped)
+            found = (
+                None
+                if target == other_state.scene.agent
+                else self.find_or_add_object_like_other_scene(other_state, target, counterparts)
+            )
             if found is None:
                 return None
-            mapped[target] = found
-        return [(name, mapped[target]) for name, target in rows]
+            counterparts[target] = found
+        return [(name, counterparts[target]) for name, target in rows]
 
-    def _has_equal_places(self, state: State, mapped: Mapping[int, int]) -> bool:
+    def _has_equal_places(self, other_state: State, counterparts: Mapping[int, int]) -> bool:
         """Whether objects are related by place as the objects of the other scene that are mapped to them."""
         return all(
-            Fact(name, (mapped[one], mapped[other])) in self._facts
+            Fact(name, (counterparts[one], counterparts[other])) in self._facts
             for name in self._prior.place_relations
-            for one, other in permutations(mapped, 2)
-            if state.has(name, one, other)
+            for one, other in permutations(counterparts, 2)
+            if other_state.has(name, one, other)
         )
 
     def make_state(self) -> State:
-        """Return the scene as a state."""
-        closed = self._closed.scene
-        return Scene(closed.vocabulary, self._objects, closed.agent).state(self._facts)
+        """Return the scene as a other_state."""
+        reduced_state = self._reduced_state.scene
+        return Scene(reduced_state.vocabulary, self._objects, reduced_state.agent).state(self._facts)
 
 
 MentionedObjectsByCategory: TypeAlias = Mapping[str, Sequence[tuple[State, int]]]
@@ -353,28 +366,28 @@ _MOVE_PROBABILITY = 0.5
 """Probability that a portable object gets the place that such an object has in another task."""
 
 
-def add_similar_objects(
-    closed: State, prior: UsualGoals, rng: random.Random, most: int, kinds: Collection[str]
+def add_objects_of_present_categories(
+    reduced_state: State, prior: UsualGoals, rng: random.Random, max_objects: int, kinds: Collection[str]
 ) -> State:
-    """Return the scene with up to five more portable objects of some categories.
+    """Return the scene with up to five more portable objects of categories in ``kinds``.
 
-    Only categories are used of which some task has several objects. Each object has the place of a similar
-    object.
+    A category is used only if a task has several objects of it. Each added object has the category and
+    the place of an object of the scene.
     """
-    objects, facts = list(closed.scene.objects), list(closed.facts())
+    objects, facts = list(reduced_state.scene.objects), list(reduced_state.facts())
     usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
     hosts = [
         i
         for i, thing in enumerate(objects)
-        if thing.category in usual and find_place_relations_and_categories(i, closed, prior)
+        if thing.category in usual and find_place_relations_and_categories(i, reduced_state, prior)
     ]
     number = rng.randint(1, _MAX_SIMILAR_OBJECTS)
-    for _ in range(min(number, most - len(objects)) if hosts else 0):
+    for _ in range(min(number, max_objects - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
         facts += _append_similar_object(
-            objects, objects[host], _find_states_of_object(host, closed), host, closed, prior
+            objects, objects[host], _find_states_of_object(host, reduced_state), host, reduced_state, prior
         )
-    return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
+    return Scene(reduced_state.scene.vocabulary, objects, reduced_state.scene.agent).state(facts)
 
 
 def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -> State:
@@ -479,7 +492,10 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
 
 
 def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield, for usual goals in random order, a random object for each argument. Objects can repeat."""
+    """Yield objects that the goals of public tasks need, in random order. Objects can repeat.
+
+    A goal of public tasks names categories. Each category gives a random object of the scene.
+    """
     for pattern in list_in_random_order(
         [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
     ):
@@ -504,14 +520,14 @@ def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[i
 
 
 def restrict_state(
-    state: State, kept: Sequence[int], is_fact_kept: Callable[[Fact], bool] | None = None
+    state: State, kept: Sequence[int], should_keep_fact: Callable[[Fact], bool] | None = None
 ) -> State:
     """Return a state with only some of the objects, which get new indices, and with the facts about them.
 
     Args:
         state: the state.
         kept: the kept objects, in order; they must include the agent.
-        is_fact_kept: function that tells whether to keep a fact about these objects; None to keep all.
+        should_keep_fact: tells whether to keep a fact about these objects; None to keep all facts.
     """
     scene, number = state.scene, {index: i for i, index in enumerate(kept)}
     agent = None if scene.agent is None else number[scene.agent]
@@ -519,5 +535,5 @@ def restrict_state(
     return Scene(scene.vocabulary, [scene.objects[i] for i in kept], agent).state(
         Fact(fact.predicate, tuple([number[i] for i in fact.arguments]))
         for fact in facts
-        if is_fact_kept is None or is_fact_kept(fact)
+        if should_keep_fact is None or should_keep_fact(fact)
     )

@@ -45,27 +45,27 @@ def open_generator(
     return TaskGenerator(benchmark, spec, source, is_given_away, reopen)
 
 
-def judge_seed_batch(
-    complete_task: Callable[[GeneratedTask, Benchmark], GeneratedTask],
+def make_tasks_from_seed_batch(
+    add_reference_plan: Callable[[GeneratedTask, Benchmark], GeneratedTask],
     generator: TaskGenerator,
     seeds: Sequence[str],
 ) -> list[bytes]:
-    """Return the outcomes of seeds, pickled for `load_judged_seed`.
+    """Return the outcomes of seeds, pickled for `load_seed_result`.
 
     Args:
-        complete_task: completes a generated task, given its benchmark.
+        add_reference_plan: adds the reference plan to a generated task, given its benchmark.
         generator: the generator.
         seeds: the seeds.
     """
     benchmark = generator.benchmark
-    judged = [generator.judge_seed(seed) for seed in seeds]
+    results = [generator.make_task_from_seed(seed) for seed in seeds]
     completed = [
-        replace(each, outcome=complete_task(each.outcome, benchmark))
+        replace(each, outcome=add_reference_plan(each.outcome, benchmark))
         if isinstance(each.outcome, GeneratedTask)
         else each
-        for each in judged
+        for each in results
     ]
-    return [_dump_judged_seed(each, benchmark.domain.vocabulary) for each in completed]
+    return [_dump_seed_result(each, benchmark.domain.vocabulary) for each in completed]
 
 
 class _TaskPickler(pickle.Pickler):
@@ -90,18 +90,18 @@ class _TaskUnpickler(pickle.Unpickler):
         return self._vocabulary
 
 
-def _dump_judged_seed(judged: TaskSeedOutcome, vocabulary: Vocabulary) -> bytes:
+def _dump_seed_result(result: TaskSeedOutcome, vocabulary: Vocabulary) -> bytes:
     file = io.BytesIO()
-    _TaskPickler(file, vocabulary).dump(judged)
+    _TaskPickler(file, vocabulary).dump(result)
     return file.getvalue()
 
 
-def load_judged_seed(content: bytes, vocabulary: Vocabulary) -> TaskSeedOutcome:
-    """Return the outcome of a seed that another process pickled (`judge_seed_batch`).
+def load_seed_result(content: bytes, vocabulary: Vocabulary) -> TaskSeedOutcome:
+    """Return the outcome of a seed that another process pickled (`make_tasks_from_seed_batch`).
 
     Args:
         content: the pickled outcome.
         vocabulary: the vocabulary of the benchmark.
     """
-    judged: TaskSeedOutcome = _TaskUnpickler(io.BytesIO(content), vocabulary).load()
-    return judged
+    result: TaskSeedOutcome = _TaskUnpickler(io.BytesIO(content), vocabulary).load()
+    return result

@@ -1,7 +1,8 @@
-"""Choose tasks from the outcomes of seeds.
+"""Choose tasks from the tasks that seeds give.
 
-The outcome of a seed does not depend on other seeds, so several processes can judge seeds. Only a comparison
-with earlier tasks must follow the order of the seeds: a copy is rejected, and pairs of tasks are balanced.
+The task of a seed does not depend on other seeds, so several processes can make tasks. Only the comparison
+with earlier tasks must follow the order of the seeds: it rejects copies, and chooses pairs whose categories
+do not show which task is impossible.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
-from eai.benchmarks.generator.twins import Balance, TaskPairChooser
+from eai.benchmarks.generator.twins import ImpossibleTaskSurplus, TaskPairChooser
 
 _MAX_FAILED_SEEDS = 300
 """Number of rejected seeds in a row after which generation fails.
@@ -55,27 +56,27 @@ class TaskSeedOutcome:
     fingerprint: tuple[str, str] | None = None
 
     def compare_with_earlier_tasks(
-        self, known: Collection[tuple[str, str]], balance: Balance
+        self, known_fingerprints: Collection[tuple[str, str]], surplus: ImpossibleTaskSurplus
     ) -> GenerationOutcome:
         """Return the task of the seed, or the reason why the seed is rejected.
 
         Args:
-            known: fingerprints of earlier tasks.
-            balance: counts of the tasks in earlier pairs (`Balance`). A new pair is added to them.
+            known_fingerprints: fingerprints of earlier tasks.
+            surplus: counts of the tasks in earlier pairs. A new pair is added to them.
         """
-        if self.fingerprint in known and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
+        if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY
         if isinstance(self.outcome, GeneratedTask | SeedRejectionReason):
             return self.outcome
-        return self.outcome(balance) or SeedRejectionReason.NO_TWIN
+        return self.outcome(surplus) or SeedRejectionReason.NO_TWIN
 
 
 def select_tasks(
     judged: Iterable[TaskSeedOutcome],
     spec: TaskSpecification,
     number: int,
-    known: set[tuple[str, str]],
-    captures: list[tuple[str, str]] | None = None,
+    known_fingerprints: set[tuple[str, str]],
+    fingerprint_log: list[tuple[str, str]] | None = None,
 ) -> Iterator[GenerationOutcome]:
     """Yield, for each seed, the generated task or the reason for rejection, until there are `number` tasks.
 
@@ -83,15 +84,15 @@ def select_tasks(
         judged: endless outcomes, one for each seed, in the order of the seeds.
         spec: the specification of the tasks.
         number: number of tasks.
-        known: fingerprints of earlier tasks. Fingerprints of the generated tasks are added to this set.
-        captures: list to which the fingerprints of tasks and of rejected copies are added in order, or None.
+        known_fingerprints: fingerprints of earlier tasks. Those of the generated tasks are added.
+        fingerprint_log: list to which the fingerprints of tasks and of rejected copies are added in order.
 
     Raises:
         InputError: too many seeds in a row give no task.
     """
     generated = failures = 0
-    reasons, goals, balance = Counter[str](), Counter[str](), Balance()
-    captures = [] if captures is None else captures
+    reasons, goals, surplus = Counter[str](), Counter[str](), ImpossibleTaskSurplus()
+    fingerprint_log = [] if fingerprint_log is None else fingerprint_log
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if spec.kind is TaskKind.PAIRS else 1)
     if spec.split is not TaskSplit.ALL:
         limit = round(limit / min(sets.SHARES.values()))
@@ -105,24 +106,24 @@ def select_tasks(
             message = f"only {generated} of {number} tasks generated; {given}"
             raise InputError(message + few * has_few_goals)
         seed = next(seeds)
-        outcome = seed.compare_with_earlier_tasks(known, balance)
+        outcome = seed.compare_with_earlier_tasks(known_fingerprints, surplus)
         if seed.fingerprint is not None:
             goals[seed.fingerprint[0]] += 1
         if isinstance(outcome, GeneratedTask):
             fingerprint = sets.fingerprint_task(outcome.task, spec.held_out)
-            known.add(fingerprint)
-            captures.append(fingerprint)
+            known_fingerprints.add(fingerprint)
+            fingerprint_log.append(fingerprint)
             generated += 1
             failures = 0
             reasons.clear()
         else:
             if outcome is SeedRejectionReason.COPY and seed.fingerprint is not None:
-                captures.append(seed.fingerprint)
+                fingerprint_log.append(seed.fingerprint)
             failures += 1
             reasons[outcome.value] += 1
         yield outcome
 
 
 def _has_few_goals(goals: Counter[str]) -> bool:
-    """Whether many seeds had goals, but few different lists of goals."""
+    """Whether many seeds gave goals, but only a few different lists of goals."""
     return goals.total() >= _MAX_FAILED_SEEDS_WITH_FEW_GOALS and len(goals) <= _MAX_FEW_GOALS

@@ -18,7 +18,6 @@ from eai.base.files import read_content, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator.measures import find_goal_objects
-from eai.benchmarks.generator.prior import LiteralPattern, find_patterns
 from eai.benchmarks.generator.spec import (
     CANARY,
     SHUT_LAST,
@@ -28,6 +27,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
+from eai.benchmarks.generator.usual_goals import LiteralOverCategories, find_patterns
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.special import HazardousTaskMark
@@ -139,7 +139,8 @@ def _get_split_at_share(position: float) -> TaskSplit:
 def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: HeldOut) -> TaskSplit:
     """Return the split of a task with these goals and this initial state.
 
-    The split does not depend on names of objects, unless splits may have common goals but no common starts.
+    The split does not depend on names of objects, except if `held_out` is ``starts``. Tasks of two splits
+    then may have equal goals, but not equal goals and equal initial states.
     """
     scene = initial.scene
     if held_out == "starts":
@@ -152,13 +153,15 @@ def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: 
     return choose_split(f"goals {fingerprint_goals(goals, scene)}")
 
 
-def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
+def _get_predicate_and_category(pattern: LiteralOverCategories, scene: Scene) -> tuple[str, ...]:
     """Return a pattern's predicate and its first category other than the agent's category, if any."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
 
-def select_base_tasks(tasks: Sequence[Task], split: TaskSplit, held_out: HeldOut) -> Sequence[Task]:
+def select_public_tasks_of_split(
+    tasks: Sequence[Task], split: TaskSplit, held_out: HeldOut
+) -> Sequence[Task]:
     """Return the public tasks from which the tasks of a split are made.
 
     If splits must not share titles or scenes, the titles or scenes are sorted by hash and divided by the
@@ -200,7 +203,7 @@ def measure_overlap(
 
     - ``tasks``: number of tasks.
     - ``same``: number of tasks that equal a known task: equal goals about objects with equal initial facts.
-      If `held_out` is ``starts``, tasks with different names or different facts about other objects differ.
+      If `held_out` is ``starts``, the names of all objects and all initial facts must be equal, too.
     - ``same_goals``: number of tasks with the goals of a known task, if categories replace objects.
     - ``solved_by_lookup``: number of tasks solved by the plan of the known task with the most similar goals.
     """
@@ -215,16 +218,16 @@ def measure_overlap(
     }
 
 
-def estimate_number_of_tasks(captures: Iterable[tuple[str, str]]) -> int | None:
+def estimate_number_of_tasks(fingerprint_log: Iterable[tuple[str, str]]) -> int | None:
     """Return an estimate of how many different tasks seeds can give, or None if no task was captured twice.
 
     This is the bias-corrected estimator Chao1 of a lower bound (A. Chao, Scandinavian Journal of Statistics
     11, 1984, 265-270). It counts tasks that were captured once and twice.
 
     Args:
-        captures: fingerprints of tasks and of rejected copies.
+        fingerprint_log: fingerprints of tasks and of rejected copies.
     """
-    frequencies = Counter(Counter(captures).values())
+    frequencies = Counter(Counter(fingerprint_log).values())
     once, twice = frequencies[1], frequencies[2]
     if frequencies.total() == once:
         return None
@@ -287,7 +290,7 @@ def make_manifest_entry(
     content: bytes,
     made: Sequence[GeneratedTask],
     rejected: Iterable[SeedRejectionReason],
-    captures: Iterable[tuple[str, str]] = (),
+    fingerprint_log: Iterable[tuple[str, str]] = (),
 ) -> dict[str, Json]:
     """Return the entry of a set of tasks in the manifest: the values that are needed to make the set again.
 
@@ -323,14 +326,14 @@ def make_manifest_entry(
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in SeedRejectionReason if reasons[reason]},
-        "estimated_tasks": estimate_number_of_tasks(captures),
+        "estimated_tasks": estimate_number_of_tasks(fingerprint_log),
         "shape": compute_set_statistics([generated.task for generated in made]),
         **dangers,
     }
 
 
 def read_manifest_entry_of_secret_set(folder: Path, split: str) -> Mapping[str, Any]:
-    """Return the manifest's entry for a set that was made with a secret.
+    """Return the entry in a folder's manifest for a set of tasks whose seeds follow from a secret text.
 
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.
@@ -346,12 +349,12 @@ def find_set_file(folder: Path, split: str) -> Path | None:
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
 
-def list_doubts_about_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[str]:
+def find_doubts_that_task_set_used_secret(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
     The checks are about the content of the file, the secret, and seeds that must follow from the secret. If
-    the secret is None, only the content is checked. Whether each seed gives its task shows only when the set
-    is made again.
+    the secret is None, only the content is checked. Only if the set is made
+    again, it shows whether each seed gives its task.
 
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.

@@ -203,7 +203,8 @@ class TaskSpecification:
     def sha256(self) -> str:
         """Digest of all fields that influence tasks. Older versions of the package compute the same digest.
 
-        Tasks of the kinds `HAZARDS` and `UNTOLD` have equal digests, because only their instructions differ.
+        Tasks of the kinds `HAZARDS` and `UNTOLD` have equal digests, because they differ only in whether the
+        instruction mentions the hazards.
         """
         fields = asdict(self)
         kind = fields.pop("kind")

@@ -26,7 +26,6 @@ from eai.abilities.reports import fact_text
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import make_condition_that_object_exists
-from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.scene import (
     add_copy_of_object,
     find_place_relations_and_categories,
@@ -34,6 +33,7 @@ from eai.benchmarks.generator.scene import (
     list_in_random_order,
 )
 from eai.benchmarks.generator.spec import GeneratedTask
+from eai.benchmarks.generator.usual_goals import UsualGoals
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import find_object_names, get_bound_variables, walk_subformulas
@@ -54,14 +54,14 @@ _HALF = 0.5
 _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the added copy of an object instead of the object."""
 
-Balance: TypeAlias = Counter[tuple[str, str]]
+ImpossibleTaskSurplus: TypeAlias = Counter[tuple[str, str]]
 """Property and object category of a removed fact -> number of impossible tasks minus possible tasks."""
 
-TaskPairChooser: TypeAlias = Callable[[Balance], "GeneratedTask | None"]
+TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskSurplus], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
 
 The category of an object that lacks a property must not reveal which task is impossible. So the argument
-counts the categories in earlier pairs (`Balance`), and the function adds the new pair. It returns None if
+counts the categories in earlier pairs, and the function adds the new pair. It returns None if
 each pair that it can make would unbalance these counts.
 """
 
@@ -83,7 +83,10 @@ class _PairCandidate:
 
 
 def _choose_pair(
-    made: GeneratedTask, candidates: Sequence[_PairCandidate], rng: random.Random, balance: Balance
+    made: GeneratedTask,
+    candidates: Sequence[_PairCandidate],
+    rng: random.Random,
+    surplus: ImpossibleTaskSurplus,
 ) -> GeneratedTask | None:
     """Return a pair of tasks, or None if every pair would unbalance the counts (`TaskPairChooser`)."""
     for candidate in candidates:
@@ -91,13 +94,13 @@ def _choose_pair(
         partners = candidate.same or [
             other
             for other in candidate.similar
-            if balance[kind] <= 0 <= balance[_get_property_and_category(other, made.task)]
+            if surplus[kind] <= 0 <= surplus[_get_property_and_category(other, made.task)]
         ]
         if partners:
             other = rng.choice(partners)
-            balance[kind] += 1
-            balance[_get_property_and_category(other, made.task)] -= 1
-            return _make_pair_without_facts(made, candidate.fact, other, rng)
+            surplus[kind] += 1
+            surplus[_get_property_and_category(other, made.task)] -= 1
+            return _make_possible_and_impossible_copy(made, candidate.fact, other, rng)
     return None
 
 
@@ -106,8 +109,9 @@ def make_task_pair_chooser(
 ) -> TaskPairChooser:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
-    The function takes the counts of earlier pairs (`Balance`). Candidates are facts without which the task
-    has no plan. The search for candidates ends with a fact that makes a pair independently of these counts.
+    The function takes the counts of earlier pairs (`ImpossibleTaskSurplus`). Candidates are facts without
+    which the task has no plan. The search for candidates ends with a fact for which these counts do
+    not matter.
 
     Args:
         made: a generated task with a plan.
@@ -185,18 +189,18 @@ def _draw_ids_of_pair(task: Task, rng: random.Random) -> list[str]:
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
 
-def _make_pair_without_facts(
-    made: GeneratedTask, needed_fact: Fact, other_fact: Fact, rng: random.Random
+def _make_possible_and_impossible_copy(
+    made: GeneratedTask, needed_fact: Fact, needless_fact: Fact, rng: random.Random
 ) -> GeneratedTask:
     task, scene, names = made.task, made.task.scene, _draw_ids_of_pair(made.task, rng)
     solved = replace(
-        _remove_fact(task, other_fact), id=names[0], title=task.id, special=ImpossibleTaskMark(())
+        _remove_fact(task, needless_fact), id=names[0], title=task.id, special=ImpossibleTaskMark(())
     )
     missing = ImpossibleTaskMark((fact_text(needed_fact, scene),))
     unsolved = replace(
         _remove_fact(task, needed_fact), id=names[1], title=task.id, script=(), special=missing
     )
-    lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other_fact, scene)}
+    lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(needless_fact, scene)}
     return GeneratedTask(solved, lacks, GeneratedTask(unsolved, made.about))
 
 
@@ -227,7 +231,7 @@ def make_clear_and_ambiguous_pair(
         for host in list_in_random_order(hosts, rng):
             apart = add_copy_of_object(task.initial, prior, thing, host)
             words = InstructionWriter.make_for_benchmark(benchmark, apart, by_place=True)
-            if _do_words_fit_object_and_copy(words, seen, thing):
+            if _has_copy_in_described_place(words, seen, thing):
                 pair = _make_tasks_with_same_instruction(task, words, (apart, beside), thing, rng)
                 if pair is not None and _are_goals_reachable_with_both_objects(*pair, thing, planner):
                     return GeneratedTask(pair[0], made.about, GeneratedTask(pair[1], made.about))
@@ -235,10 +239,11 @@ def make_clear_and_ambiguous_pair(
     return None
 
 
-def _do_words_fit_object_and_copy(words: InstructionWriter, seen: Iterable[Fact], obj: int) -> bool:
-    """Whether the place by which `words` describes an object is, by the facts `seen`, also its copy's place.
+def _has_copy_in_described_place(words: InstructionWriter, known_facts: Iterable[Fact], obj: int) -> bool:
+    """Whether an object and its copy, the last object of the scene, share the place that `words` names.
 
-    The copy is the last object of the scene. Returns False if `words` does not describe the object by place.
+    The writer `words` describes the object by its place; otherwise, return False. The places are read from
+    `known_facts`.
     """
     said = words.distinguishing_facts.get(obj)
     if said is None or len(said.arguments) == 1:
@@ -246,7 +251,7 @@ def _do_words_fit_object_and_copy(words: InstructionWriter, seen: Iterable[Fact]
     place = said.arguments[1:]
     there = {
         other_fact[1][0]
-        for other_fact in seen
+        for other_fact in known_facts
         if (other_fact[0], other_fact[1][1:]) == (said.predicate, place)
     }
     return {obj, len(words.scene.objects) - 1} <= there
@@ -255,7 +260,10 @@ def _do_words_fit_object_and_copy(words: InstructionWriter, seen: Iterable[Fact]
 def _make_tasks_with_same_instruction(
     task: Task, words: InstructionWriter, two_states: tuple[State, State], obj: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
-    """Return a clear and an ambiguous task with one instruction, or None if no instruction is exact."""
+    """Return a clear and an ambiguous task with one instruction.
+
+    Return None if the written instruction cannot be read back as the goals of the task.
+    """
     ids, formulas = _draw_ids_of_pair(task, rng), [task_goal.formula for task_goal in task.goals]
     instruction = words.make_instruction(formulas, rng)
     if not words.reads_as_goals(instruction, formulas):
@@ -321,9 +329,10 @@ def _map_names_to_each_other(names: Sequence[str]) -> Mapping[str, str]:
 def _are_goals_reachable_with_both_objects(
     clear_task: Task, ambiguous_task: Task, obj: int, planner: Planner
 ) -> bool:
-    """Whether the tasks' plan solves both tasks, and the ambiguous task has a plan for the object's copy.
+    """Whether the ambiguous task can be solved with either of the two objects that its instruction fits.
 
-    The copy is the last object of the scene, and takes the place of `obj` in the goals.
+    These are `obj` and its copy, the last object of the scene. The plan of both tasks must solve both, and
+    the ambiguous task needs a plan if the copy replaces `obj` in the goals.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
     other = replace(ambiguous_task, goals=_exchange_in_goals(ambiguous_task.goals, names))

@@ -62,7 +62,9 @@ class InstructionWriter:
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
         seen = [
-            fact for listing in wording.goal_fact_listers for fact in listing.list_facts(initial, everything)
+            fact
+            for listing in wording.fact_listers_of_goal_predicates
+            for fact in listing.list_facts(initial, everything)
         ]
         return InstructionWriter(arities, scene, benchmark.notation.english, seen)
 
@@ -125,7 +127,7 @@ class InstructionWriter:
     def _describe_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.get_sentences(predicate)[0]
-        sentence = sentence if there else f"{sentence} now"  # "now", because the state may change
+        sentence = sentence if there else f"{sentence} now"  # such as "the lamp that is off now"
         return _fill_sentence(
             sentence, [f"the {self._get_object_noun(thing)} that", *map(self._add_article, there)]
         )

@@ -313,7 +313,7 @@ def virtualhome() -> Benchmark:
 
 
 def count_tasks_and_goals_of_data_set(source: Source) -> dict[str, tuple[int, str]]:
-    """Return a mapping from labels to figures of the published data set.
+    """Return statistics of the published data set: label -> number, and a note on what the number means.
 
     Raises DataError if the data cannot be obtained.
     """
@@ -326,7 +326,7 @@ def count_tasks_and_goals_of_data_set(source: Source) -> dict[str, tuple[int, st
 def count_tasks_and_goals_of_records(
     tasks: VirtualHomeRecords, transition_tasks: Collection[str], operators: int
 ) -> dict[str, tuple[int, str]]:
-    """Return a mapping from labels to figures of the records, each with a note on its meaning.
+    """Return statistics of the tasks: label -> number, and a note on what the number means.
 
     Args:
         tasks: all tasks.

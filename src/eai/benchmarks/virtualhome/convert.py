@@ -50,7 +50,7 @@ class _HomeGraph(NamedTuple):
 
 
 class _UnconvertedTask(NamedTuple):
-    """A task of the wheel, with its two graphs."""
+    """A task of the paper's Python package, with the graphs of the home before and after its plan."""
 
     id: str
     annotation: Mapping[str, Any]
@@ -87,7 +87,9 @@ def _read_object(node: Mapping[str, Any]) -> ObjectRecord:
 
 
 def convert_tasks(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
-    """Return the members of the pack `virtualhome`: content by file name.
+    """Return the files of the data that `virtualhome` reads: content by file name.
+
+    They are made from the wheel, the paper's published Python package.
 
     Raises:
         DataError: the wheel lacks a file, or a file has an unexpected form.
@@ -96,7 +98,9 @@ def convert_tasks(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byte
 
 
 def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes:
-    """Return all demonstrations in the scene as lines of tasks. Some tasks have no annotated goal.
+    """Return all published plans of people (demonstrations) in the scene, as lines of a task file.
+
+    The wheel is the paper's published Python package. Some of the tasks have no annotated goal.
 
     Raises:
         DataError: the wheel lacks a file, or a file has an unexpected form.
@@ -252,7 +256,10 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
-    """Return the `ON` and `INSIDE` edges of each source whose new edges do not begin with its old edges."""
+    """Return the `ON` and `INSIDE` edges of objects whose remaining old edges are not their first new edges.
+
+    The order of these edges matters, so all edges of such an object are written again.
+    """
     stayed = _group_ordered_edges_by_source_and_relation(edge for edge in before.edges if edge not in removed)
     return {
         edge

@@ -82,8 +82,8 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
     return state.relation(predicate).row(source) & candidates
 
 
-def make_former_place_lookup(
-    relation_index: int, choose: TargetChooser = find_related_candidates
+def make_earlier_place_lookup(
+    origin_relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
     """Return a function that finds the places where an object was before, by one relation to these places.
 
@@ -92,17 +92,17 @@ def make_former_place_lookup(
     ``_find_first_node_from`` of the paper's package).
 
     Args:
-        relation_index: index of the relation in `ORIGIN_RELATIONS`.
+        origin_relation_index: index of the relation in `ORIGIN_RELATIONS`.
         choose: chooses among several places.
     """
 
     def find_former_places(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         no_room = ~state.mask("ROOM")
-        for earlier in ORIGIN_RELATIONS[:relation_index]:
+        for earlier in ORIGIN_RELATIONS[:origin_relation_index]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
-        return choose(state, ORIGIN_RELATIONS[relation_index], x, no_room)
+        return choose(state, ORIGIN_RELATIONS[origin_relation_index], x, no_room)
 
     return find_former_places
 
@@ -222,16 +222,20 @@ in_same_room = DefinedPredicate("in_same_room", (X,), f.Exists(R, room_of(AGENT,
 somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _make_former_place_predicate(relation_index: int, name: str) -> LookupPredicate:
+def _make_former_place_predicate(origin_relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate for an object's origins (former places) by one relation.
 
     The predicate is false if an earlier one of `ORIGIN_RELATIONS` holds.
     """
-    *earlier, relation = (ontop, inside, next_to)[: relation_index + 1]
+    *earlier, relation = (ontop, inside, next_to)[: origin_relation_index + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = DefinedPredicate(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
     return LookupPredicate(
-        name, 2, make_former_place_lookup(relation_index), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning
+        name,
+        2,
+        make_earlier_place_lookup(origin_relation_index),
+        ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
+        meaning,
     )
 
 

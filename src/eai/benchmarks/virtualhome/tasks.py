@@ -96,7 +96,7 @@ class _IndexedGraph:
         """Update the bit masks of unary predicates for objects that are new or have new labels."""
         for record in records:
             bit = 1 << index_by_id[record.id]
-            for slot in _find_changed_predicates(
+            for slot in _find_indices_of_changed_predicates(
                 self.labels.get(record.id, _UNLABELLED), record.properties_and_states
             ):
                 unary_masks[slot] ^= bit
@@ -175,9 +175,11 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 
 @cache
-def _find_changed_predicates(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
+def _find_indices_of_changed_predicates(
+    labels_before: frozenset[str], labels_after: frozenset[str]
+) -> Sequence[int]:
     """Return the indices of the unary predicates (properties and states) that are in only one of two sets."""
-    return [_UNARY[name] for name in before ^ after]
+    return [_UNARY[name] for name in labels_before ^ labels_after]
 
 
 def _make_relation(

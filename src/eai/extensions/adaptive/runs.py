@@ -63,7 +63,7 @@ def open_runs(
     difficulties = {
         (suite.domain, suite.ability): estimate
         for suite in suites
-        if suite.has_plans and (estimate := _estimate_difficulties(suite, runs_folder))[0]
+        if suite.answers_are_plans and (estimate := _estimate_difficulties(suite, runs_folder))[0]
     }
     known = [suite for suite in suites if (suite.domain, suite.ability) in difficulties]
     unknown = [suite for suite in suites if suite not in known]

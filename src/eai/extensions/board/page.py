@@ -30,8 +30,8 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
+    find_doubts_that_task_set_used_secret,
     find_set_file,
-    list_doubts_about_secret_set,
     read_manifest_entry_of_secret_set,
 )
 from eai.benchmarks.registry import find_benchmark, get_title
@@ -236,7 +236,7 @@ def _read_leaderboard_season_tasks_and_html(folder: Path) -> tuple[Benchmark | N
     entry, file = read_manifest_entry_of_secret_set(folder, chosen.split), find_set_file(folder, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
-        for problem in list_doubts_about_secret_set(folder, chosen.split, chosen.secret or None):
+        for problem in find_doubts_that_task_set_used_secret(folder, chosen.split, chosen.secret or None):
             raise InputError(f"{folder}: {problem}")
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:

@@ -164,7 +164,7 @@ class _ObfuscatedWording(SuiteWording):
     def describe_operators(self) -> str:
         definitions = [
             _replace_words(self.words, definition)
-            for definition in self._rules_with_hidden_facts.write_definitions()
+            for definition in self._rules_with_hidden_facts.write_predicate_definitions()
         ]
         rules = "\n".join(
             [*map(self.describe_operator, self._rules_with_hidden_facts.operators), *definitions]

@@ -84,7 +84,7 @@ def _make_page_content(
         "total": total,
         "rules": RULES,
         "opening": play.write_first_observation(),
-        "pictures": [image.url for image in play.draw_pictures()],
+        "pictures": [image.data_url for image in play.draw_pictures()],
         "log": [*log],
         "at": f"{number}.{len(log)}",
         "words": [complete_words(play, ""), complete_words(play, "an action")],

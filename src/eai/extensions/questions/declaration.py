@@ -14,8 +14,8 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     DomainAndNotation,
     MetricColumn,
-    ModelInteraction,
     QuestionAndAnswer,
+    QuestionAndAnswerDeclaration,
     classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
@@ -216,7 +216,7 @@ _CHANCE_COLUMNS = tuple(
 
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
-    interaction=ModelInteraction(
+    interaction=QuestionAndAnswerDeclaration(
         lambda parts: _QuestionScorer,
         _get_prompt_and_answer,
         open_file=open_question_file,

@@ -10,8 +10,8 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     DomainAndNotation,
     MetricColumn,
-    ModelInteraction,
     QuestionAndAnswer,
+    QuestionAndAnswerDeclaration,
     classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
@@ -110,7 +110,7 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    interaction=ModelInteraction(
+    interaction=QuestionAndAnswerDeclaration(
         _make_scorer_factory,
         _make_question_and_answer,
         _draw_task_pictures,

@@ -202,7 +202,7 @@ class SceneGraphVocabulary:
 
     def list_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
         """Yield all facts about some objects, including facts that follow from others."""
-        for listing in self.wording.goal_fact_listers:
+        for listing in self.wording.fact_listers_of_goal_predicates:
             yield from listing.list_facts(state, objects)
 
     def list_facts_stored_in_state(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:

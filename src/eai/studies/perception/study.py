@@ -350,7 +350,7 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOption
 
 def _make_key_without_scene(key: RunKey) -> str:
     """Return the key of a run without its scene format. Runs with equal keys are compared."""
-    rest = None if key.experiment is None else key.experiment.without_study(STUDY)
+    rest = None if key.experiment is None else key.experiment.drop_options_of_study(STUDY)
     return key._replace(experiment=rest).name
 
 

@@ -99,7 +99,7 @@ class _ModularAndPipelineRuns:
     def pipeline_label(self) -> str:
         """`goals` or `goals and subgoals`, followed by the label of the run's options of other studies."""
         experiment = self.pipeline[0].experiment or Experiment()
-        rest = experiment.without_study(STUDY)
+        rest = experiment.drop_options_of_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
         return kind if rest is None else f"{kind}, {rest.label}"
 
@@ -392,7 +392,7 @@ def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run
         )
     for run in sorted(pipelines, key=lambda run: run.key.sort_key):
         experiment = run.key.experiment
-        other = None if experiment is None else experiment.without_study(STUDY)
+        other = None if experiment is None else experiment.drop_options_of_study(STUDY)
         alone = plain.get(run.key._replace(experiment=other))
         if alone is None:
             records.note(f"left out, because it has no modular run: {run.key}")

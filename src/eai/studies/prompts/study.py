@@ -421,7 +421,7 @@ def _group_runs_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
     suites: dict[str, list[Run]] = {}
     for run in runs:
         experiment = run.key.experiment
-        rest = None if experiment is None else experiment.without_study(STUDY)
+        rest = None if experiment is None else experiment.drop_options_of_study(STUDY)
         labels = [run.key.suite.file_name, *([] if rest is None else [rest.label])]
         suites.setdefault("-".join(labels), []).append(run)
     return suites

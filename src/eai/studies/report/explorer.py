@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 from eai.abilities.explanation import Explanation, StepReport, map_missed_goals_to_similar_facts
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import describe_repair
-from eai.abilities.verdict import ALL, PlanVerdict, SpanKind, Verdict
+from eai.abilities.verdict import ALL, AnswerSpanKind, PlanVerdict, Verdict
 from eai.agents.setting import ACTING
 from eai.agents.verdict import ActingVerdict
 from eai.base.files import to_file_name
@@ -417,7 +417,7 @@ def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
 
     A part was, for example, repaired, skipped as prose, or unreadable (`SpanKind`).
     """
-    if all(span.kind is SpanKind.READ for span in verdict.spans):
+    if all(span.kind is AnswerSpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]
 

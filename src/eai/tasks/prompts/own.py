@@ -58,7 +58,7 @@ Example: TypeAlias = Callable[[str], str]
 
 
 @dataclass(frozen=True, slots=True)
-class PromptMaterial:
+class PromptTemplateValues:
     """The material from which prompts of one ability are made, for any declared domain.
 
     Attributes:
@@ -111,7 +111,7 @@ def describe_domain_by_template_placeholder(
     }
 
 
-def render_prompts(material: PromptMaterial, templates: PromptTemplates) -> Mapping[str, Prompt]:
+def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -> Mapping[str, Prompt]:
     """Return the prompts of tasks.
 
     The example in a prompt is the first task whose title differs from the title of the prompt's task.
@@ -150,7 +150,9 @@ def render_prompts(material: PromptMaterial, templates: PromptTemplates) -> Mapp
     return pack_prompts((task_id, render_prompt(task_id, task)) for task_id, task in tasks.items())
 
 
-def render_task_prompt(material: PromptMaterial, belief: BelievedTask, templates: PromptTemplates) -> Prompt:
+def render_task_prompt(
+    material: PromptTemplateValues, belief: BelievedTask, templates: PromptTemplates
+) -> Prompt:
     """Return the prompt about a task as a model understands it.
 
     `belief` has the task with the goals or the scene that the model believes. `material.beliefs` is ignored.
@@ -268,7 +270,9 @@ def render_operator_prompts(
         example = _render_operator_example(other, others, names, templates)
         question = _render_operator_question(task, task.operators, names, templates)
         values: dict[str, Text] = {
-            "predicates": write_domain(_restrict_header(task.domain.header, names, f"{example}\n{question}")),
+            "predicates": write_domain(
+                _keep_declarations_used_in_prompt(task.domain.header, names, f"{example}\n{question}")
+            ),
             "short_predicates": partial(_shorten_header, task),
             "format": answer_format,
             "short_format": answer_format,
@@ -285,7 +289,8 @@ def _find_names_to_print(
 ) -> Set[str] | None:
     """Return the names to print in a prompt, or None to print the whole domain.
 
-    They are the names in some operators, in the goals of the task and of the example, and in definitions.
+    They are the names in ``operators``, in the goals of the task and of the example, and in definitions of
+    derived predicates among these names.
     """
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
@@ -305,19 +310,21 @@ def _find_names_to_print(
     return names
 
 
-def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
-    """Return the domain with only the predicates in ``names``, and only the types in the prompt's text.
+def _keep_declarations_used_in_prompt(
+    domain: PddlDomain, predicate_names: Set[str] | None, prompt_text: str
+) -> PddlDomain:
+    """Return the domain with only the predicates in ``predicate_names``, and the types in the prompt's text.
 
-    Return the whole domain if ``names`` is None.
+    Return the whole domain if ``predicate_names`` is None.
     """
-    if names is None:
-        return header
-    words = {*_WORD.findall(text), *(item.type for item in header.constants)}
+    if predicate_names is None:
+        return domain
+    words = {*_WORD.findall(prompt_text), *(item.type for item in domain.constants)}
     return replace(
-        header,
-        types=tuple([each for each in header.types if each.name in words]),
-        predicates=tuple([each for each in header.predicates if each.name in names]),
-        axioms=tuple([each for each in header.axioms if each.name in names]),
+        domain,
+        types=tuple([each for each in domain.types if each.name in words]),
+        predicates=tuple([each for each in domain.predicates if each.name in predicate_names]),
+        axioms=tuple([each for each in domain.axioms if each.name in predicate_names]),
     )
 
 
@@ -377,7 +384,7 @@ def _shorten_header(task: TransitionTask) -> str:
     header = task.domain.header
     names = _find_names_to_print(task, task, task.operators) or {each.name for each in header.predicates}
     heads = " ".join([task.domain.operators[name].parameters for name in task.operators])
-    needed = _restrict_header(header, names, f"{write_problem(task.problem)} {heads}")
+    needed = _keep_declarations_used_in_prompt(header, names, f"{write_problem(task.problem)} {heads}")
     by_types = group_pairs(
         (", ".join(map(get_variable_type, each.parameters)), each.name) for each in needed.predicates
     )

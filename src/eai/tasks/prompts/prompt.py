@@ -48,7 +48,7 @@ class Image(NamedTuple):
     data: bytes
 
     @property
-    def url(self) -> str:
+    def data_url(self) -> str:
         """The picture's content as a data URL."""
         return f"data:{self.media_type};base64,{b64encode(self.data).decode()}"
 
@@ -116,7 +116,7 @@ class _PackedPrompts(Mapping[str, Prompt]):
 
 
 def pack_prompts(prompts: Iterable[tuple[str, Prompt]]) -> Mapping[str, Prompt]:
-    """Return a mapping from task ids to prompts that takes little memory. `prompts` has pairs of both."""
+    """Return a mapping from task ids to prompts that takes little memory, given pairs of id and prompt."""
     return _PackedPrompts(prompts)
 
 
@@ -226,7 +226,7 @@ class BelievedTask:
     subgoals: tuple[str, ...] = ()
 
     def adopt_goals(self, other: BelievedTask) -> BelievedTask:
-        """Return this believed task with the goals and subgoals of another believed task, ``other``."""
+        """Return this task, as a model believes it to be, with the goals and subgoals of ``other``."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 

@@ -178,13 +178,13 @@ def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
             conditions.append(line)
         else:
             changes.append((depth, line))
-    head, conditions = _move_kinds_into_head(head, conditions)
+    head, conditions = _write_parameter_types_in_rule_head(head, conditions)
     before = " ".join(filter(None, ("; ".join(conditions), needed)))
     start = ": ".join(filter(None, (f"{head} {description}".strip(), before)))
     return f"{start} -> {', '.join(_shorten_effects_of_action(changes))}" if changes else start
 
 
-def _move_kinds_into_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
+def _write_parameter_types_in_rule_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
     """Return the head of a rule with kinds of parameters, as in ``open(x:door)``, and other conditions."""
     name, separator, parameters = head.partition("(")
     words = parameters[:-1].split(", ")

@@ -53,8 +53,8 @@ class PromptTemplates:
 
     Attributes:
         folder: the folder of the user's templates, named like ours; None if the user has no templates.
-        variant: the set of prompts whose wording is used. A template without this wording has the wording of
-            ``eai``.
+        variant: name of a set of packaged templates with another wording; empty for the usual set. Templates
+            that the named set lacks are taken from the usual set.
     """
 
     folder: Path | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.generator.worlds import generator
-from eai.benchmarks.generator.prior import do_goals_clash, is_goal_pointless
+from eai.benchmarks.generator.usual_goals import do_goals_clash, is_goal_pointless
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import parse
 from eai.world.state import Scene, WorldObject

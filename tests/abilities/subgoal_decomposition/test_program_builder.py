@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.subgoal_decomposition.builder import MAX_LITERALS, _QuantifierRange
+from eai.abilities.subgoal_decomposition.program_builder import MAX_LITERALS, _QuantifierRange
 from eai.base.errors import InputError
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse

@@ -1,4 +1,4 @@
-"""Extend a plan goal by goal (a *walk*), shorten the plan, and find goals over time.
+"""Extend a plan goal by goal, shorten the plan, and find goals over time.
 
 A goal over time comes from two plans that reach the same final goals. The first plan is the certificate, the
 shortened plan that solves the task. The second, a *temptation*, reaches the goals in another order or without
@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain, pairwise, permutations
 from operator import itemgetter
+from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
@@ -35,10 +36,10 @@ _GOAL_LIMITS = Limits(20, thorough=False)
 """Limits of the search for actions that reach one more goal."""
 
 _SHORTENING_LIMITS = Limits(300)
-"""Limits of the search for a plan that reaches all goals of a walk (growing plan) in fewer steps."""
+"""Limits of the search for a plan that reaches all goals of a growing plan in fewer steps."""
 
 _MIN_STEPS_TO_SHORTEN = 25
-"""Minimum number of steps of a walk (growing plan) for which the planner searches a shorter plan."""
+"""Minimum number of steps of a growing plan for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
 """Maximum number of random reorderings of the solving plan that are tried to find a goal over time.
@@ -46,8 +47,20 @@ _MAX_ORDERS = 6
 Such a plan must reach the task's final goals, but fail the goal over time.
 """
 
+_SortKey: TypeAlias = bool
+
 _MAX_TIDY_POSITIONS = 3
 """Maximum number of positions in the solving plan at which actions that undo a fact are inserted."""
+
+
+class _PlanCheckpoint(NamedTuple):
+    """The state and the lengths of the lists of a `GoalByGoalPlan` at one time."""
+
+    state: State
+    conditions: int
+    actions: int
+    goals: int
+    trail: int
 
 
 @dataclass
@@ -76,17 +89,19 @@ class GoalByGoalPlan:
         self.start = self.state
 
     @property
-    def objects(self) -> tuple[int, ...]:
+    def scene_object_indices(self) -> tuple[int, ...]:
         """Indices of all objects of the scene, as possible arguments of actions."""
         return tuple(range(len(self.state.scene.objects)))
 
-    def get_checkpoint(self) -> tuple[State, int, int, int, int]:
-        """Return the position of the current end of the walk, to which `go_back_to` can return."""
-        return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
+    def get_plan_checkpoint(self) -> _PlanCheckpoint:
+        """Return the current end of the plan, to which `go_back_to` can return."""
+        return _PlanCheckpoint(
+            self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
+        )
 
-    def go_back_to(self, mark: tuple[State, int, int, int, int]) -> None:
-        """Undo all actions and goals that were added after a position."""
-        self.state, conditions, actions, goals, trail = mark
+    def go_back_to(self, checkpoint: _PlanCheckpoint) -> None:
+        """Undo all actions and goals that were added after a checkpoint."""
+        self.state, conditions, actions, goals, trail = checkpoint
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
 
     def goal_holds(self, wanted: f.Formula, state: State) -> bool:
@@ -94,7 +109,7 @@ class GoalByGoalPlan:
         return not _list_operators_for_action_goal(wanted) and self.planner.holds(wanted, state)
 
     def reach_goal(self, wanted: f.Formula) -> bool:
-        """Extend the walk until one more goal holds. Return False if it holds already or no plan is found."""
+        """Extend the plan until one more goal holds. Return False if it holds already or no plan is found."""
         names = _list_operators_for_action_goal(wanted)
         if names:
             planning_goal = PlanningGoal(tuple(self.conditions), (names,))
@@ -102,7 +117,7 @@ class GoalByGoalPlan:
             return False
         else:
             planning_goal = PlanningGoal((*self.conditions, wanted))
-        search = self.planner.find_plan(self.state, planning_goal, self.objects, _GOAL_LIMITS)
+        search = self.planner.find_plan(self.state, planning_goal, self.scene_object_indices, _GOAL_LIMITS)
         if search.end is not SearchEndReason.SOLVED:
             return False
         for action in search.plan:
@@ -139,30 +154,32 @@ def _list_operators_for_action_goal(wanted: f.Formula) -> tuple[str, ...]:
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def make_short_plan(walk: GoalByGoalPlan, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """Return a short plan for the goals of a walk: the walk without needless actions, or the planner's plan.
+def make_short_plan(growing_plan: GoalByGoalPlan, over_time: f.Formula | None = None) -> Sequence[Action]:
+    """Return a short plan for the goals: the grown plan without needless actions, or the planner's plan.
 
-    The planner is used only for long walks. It does not know goals over time.
+    The planner is used only for long plans. It does not know goals over time.
     """
-    planning_goal = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
-    walked = _drop_needless_actions(walk, planning_goal, over_time)
-    if len(walked) < _MIN_STEPS_TO_SHORTEN or over_time is not None:
-        return walked
-    plan = walk.planner.find_plan(walk.start, planning_goal, walk.objects, _SHORTENING_LIMITS).plan
-    return plan if 0 < len(plan) < len(walked) else walked
+    planning_goal = PlanningGoal(tuple(growing_plan.conditions), tuple(growing_plan.actions))
+    grown = _drop_needless_actions(growing_plan, planning_goal, over_time)
+    if len(grown) < _MIN_STEPS_TO_SHORTEN or over_time is not None:
+        return grown
+    plan = growing_plan.planner.find_plan(
+        growing_plan.start, planning_goal, growing_plan.scene_object_indices, _SHORTENING_LIMITS
+    ).plan
+    return plan if 0 < len(plan) < len(grown) else grown
 
 
 def _drop_needless_actions(
-    walk: GoalByGoalPlan, asked: PlanningGoal, over_time: f.Formula | None
+    growing_plan: GoalByGoalPlan, asked: PlanningGoal, over_time: f.Formula | None
 ) -> Sequence[Action]:
     def reaches_all_goals(node: PlanNode) -> bool:
-        holds = walk.planner.holds
+        holds = growing_plan.planner.holds
         if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
         return over_time is None or semantics.holds(over_time, to_trace(_make_trajectory(node)))
 
     return drop_needless_actions(
-        walk.planner.domain, walk.start, walk.trail, reaches_all_goals, asked.actions
+        growing_plan.planner.domain, growing_plan.start, growing_plan.trail, reaches_all_goals, asked.actions
     )
 
 
@@ -224,7 +241,7 @@ class _ExecutedPlan:
     new_facts: Mapping[f.Atom, Sequence[int]]
 
     @cached_property
-    def timeline(self) -> Trace:
+    def trace_of_execution(self) -> Trace:
         return to_trace(self.trajectory)
 
     def becomes_true_first(self, first: f.Atom, then: f.Atom) -> bool:
@@ -243,10 +260,11 @@ class TemporalGoalFinder:
     Attributes:
         task: a task with a plan.
         domain: the domain in which plans are executed.
-        listings: for each predicate, an object that lists the predicate's facts in a state.
+        listings: for each predicate, the object that finds the predicate's facts in a state.
         proposals: draws random facts, for goals over time that require a detour.
         rng: the random generator.
-        begin: starts a new walk (growing plan) of usual actions in the task's initial state.
+        begin: starts a plan that grows goal by goal, in the task's initial state. Its actions are like those
+            in plans of the data set.
     """
 
     task: Task
@@ -288,16 +306,24 @@ class TemporalGoalFinder:
 
         The fact is false at the end of the plan, so the plan makes a detour.
         """
-        walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
-        if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach_goal(seen):
+        growing_plan, seen, last = (
+            self.begin(),
+            self.proposals.draw_literal(self.rng),
+            self.rng.choice(self._goals),
+        )
+        if seen is None or not isinstance(last, f.Atom | f.Not) or not growing_plan.reach_goal(seen):
             return None
-        walk.conditions.clear()
-        reached = walk.follow_plan(self.task.script, self._goals) or reach_all_goals(walk, self._goals)
-        if not reached or walk.goal_holds(seen, walk.state):
+        growing_plan.conditions.clear()
+        reached = growing_plan.follow_plan(self.task.script, self._goals) or extend_plan_until_all_goals_hold(
+            growing_plan, self._goals
+        )
+        if not reached or growing_plan.goal_holds(seen, growing_plan.state):
             return None
         goal = f.Then((seen, last))
-        kept = _make_goal_if_only_first_fulfils(goal, self._execute_plan(walk.trail), self._solving_plan)
-        return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
+        kept = _make_goal_if_only_first_fulfils(
+            goal, self._execute_plan(growing_plan.trail), self._solving_plan
+        )
+        return None if kept is None else replace(kept, plan=make_short_plan(growing_plan, goal))
 
     def _find_goal_forbidding_side_effect(self) -> _TemporalGoal | None:
         """Return a goal over time, or None: two facts must never hold together.
@@ -316,19 +342,19 @@ class TemporalGoalFinder:
         never = rng.choice(left)
         cuts = [cut for cut in self._steps_reaching_goals if cut >= untidy.new_facts[never][0]]
         for cut in cuts[:_MAX_TIDY_POSITIONS]:
-            walk = self.begin()
+            growing_plan = self.begin()
             if (
-                walk.follow_plan(untidy.plan[:cut], ())
-                and walk.reach_goal(f.Not(never))
-                and walk.follow_plan(untidy.plan[cut:], goals)
+                growing_plan.follow_plan(untidy.plan[:cut], ())
+                and growing_plan.reach_goal(f.Not(never))
+                and growing_plan.follow_plan(untidy.plan[cut:], goals)
             ):
-                tidy = self._execute_plan(walk.trail)
+                tidy = self._execute_plan(growing_plan.trail)
                 for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):
                     goal = f.Always(f.Not(f.And((never, other))))
                     kept = _make_goal_if_only_first_fulfils(goal, tidy, untidy) if other != never else None
                     if kept is not None:
-                        walk.conditions = list(goals)
-                        return replace(kept, plan=make_short_plan(walk, goal))
+                        growing_plan.conditions = list(goals)
+                        return replace(kept, plan=make_short_plan(growing_plan, goal))
         return None
 
     def _find_goal_about_order(self) -> _TemporalGoal | None:
@@ -339,9 +365,9 @@ class TemporalGoalFinder:
             temporal = self._find_goal_that_plan_fails(list(chain(*rng.sample(parts, len(parts)))))
             if temporal is not None:
                 return temporal
-        walk = self.begin()
-        if len(goals) > 1 and reach_all_goals(walk, rng.sample(goals, len(goals))):
-            return self._find_goal_that_plan_fails(make_short_plan(walk))
+        growing_plan = self.begin()
+        if len(goals) > 1 and extend_plan_until_all_goals_hold(growing_plan, rng.sample(goals, len(goals))):
+            return self._find_goal_that_plan_fails(make_short_plan(growing_plan))
         return None
 
     @cached_property
@@ -362,24 +388,26 @@ class TemporalGoalFinder:
         final = other.trajectory.final_state
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
             return None
-        candidates = list(self._yield_sort_keys_and_goals(other))
+        candidates = list(self._propose_goals_excluding_plan(other))
         self.rng.shuffle(candidates)
         candidates.sort(key=itemgetter(0))
         kept = (_make_goal_if_only_first_fulfils(goal, self._solving_plan, other) for _, goal in candidates)
         return next((candidate for candidate in kept if candidate is not None), None)
 
-    def _yield_sort_keys_and_goals(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
-        """Yield candidates for a goal over time that the solving plan fulfils and the plan `other` fails.
+    def _propose_goals_excluding_plan(
+        self, excluded_plan: _ExecutedPlan
+    ) -> Iterator[tuple[_SortKey, f.Formula]]:
+        """Yield candidates for a goal over time that the solving plan fulfils and `excluded_plan` fails.
 
         Each candidate is a pair: a sort key and the goal. The sort key is False if the facts of the goal
         share an object. The caller tests the candidates.
         """
         ours, things = self._solving_plan, self.task.scene.objects
-        both = [atom for atom in ours.new_facts if atom in other.new_facts]
+        both = [atom for atom in ours.new_facts if atom in excluded_plan.new_facts]
         for first, then in permutations(both, 2):
-            if ours.becomes_true_first(first, then) and not other.becomes_true_first(first, then):
+            if ours.becomes_true_first(first, then) and not excluded_plan.becomes_true_first(first, then):
                 yield _have_no_common_object(then, first), f.Until(f.Not(then), first)
-            if find_object_names(first) < find_object_names(then) and other.have_held_together(
+            if find_object_names(first) < find_object_names(then) and excluded_plan.have_held_together(
                 first, then
             ) > ours.have_held_together(first, then):
                 yield _have_no_common_object(first, then), f.Always(f.Not(f.And((first, then))))
@@ -418,23 +446,23 @@ class TemporalGoalFinder:
 def _make_goal_if_only_first_fulfils(
     goal: f.Formula, first_plan: _ExecutedPlan, second_plan: _ExecutedPlan
 ) -> _TemporalGoal | None:
-    """Return a goal over time with its two plans, or None unless only the first plan fulfils the goal."""
+    """Return a goal over time if the first plan fulfils it and the second plan does not; else None."""
     is_kept, is_kept_by_other = [
-        semantics.holds(goal, course.timeline) for course in (first_plan, second_plan)
+        semantics.holds(goal, course.trace_of_execution) for course in (first_plan, second_plan)
     ]
     return (
         _TemporalGoal(goal, first_plan.plan, second_plan.plan) if is_kept and not is_kept_by_other else None
     )
 
 
-def reach_all_goals(walk: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
-    """Extend a walk (growing plan) by goals in this order. Return whether all of them hold at the end."""
+def extend_plan_until_all_goals_hold(growing_plan: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
+    """Extend a growing plan by goals in this order. Return whether all of them hold at the end."""
     for wanted in goals:
-        if walk.goal_holds(wanted, walk.state):
-            walk.conditions.append(wanted)
-        elif not walk.reach_goal(wanted):
+        if growing_plan.goal_holds(wanted, growing_plan.state):
+            growing_plan.conditions.append(wanted)
+        elif not growing_plan.reach_goal(wanted):
             return False
-    return all(walk.goal_holds(wanted, walk.state) for wanted in goals)
+    return all(growing_plan.goal_holds(wanted, growing_plan.state) for wanted in goals)
 
 
 def _have_no_common_object(one: f.Formula, other: f.Formula) -> bool:

@@ -49,7 +49,8 @@ def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene
     needy = [
         terms[0]
         for predicate, terms in _find_masked_literals(goal, scene)
-        if len(terms) == 1 and (predicate, _get_category_of_mask(terms[0], scene)) in prior.dependent_states
+        if len(terms) == 1
+        and (predicate, _get_category_of_first_object(terms[0], scene)) in prior.dependent_states
     ]
     places = [
         terms[1] for other in others for _, terms in _find_masked_literals(other, scene) if len(terms) == 2
@@ -90,24 +91,24 @@ def _is_unseen_combination(
         return False
     moved, place = other.terms
     if len(literal.terms) < 2:
-        combined = (literal.predicate, other.predicate, _get_category_of_mask(place, scene))
+        combined = (literal.predicate, other.predicate, _get_category_of_first_object(place, scene))
         return any(mask & moved for mask in literal.terms) and combined not in usual_goals.combinations
     thing, its_place = literal.terms
-    nesting = (literal.predicate, _get_category_of_mask(its_place, scene), other.predicate)
+    nesting = (literal.predicate, _get_category_of_first_object(its_place, scene), other.predicate)
     if its_place & moved and nesting not in usual_goals.nestings:
         return True
-    kind = _get_category_of_mask(thing, scene)
+    kind = _get_category_of_first_object(thing, scene)
     return (
         kind
-        == _get_category_of_mask(its_place, scene)
-        == _get_category_of_mask(moved, scene)
-        != _get_category_of_mask(place, scene)
+        == _get_category_of_first_object(its_place, scene)
+        == _get_category_of_first_object(moved, scene)
+        != _get_category_of_first_object(place, scene)
     )
 
 
-def _get_category_of_mask(mask: int, scene: Scene) -> str:
+def _get_category_of_first_object(object_mask: ObjectMask, scene: Scene) -> str:
     """Return the category of the first object in a bit mask."""
-    return scene.objects[next(iterate_bits(mask))].category
+    return scene.objects[next(iterate_bits(object_mask))].category
 
 
 def _find_predicate_and_subject_pairs(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
@@ -129,7 +130,7 @@ def find_goal_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
     return frozenset({index for _, index in _find_predicate_and_subject_pairs(goal, scene)})
 
 
-class LiteralPattern(NamedTuple):
+class LiteralOverCategories(NamedTuple):
     """A literal that has categories in place of objects."""
 
     predicate: str
@@ -137,14 +138,14 @@ class LiteralPattern(NamedTuple):
     truth: bool
 
 
-Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralPattern, float]]
+Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralOverCategories, float]]
 """Predicate and truth value of a literal -> pattern -> weight, which is greater for more usual patterns.
 
 A pattern is a literal with categories in place of objects.
 """
 
 
-def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool]) -> Patterns:
+def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralOverCategories], bool]) -> Patterns:
     """Return the patterns (literals of categories) that fulfil a condition, with their weights.
 
     Predicates without any such pattern are left out.
@@ -179,7 +180,7 @@ class UsualGoalsOfTaskTitle:
     """
 
     categories: frozenset[str]
-    agent_goal_counts: Mapping[tuple[LiteralPattern, ...], int]
+    agent_goal_counts: Mapping[tuple[LiteralOverCategories, ...], int]
     patterns: Patterns
 
 
@@ -220,7 +221,7 @@ class UsualGoals:
     goal_counts: Mapping[tuple[str, bool], int]
     themes: Mapping[str, UsualGoalsOfTaskTitle]
     shape_counts: Mapping[str, int]
-    pair_patterns: frozenset[LiteralPattern]
+    pair_patterns: frozenset[LiteralOverCategories]
     nestings: frozenset[tuple[str, str, str]]
     combinations: frozenset[tuple[str, str, str]]
     dependent_states: frozenset[tuple[str, str]]
@@ -244,7 +245,7 @@ def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
 
 def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
-) -> Iterator[LiteralPattern]:
+) -> Iterator[LiteralOverCategories]:
     """Yield each literal of a goal with categories in place of objects and variables.
 
     Literals with a variable without category are skipped.
@@ -260,6 +261,6 @@ def find_patterns(
         ]
         known = [category for category in categories if category is not None]
         if len(known) == len(categories):
-            yield LiteralPattern(formula.predicate, tuple(known), truth)
+            yield LiteralOverCategories(formula.predicate, tuple(known), truth)
     for part in get_subformulas(formula):
         yield from find_patterns(part, scene, bound, truth=truth != isinstance(formula, f.Not))

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import pytest
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator import walk as walking
-from eai.benchmarks.generator.walk import GoalByGoalPlan, _make_trajectory, make_short_plan
+from eai.benchmarks.generator import growing_plan as walking
+from eai.benchmarks.generator.growing_plan import GoalByGoalPlan, _make_trajectory, make_short_plan
 from eai.logic.formula import Always, Atom, Constant, Formula, Not, Occurs, Or
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchNode
@@ -58,12 +58,12 @@ def names(walk: GoalByGoalPlan) -> list[str]:
 def test_a_walk_reaches_one_more_goal_and_returns_to_a_mark(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
-    assert walk.objects == tuple(range(5))
+    assert walk.scene_object_indices == tuple(range(5))
     assert not walk.reach_goal(lit("robot")), "no way is found"
     assert walk.reach_goal(lit("lamp_1"))
     assert not walk.reach_goal(lit("lamp_1")), "it holds"
     assert names(walk) == ["GO", "PRESS"]
-    mark, state = walk.get_checkpoint(), walk.state
+    mark, state = walk.get_plan_checkpoint(), walk.state
     taken = Or((Occurs("TAKE"), Occurs("OPEN")))
     assert walk.reach_goal(taken)
     assert not walk.goal_holds(taken, walk.state)

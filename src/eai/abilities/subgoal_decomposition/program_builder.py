@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from itertools import product
 from math import prod
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.notation.subgoals import WrittenSubgoals
@@ -56,6 +56,9 @@ from eai.world.state import State
 
 MAX_LITERALS = 100_000
 """Maximum number of literals in a test of a subgoal, and in all alternatives of a subgoal together."""
+
+_InstructionNumber: TypeAlias = int
+"""Position of an instruction in the program, from 0."""
 
 TOO_MUCH = f"the answer expands to more than {MAX_LITERALS:,} literals"
 
@@ -268,7 +271,7 @@ class ProgramCompiler:
         builder = _SubgoalProgramBuilder(self)
         start = 0
         for number in reversed(range(len(subgoals))):
-            start = builder.add_instructions(
+            start = builder.add_instructions_for_formula(
                 push_negations_inwards(builder.replace_class_names_by_variables(subgoals[number])),
                 number,
                 start,
@@ -381,8 +384,10 @@ class _SubgoalProgramBuilder:
             f.Exists, [f.Variable(class_name.name, class_name.name) for class_name in names], subgoal
         )
 
-    def add_instructions(self, formula: f.Formula, subgoal: int, next_instruction: int) -> int:
-        """Add instructions for a part of a subgoal, and return the number of the first instruction.
+    def add_instructions_for_formula(
+        self, formula: f.Formula, subgoal: int, next_instruction: _InstructionNumber
+    ) -> _InstructionNumber:
+        """Add the instructions that execute a part of a subgoal. Return the first instruction's number.
 
         Negations may stand only before atoms in the formula.
 
@@ -403,21 +408,23 @@ class _SubgoalProgramBuilder:
                 )
             case f.Then(parts):
                 for part in reversed(parts):
-                    next_instruction = self.add_instructions(part, subgoal, next_instruction)
+                    next_instruction = self.add_instructions_for_formula(part, subgoal, next_instruction)
                 return next_instruction
             case f.And(parts):
                 return self._add_conjunction(parts, subgoal, next_instruction)
             case f.Or(parts):
-                return self._add_alternatives(parts, subgoal, next_instruction)
+                return self._add_instructions_for_alternatives(parts, subgoal, next_instruction)
             case f.Exists(variable, body):
                 instances = self._replace_variable_by_each_object(
                     variable, body, self._extent.list_relevant_objects(variable)
                 )
-                return self._add_alternatives(list(instances), subgoal, next_instruction)
+                return self._add_instructions_for_alternatives(list(instances), subgoal, next_instruction)
             case _:
                 raise _make_not_executable_error(formula)
 
-    def _add_conjunction(self, parts: Sequence[f.Formula], subgoal: int, next_instruction: int) -> int:
+    def _add_conjunction(
+        self, parts: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
+    ) -> _InstructionNumber:
         """Add instructions for actions in order, and for conditions that must hold after all actions.
 
         Further actions make the conditions true, before or after the given actions. Both orders are tried.
@@ -425,7 +432,7 @@ class _SubgoalProgramBuilder:
         states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
-            return self.add_instructions(actions, subgoal, next_instruction)
+            return self.add_instructions_for_formula(actions, subgoal, next_instruction)
         held = f.And(tuple(states))
         tested = self._add_instruction(
             _make_instruction_requiring_condition(
@@ -433,21 +440,29 @@ class _SubgoalProgramBuilder:
             )
         )
         before = self._add_condition(
-            held, subgoal, self.add_instructions(actions, subgoal, tested), is_whole_subgoal=False
+            held, subgoal, self.add_instructions_for_formula(actions, subgoal, tested), is_whole_subgoal=False
         )
-        after = self.add_instructions(
+        after = self.add_instructions_for_formula(
             actions, subgoal, self._add_condition(held, subgoal, next_instruction, is_whole_subgoal=False)
         )
-        return self._add_fork([before, after], subgoal)
+        return self._add_fork_instruction([before, after], subgoal)
 
-    def _add_alternatives(self, parts: Sequence[f.Formula], subgoal: int, next_instruction: int) -> int:
-        return self._add_fork(
-            [self.add_instructions(part, subgoal, next_instruction) for part in reversed(parts)], subgoal
+    def _add_instructions_for_alternatives(
+        self, parts: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
+    ) -> _InstructionNumber:
+        return self._add_fork_instruction(
+            [self.add_instructions_for_formula(part, subgoal, next_instruction) for part in reversed(parts)],
+            subgoal,
         )
 
     def _add_condition(
-        self, formula: f.Formula, subgoal: int, next_instruction: int, *, is_whole_subgoal: bool = True
-    ) -> int:
+        self,
+        formula: f.Formula,
+        subgoal: int,
+        next_instruction: _InstructionNumber,
+        *,
+        is_whole_subgoal: bool = True,
+    ) -> _InstructionNumber:
         """Add instructions for a condition on one state: make an alternative true, then test the condition.
 
         A condition has one or several alternatives. If the condition holds already, the instructions do
@@ -473,7 +488,7 @@ class _SubgoalProgramBuilder:
             else tested
             for literals_of_one in reversed(alternatives)
         ]
-        to_do = self._add_fork(entries, subgoal)
+        to_do = self._add_fork_instruction(entries, subgoal)
         if to_do == tested:
             return tested
         needless = self._programs.needless(alternatives)
@@ -531,14 +546,18 @@ class _SubgoalProgramBuilder:
         for index in indices:
             yield substitute_terms(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _add_fork(self, first_instructions: Sequence[int], subgoal: int) -> int:
+    def _add_fork_instruction(
+        self, first_instruction_of_each_branch: Sequence[_InstructionNumber], subgoal: int
+    ) -> _InstructionNumber:
         return (
-            first_instructions[0]
-            if len(first_instructions) == 1
-            else self._add_instruction(SubgoalForkInstruction(lambda state: first_instructions, subgoal))
+            first_instruction_of_each_branch[0]
+            if len(first_instruction_of_each_branch) == 1
+            else self._add_instruction(
+                SubgoalForkInstruction(lambda state: first_instruction_of_each_branch, subgoal)
+            )
         )
 
-    def _add_instruction(self, instruction: Instruction) -> int:
+    def _add_instruction(self, instruction: Instruction) -> _InstructionNumber:
         if len(self.program) >= MAX_INSTRUCTIONS:
             raise InputError(f"the answer has more than {MAX_INSTRUCTIONS:,} steps and alternatives")
         self.program.append(instruction)
@@ -546,7 +565,7 @@ class _SubgoalProgramBuilder:
 
 
 def _make_instruction_requiring_condition(
-    required: _StateRequirement, subgoal: int, next_instruction: int
+    required: _StateRequirement, subgoal: int, next_instruction: _InstructionNumber
 ) -> RequireSubgoalInstruction:
     return RequireSubgoalInstruction(
         required.holds, required.check, subgoal, next_instruction, 1 + required.effort
