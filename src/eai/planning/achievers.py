@@ -1,7 +1,7 @@
 """Achievers: the effects of operators that make an atom true or false, and the conditions of these effects.
 
-A ground atom binds some variables of its achievers. Static facts (facts that no action changes) restrict the
-other variables. So a search needs to find the achievers only once for each atom.
+A ground atom binds some variables of an achiever. Static facts (facts that no action changes) restrict the
+other variables. Therefore the achievers of each atom are computed once in a search.
 """
 
 from __future__ import annotations

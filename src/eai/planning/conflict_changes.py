@@ -37,7 +37,7 @@ ChangeSet: TypeAlias = frozenset[FactChange]
 """Set of changes: at least one of them must happen. If the set is empty, no change can help."""
 
 UndoesWantedChange: TypeAlias = bool
-"""Whether a step makes the opposite of a wanted change."""
+"""True if a step makes the opposite of a wanted change."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 """A condition, and a mapping from its free variables to objects."""

@@ -148,7 +148,7 @@ class PlanStateCache:
         return failed + len(self.find_unmet_goals(number)) + len(self.goal.actions) - taken
 
     def plan_succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
-        """Whether a plan succeeds, given its path (see `compute_path`)."""
+        """Whether all steps of a plan with this path (see `compute_path`) succeed and its goals are met."""
         number, taken = path[-1]
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 
