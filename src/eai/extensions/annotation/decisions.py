@@ -280,7 +280,7 @@ actions in the order of the list.
 def find_first_met_title_meaning(
     candidates: Sequence[TitleMeaning], difference: DemonstrationChanges
 ) -> int | None:
-    """Return the index of the first meaning of a title that a demonstration meets, or None."""
+    """Return the index of the first possible meaning of a task title that a demonstration has, or None."""
     return next(
         (
             number
@@ -305,7 +305,7 @@ def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges
 
 
 def make_concrete_goals(difference: DemonstrationChanges, candidate: TitleMeaning) -> tuple[Goal, ...]:
-    """Return the goals of a demonstration's task that follow from a candidate, with the objects of the task.
+    """Return the goals of a demonstration's task if its title has a given meaning, with the task's objects.
 
     Only facts that the demonstration makes true become goals. States come first, then relations, then
     actions.
@@ -475,9 +475,9 @@ class PatternList:
 
     @cached_property
     def numbered_patterns(self) -> Sequence[GoalPattern]:
-        """The patterns in the order of the numbers by which users name them.
+        """The patterns of changed facts, in the order in which they are numbered for the user.
 
-        Numbers start at 1. Decisions to keep or drop patterns do not change them.
+        Numbers start at 1. Decisions to keep or drop patterns do not change the numbers.
         """
         return tuple(self.counts)
 
@@ -500,11 +500,13 @@ def apply_user_command_to_decisions(
     word, _, rest = command.strip().partition(" ")
     match word:
         case "keep":
-            return _append_entries(
+            return _add_conditions_to_last_title_meaning(
                 decisions, [(pattern,) for pattern in _parse_pattern_numbers(rest, listing)]
             )
         case "or":
-            return _append_entries(decisions, [tuple(_parse_pattern_numbers(rest, listing))])
+            return _add_conditions_to_last_title_meaning(
+                decisions, [tuple(_parse_pattern_numbers(rest, listing))]
+            )
         case "drop":
             kept = dict.fromkeys((*decisions.dropped, *_parse_pattern_numbers(rest, listing)))
             return replace(decisions, dropped=tuple(kept))
@@ -512,7 +514,7 @@ def apply_user_command_to_decisions(
             patterns = _parse_entry([part.strip() for part in rest.split(" or ")])
             for pattern in patterns:
                 _refuse_unknown_names(pattern, listing)
-            return _append_entries(decisions, [patterns])
+            return _add_conditions_to_last_title_meaning(decisions, [patterns])
         case "new":
             return replace(decisions, candidates=(*decisions.candidates, ()))
         case _:
@@ -564,12 +566,12 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
         raise InputError(f"{name!r} is no {noun}{did_you_mean(name, known)}")
 
 
-def _append_entries(
-    chosen: TitleMeaningDecisions, entries: Sequence[AlternativePatterns]
+def _add_conditions_to_last_title_meaning(
+    chosen: TitleMeaningDecisions, conditions: Sequence[AlternativePatterns]
 ) -> TitleMeaningDecisions:
-    """Return the decisions after appending entries to the last candidate."""
+    """Return the decisions after adding conditions to the last possible meaning of the title."""
     *before, last = chosen.candidates or ((),)
-    return replace(chosen, candidates=(*before, (*last, *entries)))
+    return replace(chosen, candidates=(*before, (*last, *conditions)))
 
 
 Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
@@ -620,7 +622,10 @@ def annotate(
 
 
 def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataMistake]:
-    """Yield a finding about each task whose goals in the data set differ from those that decisions imply."""
+    """Yield a finding about each task whose goals in the data set contradict the decisions about its title.
+
+    Decisions fix the meaning of a task title, from which the goals of the task follow.
+    """
     for difference, candidate, goals in annotations:
         task = difference.task
         ours, theirs = set(goals), set(task.goals)

@@ -51,7 +51,7 @@ def _analyze_safety_and_refusals(
     records: StudyRecords, options: _SafetyAndRefusalOptions
 ) -> Iterator[Analysis]:
     runs = sorted(records.read_runs(), key=lambda run: run.key.sort_key)
-    shut_last = {} if options.tasks is None else _read_whether_shutting_last_is_safe(options.tasks)
+    shut_last = {} if options.tasks is None else _read_whether_baseline_is_safe(options.tasks)
     tables = [
         table
         for table in (
@@ -69,8 +69,10 @@ def _analyze_safety_and_refusals(
     yield Analysis(tables, screen_tables=[table for table in tables if table.name != "violations"])
 
 
-def _read_whether_shutting_last_is_safe(task_files: Path) -> Mapping[str, bool]:
-    """Return a mapping from task id to whether the baseline `FLOOR` avoids all hazards of the task.
+def _read_whether_baseline_is_safe(task_files: Path) -> Mapping[str, bool]:
+    """Return a mapping from task id to whether a baseline avoids all hazards of the task.
+
+    The baseline carries out the shortest plan, then shuts and switches off everything.
 
     Raises:
         InputError: The files cannot be read, or no task has this information.
@@ -153,7 +155,10 @@ def _make_safety_table(runs: Sequence[Run], is_baseline_safe: Mapping[str, bool]
 def _estimate_rates_of_shortest_plan_baseline(
     answers: _JudgedAnswers, is_baseline_safe: Mapping[str, bool]
 ) -> list[Estimate]:
-    """Return three rates of the baseline that `FLOOR` names: success, safe success and unsafe success."""
+    """Return three rates of a baseline: success, safe success and unsafe success.
+
+    The baseline carries out the shortest plan, then shuts and switches off everything.
+    """
     is_safe = [is_baseline_safe[record.task_id] for _, _, record in answers]
     is_unsafe = [not safe for safe in is_safe]
     return [_estimate_share(answers, counted) for counted in ([True] * len(answers), is_safe, is_unsafe)]

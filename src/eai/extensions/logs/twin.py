@@ -30,9 +30,9 @@ def make_table_of_same_named_tasks(
     """Tasks with a symbolic twin, by length.
 
     outcomes: the logged outcomes. All other columns describe the twin: the benchmark's task of the same name.
-    They prove nothing about a robot. labels: kinds of task, as in tidy tables; plan: number of steps of the
-    shortest known plan; operators: actions of the gold plan; hidden: objects of the gold plan that cannot be
-    seen at the start; conditions: conditions of the goal; at_start: conditions that hold at the start;
+    They prove nothing about a robot. labels: words for its goals, such as ordered; plan: number of steps in
+    the shortest known plan; operators: actions of the gold plan; hidden: objects of the gold plan that cannot
+    be seen at the start; conditions: conditions of the goal; at_start: conditions that hold at the start;
     reason: why the twin has no plan.
     """
     by_task = group_pairs((episode.task, episode) for episode in episodes if episode.task in tasks)

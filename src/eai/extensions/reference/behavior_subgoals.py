@@ -232,7 +232,10 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return one planner for each literal, or for two literals in a row that one action makes true."""
+        """Return the functions that find actions for the literals, each after the index of its first literal.
+
+        A function is for one literal, or for two successive literals that one action makes true.
+        """
         atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []
         number = 0

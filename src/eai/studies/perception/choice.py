@@ -139,7 +139,7 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.options_label}"
 
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
-        """Return None: the stage before the questions, which makes the scenes, records their format."""
+        """Return None, because the stage that makes the scenes already records the options of this study."""
         return None
 
     @property

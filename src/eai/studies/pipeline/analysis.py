@@ -282,7 +282,10 @@ class _ModularAndPipelineRuns:
 
 
 def _make_test_that_summary_field_is_set(field: str) -> Callable[[Record], bool]:
-    """Return a function that tells whether a field of a record's pipeline summary is neither empty nor 0."""
+    """Return a function that tells whether an answer's summary by this study has a value in a field.
+
+    An empty text and 0 do not count as values.
+    """
     return lambda record: bool(record.summaries.get(STUDY, {}).get(field))
 
 
@@ -431,7 +434,7 @@ def _make_pipeline_pair(
 def _find_tasks_solved_with_stated_goals(
     benchmark: Benchmark, goal_answers: Mapping[str, str], source: Source
 ) -> Iterator[tuple[str, bool]]:
-    """Yield each task id with whether a plan for the stated goals also reaches the goals of the task."""
+    """Yield each task id with whether a plan for a model's goals also reaches the true goals of the task."""
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
     stated = replace_goals_by_answers(benchmark, goal_answers)
     book = open_answers_of_planner(stated, Ability.ACTION_SEQUENCING, source, Limits(_MAX_SEARCH_EFFORT))
