@@ -27,7 +27,6 @@ from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.prompts import OfSet, choose_tasks, is_prompt_list_file, write_prompts
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
-from eai.results.batch import Scoring
 from eai.results.records import read_records
 from eai.results.reward import Reward, Shaping, can_earn_reward
 from eai.results.runs import find_record_files
@@ -144,6 +143,7 @@ def export_sft_data(
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
     workers: options.Workers = 1,
+    ray: options.OnRay = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -158,7 +158,7 @@ def export_sft_data(
     """
     left_out = Counter[str]()
     answers = _make_rows_with_rewards_of_records(
-        records, domain or [], shaping, prompt_set, data, left_out, workers=workers
+        records, domain or [], shaping, prompt_set, data, left_out, workers=workers, ray=ray
     )
     _print_written_rows(
         out,
@@ -178,6 +178,7 @@ def export_preference_data(
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
     workers: options.Workers = 1,
+    ray: options.OnRay = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -190,7 +191,7 @@ def export_preference_data(
     """
     left_out = Counter[str]()
     answers = _make_rows_with_rewards_of_records(
-        records, domain or [], shaping, prompt_set, data, left_out, workers=workers
+        records, domain or [], shaping, prompt_set, data, left_out, workers=workers, ray=ray
     )
     _print_written_rows(
         out,
@@ -247,12 +248,16 @@ def _make_rows_with_rewards_of_records(
     label: Callable[[Suite], training_data.AddColumns] | None = None,
     *,
     workers: int = 1,
+    ray: str | None = None,
 ) -> Iterator[TrainingRow]:
     """Yield the answers in files of records, each with its value as a reward, grouped by suite."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(record_files) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
-    with open_data_source(data, PlannerChoice.NONE) as source, Scoring(workers) as scoring:
+    with (
+        open_data_source(data, PlannerChoice.NONE) as source,
+        options.open_workers(workers, ray) as scoring,
+    ):
         for (domain, ability), of_suite in by_suite.items():
             if not can_earn_reward(ability):
                 count_by_exclusion_reason[training_data.NOT_PAID] += len(of_suite)

@@ -33,7 +33,16 @@ from eai.benchmarks.generator.spec import (
 )
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, format_count, get_output_console, print_result
-from eai.cli.options import AsJson, DataFolder, Seed, Workers, make_flag, open_data_source
+from eai.cli.options import (
+    AsJson,
+    DataFolder,
+    OnRay,
+    Seed,
+    Workers,
+    make_flag,
+    open_data_source,
+    open_workers,
+)
 from eai.cli.progress import show_making_progress, show_scoring_progress
 from eai.pddl.export import export_domain_and_problem
 from eai.pddl.val import NOT_VALID, VALID, find_val_program, run_val
@@ -87,6 +96,7 @@ def generate_tasks(
     ] = None,
     val: bool = False,
     workers: Workers = 1,
+    ray: OnRay = None,
     compress: Annotated[bool, make_flag("--gzip")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -155,11 +165,9 @@ def generate_tasks(
         out.mkdir(parents=True, exist_ok=True)
     generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
     seeds = sets.make_seeds(split.value, seed, secret)
-    with WorkerPool(workers) as pool:
+    with open_workers(workers, ray) as pool:
         fingerprints_with_copies: list[tuple[str, str]] = []
-        generated = _generate_with_workers(
-            generator, seeds, n, known, fingerprints_with_copies, pool if workers > 1 else None
-        )
+        generated = _generate_with_workers(generator, seeds, n, known, fingerprints_with_copies, pool)
         write_lines = partial(_write_lines_of_task_and_pair, benchmark_name=like, benchmark=benchmark)
         outcomes, lines, stopped = _collect_outcomes_and_task_lines(
             generated, n, like, write_lines, quiet=as_json
@@ -213,13 +221,13 @@ def _generate_with_workers(
     number: int,
     known: set[tuple[str, str]],
     fingerprints_with_copies: list[tuple[str, str]],
-    pool: WorkerPool | None,
+    pool: WorkerPool,
 ) -> Iterator[GenerationOutcome]:
     """Yield the task that each seed gives, or the reason why it gives none, until there are enough tasks.
 
     The tasks are equal for any number of workers.
     """
-    if pool is None:
+    if not pool.has_processes:
         return generate_from_seeds(generator, seeds, number, known, fingerprints_with_copies)
     judge = partial(make_tasks_from_seed_batch, _add_reference_plans_to_task_and_pair, generator)
     vocabulary = generator.benchmark.domain.vocabulary

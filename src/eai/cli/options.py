@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.base.errors import InputError
+from eai.base.entry_points import load_from_extension
+from eai.base.errors import InputError, require_extra
 from eai.base.store import FOLDER_VARIABLE, Store
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import show_data_progress
@@ -23,6 +24,7 @@ from eai.tasks.source import ErrataChoice, Source, find_errata_choice, find_plan
 
 if TYPE_CHECKING:
     from eai.agents.setting import AgentSetting
+    from eai.results.batch import Scoring
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """Titles of the panels of options in the help of commands that score."""
@@ -49,6 +51,19 @@ Seed = Annotated[int, make_flag("--seed", help="Of all that is random.")]
 Workers = Annotated[
     int, make_flag("--workers", help="Number of processes. Any number writes the same bytes.", min=1)
 ]
+
+
+def make_ray_flag(panel: str | None = None) -> Any:
+    """Return the flag of the address of a Ray cluster (`open_workers`)."""
+    return make_flag(
+        "--ray",
+        help="Use --workers on a Ray cluster: auto, HOST:PORT, or local.",
+        panel=panel,
+        metavar="ADDRESS",
+    )
+
+
+OnRay = Annotated[str | None, make_ray_flag()]
 
 
 def make_option_flag(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
@@ -122,6 +137,25 @@ def open_planner_limits(command: typer.Context, seconds: int | None, memory_mib:
     """
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
     return PlannerLimits(seconds, memory_mib, Path(folder))
+
+
+def open_workers(workers: int, ray: str | None) -> Scoring:
+    """Open the processes that work for a command, on this machine or on a Ray cluster, for a ``with`` block.
+
+    Args:
+        workers: number of processes.
+        ray: address of the cluster; None for this machine.
+
+    Raises:
+        InputError: Ray is not installed, or the cluster cannot be used.
+    """
+    if ray is not None:
+        with require_extra("ray", "--ray needs"):
+            open_on_cluster: Callable[[str, int], Scoring] = load_from_extension("scoring_on_ray", "--ray")
+        return open_on_cluster(ray, workers)
+    from eai.results.batch import Scoring  # imported late, because few commands need it
+
+    return Scoring(workers)
 
 
 SETTING = "--with"

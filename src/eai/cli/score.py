@@ -17,8 +17,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.verdict import Verdict
-from eai.base.entry_points import load_from_extension
-from eai.base.errors import InputError, InterruptError, require_extra
+from eai.base.errors import InputError, InterruptError
 from eai.base.files import LOCK_FILE, find_files_below, lock_run_folder
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
@@ -146,7 +145,7 @@ def score(
     planner_seconds: Annotated[int | None, make_scoring_flag("planner_seconds")] = None,
     planner_memory: Annotated[int | None, make_scoring_flag("planner_memory", metavar="MIB")] = None,
     workers: Annotated[int, make_scoring_flag("workers")] = 1,
-    ray: Annotated[str | None, make_flag(panel=SCORING, metavar="ADDRESS")] = None,
+    ray: Annotated[str | None, options.make_ray_flag(SCORING)] = None,
     explanations: Annotated[bool, make_scoring_flag("explanations")] = True,
     allow_missing: Annotated[bool, make_scoring_flag("allow_missing")] = False,
     look_back: Annotated[int | None, make_scoring_flag("look_back", metavar="STATES")] = None,
@@ -177,7 +176,6 @@ def score(
     Options:
         paths: Response files (JSON, JSONL, Parquet), folders or zips of such files, Inspect logs, or logs of
             other projects and folders of these.
-        ray: Score with --workers on a Ray cluster: auto, HOST:PORT, or local.
         goals: For pipelines: the answers to goal interpretation whose goals the questions stated.
         prompt_name: Name of the prompts.
         shard: Score the I-th of N parts as a separate job; --merge merges the parts.
@@ -209,7 +207,7 @@ def score(
         jobs = [replace(job, goals=goals, prompt_name=prompt_name, shard=shard) for job in jobs]
         print_note_if_planner_missing([job.suite for job in jobs])
         _print_note_on_unknown_tasks(jobs)
-        with _open_scoring(workers, ray) as scoring, ExitStack() as stack:
+        with options.open_workers(workers, ray) as scoring, ExitStack() as stack:
             lock_file = LOCK_FILE if shard is None else f".{shard.file_name}.lock"
             for folder in {job.out: None for job in jobs}:
                 if folder is not None:
@@ -276,15 +274,6 @@ def _print_note_on_unknown_tasks(jobs: Sequence[_ScoringJob]) -> None:
             title = f"{job.suite.domain}, {job.suite.ability.value}, {job.answers.model}"
             rows = format_count(job.answers.skipped_rows, "answer")
             print_note(f"{title}: {rows} left out, to tasks that are not in the data set")
-
-
-def _open_scoring(workers: int, ray: str | None) -> Scoring:
-    """Open the processes that score, on this machine or on a Ray cluster, for the time of a block."""
-    if ray is None:
-        return Scoring(workers)
-    with require_extra("ray", "--ray needs"):
-        on_cluster: Callable[[str, int], Scoring] = load_from_extension("scoring_on_ray", "--ray")
-    return on_cluster(ray, workers)
 
 
 def _find_records_of_interrupted_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:

@@ -192,6 +192,11 @@ class WorkerPool:
         self._waiting: deque[_WorkBatch] = deque()
         self._folder: TemporaryDirectory[str] | None = None
 
+    @property
+    def has_processes(self) -> bool:
+        """Whether other processes do the work."""
+        return self._number > 1
+
     def __enter__(self) -> Self:
         return self
 
@@ -236,7 +241,7 @@ class WorkerPool:
         Raises:
             EaiError: workers die repeatedly at the same items.
         """
-        if self._number < 2:
+        if not self.has_processes:
             yield from map_one_by_one(work, items)
             return
         content = pickle.dumps(work)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import socket
 import sys
 from collections.abc import Iterator
 from importlib import import_module
@@ -26,11 +28,15 @@ class Cluster(ModuleType):
         self.actors: list[Any] = []
         self.started: dict[str, Any] | None = None
         self.promised = self.most = 0
+        self.complaint, self.fails = "", False
 
     def is_initialized(self) -> bool:
         return self.started is not None
 
     def init(self, address: str, **options: Any) -> None:
+        os.write(2, self.complaint.encode())
+        if self.fails:
+            raise ConnectionError("Failed to connect")
         self.started = {"address": address, **options}
 
     def shutdown(self) -> None:
@@ -78,7 +84,7 @@ class _Remote:
 @pytest.fixture
 def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
     stand_in, errors = Cluster(), ModuleType("ray.exceptions")
-    vars(errors)["RayActorError"] = RuntimeError
+    vars(errors).update(RayActorError=RuntimeError, RayError=RuntimeError)
     monkeypatch.setitem(sys.modules, "ray", stand_in)
     monkeypatch.setitem(sys.modules, "ray.exceptions", errors)
     monkeypatch.delitem(sys.modules, "eai.extensions.distributed.ray_scoring", raising=False)
@@ -86,8 +92,8 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
     sys.modules.pop("eai.extensions.distributed.ray_scoring", None)  # it is bound to the stand-in
 
 
-def scoring(workers: int) -> Any:
-    return import_module("eai.extensions.distributed.ray_scoring").RayScoring("local", workers)
+def scoring(workers: int, address: str = "local") -> Any:
+    return import_module("eai.extensions.distributed.ray_scoring").RayScoring(address, workers)
 
 
 def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cluster: Cluster) -> None:
@@ -111,3 +117,40 @@ def test_a_cluster_with_fewer_cores_is_left_again(cluster: Cluster) -> None:
     with pytest.raises(InputError, match="4 workers need 4 cores, but the cluster has 3"):
         scoring(CORES + 1)
     assert cluster.started is None
+
+
+def test_one_worker_is_an_actor_too(cluster: Cluster) -> None:
+    with scoring(1) as pool:
+        assert pool.has_processes
+
+
+def test_a_port_at_which_nothing_listens_is_not_left_to_ray(cluster: Cluster) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        with scoring(1, address):
+            assert cluster.started is not None
+    for name in (address, f"ray://{address}"):
+        with pytest.raises(InputError, match=f"^{name}: no Ray cluster answers; .*refused"):
+            scoring(1, name)
+
+
+@pytest.mark.parametrize(
+    ("complaint", "advice"),
+    [("W gcs_client.cc: Unauthenticated", "set RAY_AUTH_MODE=token"), ("W rpc_client.h", "start one")],
+)
+def test_why_a_cluster_refuses_is_said_in_one_line(
+    cluster: Cluster, complaint: str, advice: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    cluster.complaint, cluster.fails = complaint, True
+    with pytest.raises(InputError, match=f"^auto: .*{advice}"):
+        scoring(1, "auto")
+    assert capfd.readouterr().err == ""
+    assert "RAY_gcs_server_port_wait_time_s" not in os.environ
+
+
+def test_what_ray_says_of_a_cluster_that_answers_is_shown(
+    cluster: Cluster, capfd: pytest.CaptureFixture[str]
+) -> None:
+    cluster.complaint = "W raylet.cc: little memory"
+    with scoring(1, "auto"):
+        assert capfd.readouterr().err == cluster.complaint

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import socket
+import sys
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, TypeVar
+from contextlib import contextmanager, nullcontext
+from tempfile import TemporaryFile
+from typing import IO, Any, TypeVar
+from urllib.parse import urlsplit
 
 import ray
-from ray.exceptions import RayActorError
+from ray.exceptions import RayActorError, RayError
 
 from eai.base.errors import EaiError, InputError
 from eai.results.batch import Scoring
@@ -24,6 +30,12 @@ from eai.results.workers import (
 
 LOCAL = "local"
 """Address that stands for a new cluster on this machine, which ends with the program."""
+
+_PORT_SECONDS = 5
+"""Seconds in which the port of a cluster must accept a connection. Ray itself tries for 14 minutes."""
+
+_MAX_ATTEMPTS = "RAY_gcs_server_port_wait_time_s"
+"""Environment variable that limits how often Ray tries to connect, once a second. Ray's default is 20."""
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -58,6 +70,11 @@ class RayScoring(Scoring):
             )
         lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=MAX_DEATHS - 1)(_BatchActor)
         self._actors = [lasting.remote() for _ in range(workers)]
+
+    @property
+    def has_processes(self) -> bool:
+        """True: actors do the work, even if there is one."""
+        return True
 
     def close(self) -> None:
         """End the actors, and leave the cluster if this object joined it."""
@@ -102,12 +119,56 @@ class RayScoring(Scoring):
 
 def _connect_to_cluster(address: str, workers: int) -> None:
     settings = {"num_cpus": workers} if address == LOCAL else {}
+    with TemporaryFile() as lines:
+        try:
+            _require_open_port(address)
+            with _redirect_standard_error(lines), nullcontext() if address == LOCAL else _limit_attempts():
+                ray.init(address, log_to_driver=False, logging_level="error", **settings)
+        except (OSError, ValueError, RayError) as error:
+            lines.seek(0)
+            raise InputError(_describe_failure(address, error, lines.read().decode())) from error
+
+
+def _require_open_port(address: str) -> None:
+    """Raise if no program listens at an address with a port."""
+    parts = urlsplit(address if "://" in address else f"//{address}")
+    if parts.hostname and parts.port:
+        socket.create_connection((parts.hostname, parts.port), _PORT_SECONDS).close()
+
+
+@contextmanager
+def _redirect_standard_error(lines: IO[bytes]) -> Iterator[None]:
+    """Write what Ray's C++ code prints in a ``with`` block to a file. Print it after the block succeeds."""
+    sys.stderr.flush()
+    before = os.dup(2)
+    os.dup2(lines.fileno(), 2)
     try:
-        ray.init(address, log_to_driver=False, logging_level="error", **settings)
-    except (ConnectionError, ValueError) as error:
-        raise InputError(
-            f"{address}: no Ray cluster answers; start one, or give {LOCAL} ({error})"
-        ) from error
+        yield
+    finally:
+        os.dup2(before, 2)
+        os.close(before)
+    lines.seek(0)
+    os.write(2, lines.read())
+
+
+@contextmanager
+def _limit_attempts() -> Iterator[None]:
+    is_ours = _MAX_ATTEMPTS not in os.environ
+    os.environ.setdefault(_MAX_ATTEMPTS, "2")
+    try:
+        yield
+    finally:
+        if is_ours:
+            del os.environ[_MAX_ATTEMPTS]
+
+
+def _describe_failure(address: str, error: Exception, lines: str) -> str:
+    if "authenticat" in f"{error} {lines}".lower():
+        return (
+            f"{address}: the cluster expects its token; set RAY_AUTH_MODE=token, and RAY_AUTH_TOKEN to the "
+            "content of ~/.ray/auth_token on its head node"
+        )
+    return f"{address}: no Ray cluster answers; start one, or give {LOCAL} ({error})"
 
 
 def _get_results(promise: Any) -> Sequence[Any]:
