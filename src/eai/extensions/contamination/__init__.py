@@ -2,5 +2,7 @@
 
 Entry points: `contamination` (a study); `obfuscated`, which opens the tasks of a benchmark with swapped
 names, and `rules`, which opens them with the true names. The prompts of both state the exact rules of all
-actions, which plain prompts do not. Extra: none. Page: docs/extensions/contamination/README.md.
+actions, which the benchmark's own prompts leave out.
+Extra: none.
+Page: docs/extensions/contamination/README.md.
 """
