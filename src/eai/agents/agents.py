@@ -191,7 +191,7 @@ class _Explorer:
         if self._expected != game.state:
             self._plan.clear()
         if not self._plan:
-            self._plan.extend(self._find_plan() or self._plan_to_revisit_first_known_objects())
+            self._plan.extend(self._find_plan() or self._plan_to_revisit_objects_known_at_start())
         if not self._plan:
             return DONE
         action = self._plan.popleft()
@@ -202,7 +202,7 @@ class _Explorer:
         """Return the actions of a plan for the goals, or else of a plan to see more objects."""
         return (
             self._plan_for_goals()
-            or self._plan_to_see_objects(self._find_unvisited_first_known_objects())
+            or self._plan_to_see_objects(self._find_unvisited_objects_known_at_start())
             or self._plan_for_goals(_LIMITS_BEFORE_OPENING)
             or self._plan_to_open_container()
             or self._plan_for_goals(_LIMITS_OF_LAST_SEARCH)
@@ -213,10 +213,10 @@ class _Explorer:
         self._has_opened |= bool(plan)
         return plan
 
-    def _plan_to_revisit_first_known_objects(self) -> Sequence[Action]:
+    def _plan_to_revisit_objects_known_at_start(self) -> Sequence[Action]:
         """Return a plan to visit the objects known from the start again, now that containers are open.
 
-        Beside some of these objects the agent can look into an open container.
+        At some of these objects, the agent sees into an open container.
         """
         if not self._has_opened:
             return ()
@@ -289,7 +289,7 @@ class _Explorer:
                         return plan
         return ()
 
-    def _find_unvisited_first_known_objects(self) -> Sequence[tuple[int, Formula]]:
+    def _find_unvisited_objects_known_at_start(self) -> Sequence[tuple[int, Formula]]:
         """Return the objects known from the start that the agent has not visited, such as furniture.
 
         Each comes with the condition under which the agent sees it.
@@ -303,8 +303,8 @@ class _Explorer:
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that can hide other objects, each with the condition under which it hides nothing.
 
-        Objects that goals name come first. The other objects are sorted by how often an object of their kind
-        was opened in vain. Among equals, visible objects come first.
+        Objects that goals name come first. Other objects are sorted by the number of vain openings of
+        their kind. Among equals, visible objects come first.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
@@ -341,7 +341,7 @@ class _GoldPlanAgentThatExplores(_Explorer):
         """Return the next step of the gold plan, or a plan to see objects if the step has unknown objects."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return (
-                self._plan_to_see_objects(self._find_unvisited_first_known_objects())
+                self._plan_to_see_objects(self._find_unvisited_objects_known_at_start())
                 or self._plan_to_open_container()
             )
         return [self._steps.popleft()] if self._steps else ()

@@ -170,8 +170,7 @@ def add_reference_plans(task: Task, benchmark: Benchmark) -> Task:
 def find_wrong_reference_plans(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
     """Yield messages on wrong plans that a task records: its shortest plan, or its reference plan.
 
-    The shortest plan is the shortest known one. An agent that sees only part of the world can carry out the
-    reference plan.
+    The reference plan can be carried out by an agent that sees only a part of the world.
 
     Args:
         task: a task whose recorded plans reach its goals (`eai.tasks.task_files.find_mistakes_in_task`).

@@ -89,7 +89,10 @@ class _ActingScorer(Scorer):
 
     @cached_property
     def _exclusion_if_no_winning_game_found(self) -> TaskExclusion | None:
-        """The reason for leaving the task out, found by a search for commands that win it, or None."""
+        """The reason for leaving the task out of statistics if no search finds commands that win it.
+
+        None if the task counts.
+        """
         if self.task.unplannable_reason is not None:
             return self.task.unplannable_reason
         stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_unrewarded_replay)

@@ -25,7 +25,7 @@ _AFTER = {
     "report {out} --out report": "tables, and the explorer as a page",
     "run --model openai/gpt-4o --limit 5": "a model of yours (needs its key)",
 }
-"""Commands to try after the demo, each with a text that says what it shows."""
+"""Commands to try after the demo. The text for each command names its result."""
 
 
 def demo(out: Annotated[Path, make_flag(metavar="DIR")] = Path("runs/demo"), data: DataFolder = None) -> None:

@@ -226,9 +226,9 @@ def _find_solving_plan_and_origin(suite: Suite, task: Task) -> tuple[tuple[str, 
 
 
 def _describe_distance_to_success(suite: Suite, record: Record) -> tuple[str, ...]:
-    """Return sentences on how far a failed answer is from success, such as the edits that repair its plan.
+    """Return sentences on the distance of a failed answer from success, such as edits that repair its plan.
 
-    If its record does not say so, the repair is searched.
+    If the record has no repair, a search finds it.
     """
     verdict = record.verdict
     if find_answer_outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:

@@ -276,7 +276,7 @@ def _describe_estimated_task_count(task_count: int | None) -> str:
 
 
 def _add_reference_plans_to_task_and_pair(made: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
-    """Return a task with reference plans, if it has none. If it belongs to a pair, complete both tasks."""
+    """Return a task, or a pair of tasks, with missing reference plans added."""
     paired = None if made.paired is None else _add_reference_plans_to_task_and_pair(made.paired, benchmark)
     return replace(made, task=add_reference_plans(made.task, benchmark), paired=paired)
 

@@ -115,7 +115,7 @@ def count_scoring_progress(
 ) -> Callable[[str], AbstractContextManager[ProgressCallback]]:
     """Return a function that shows the progress of scoring one of several files, below a title for this file.
 
-    The number of answers and the time left are those of all files together. The callback takes the number of
+    Number of answers and time left count all files together. The callback takes the number of
     newly scored answers.
 
     Args:

@@ -43,27 +43,30 @@ class Shaping(str, Enum):
     """A rule that turns the verdict on an answer into a reward."""
 
     SUCCESS = "success"
-    """Pay 1 if the whole answer is right, else 0.
+    """The reward is 1 if the whole answer is right, else 0.
 
-    In subgoal decomposition, every rule divides its pay by 1 plus the number of actions that scoring added to
-    the answer to reach its subgoals.
+    In subgoal decomposition, every rule divides its reward by 1 plus the number of actions that scoring added
+    to the answer to reach its subgoals.
     """
     GOALS = "goals"
-    """Pay the share of goals newly reached, or 0 if an error ended the answer."""
+    """The share of goals that the answer reaches, or 0 if an error ends it.
+
+    Goals that held at the start do not count.
+    """
     PROGRESS = "progress"
-    """Give as reward the share of the goals reached by the answer, up to the error that ended it, if any.
+    """The share of the goals that the answer reaches before an error ends it.
 
     Goals that held at the start do not count.
     """
     DIAGNOSIS = "diagnosis"
-    """Pay ``progress`` divided by one more than the number of diagnosed faults."""
+    """The reward by ``progress``, divided by one more than the number of diagnosed faults."""
     REPAIR = "repair"
-    """Pay the closeness of a plan to success, which falls with the number of edits that repair the plan."""
+    """A reward that falls with the number of edits that a plan needs to succeed."""
     PARTIAL = "partial"
-    """Pay the gain in partial success up to the error that ended the answer.
+    """The gain in partial success up to the error that ended the answer.
 
-    Partial success is the share of goal conditions that a plan meets. Abilities without partial success pay
-    ``progress``.
+    Partial success is the share of goal conditions that a plan meets. In abilities without partial success,
+    the reward is that by ``progress``.
     """
 
 

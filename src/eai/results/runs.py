@@ -37,7 +37,7 @@ _LOG_FILE = "inspect.json"
 LogSamples: TypeAlias = tuple[str | Mapping[str, str], int | Mapping[str, int]]
 """File name of the Inspect log with a run's samples, and the epoch of these samples.
 
-Instead of one name or one epoch for all tasks, there may be a mapping from each task to its own.
+If tasks differ, a mapping from tasks to names or epochs replaces the name or the epoch.
 """
 
 

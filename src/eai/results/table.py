@@ -95,7 +95,7 @@ class Estimate:
 ESTIMATE_PARTS = ("value", "low", "high", "numerator", "denominator")
 
 NO_NUMBER = Estimate(None)
-"""Cell of an unknown number. It is shown as a dash, while the cell None is shown empty."""
+"""Cell of an unknown number, printed as a dash. The cell None is printed as an empty text."""
 
 
 @dataclass(frozen=True, slots=True)

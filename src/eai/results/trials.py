@@ -120,7 +120,7 @@ class Conversation:
         return () if self._trial is None else tuple(self._trial.attempts)
 
     def add_answer(self, text: str) -> None:
-        """Add the model's answer to the current question, so that the next question can be asked."""
+        """Add the model's answer to the current question. Afterwards, `question` is the next question."""
         self.asked.append(self.question)
         if self._trial is not None:
             self._trial.try_answer(text)
