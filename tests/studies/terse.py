@@ -42,9 +42,7 @@ class Limit(VariationOptions):
     ) -> StageBeforeQuestions:
         return StageBeforeQuestions(library, wanted, ask, self._limited)
 
-    def _limited(
-        self, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
-    ) -> ModelBeliefsInPrompts:
+    def _limited(self, _: StageBeforeQuestions, __: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: BelievedTask(task, initial=told) for task_id, task in suite.tasks.items()}
         return ModelBeliefsInPrompts(beliefs, Experiment(), "there is no such task")

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import pytest
 
 import eai.logic.formula as f
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import DomainError
 from eai.results.plots import OUTCOME_COLORS
-from eai.studies.report import explorer
 from eai.tasks.prompts.template import list_template_names
 from eai.world.fault import FAULT_PRECEDENCE, NOT_EXECUTED, FaultKind
 from eai.world.operator import Check
-
-EXPLORER = Path(explorer.__file__).with_suffix("")
 
 
 @pytest.mark.parametrize("kind", FaultKind)
 def test_each_kind_of_error_has_an_outcome_a_colour_and_feedback(kind: FaultKind) -> None:
     assert AnswerOutcome(kind.value) in OUTCOME_COLORS
     assert f"feedback/{kind.value}.txt" in list_template_names()
-    for name in ("data.js", "style.css"):
-        assert re.search(rf"\b{kind.value}\b", (EXPLORER / name).read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("kind", FaultKind)
