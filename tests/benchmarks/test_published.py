@@ -20,7 +20,7 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice, Source
-from eai.tasks.task import Category
+from eai.tasks.task import PredicateCategory
 from suites import SUITES, official_files, official_prompts
 
 
@@ -49,8 +49,8 @@ def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: Store) -
 
 def test_no_task_has_the_category_of_tools(data_store: Store) -> None:
     tasks = open_virtualhome_operators(Source(data_store))
-    assert Category.OBJECT_TOOLS in next(iter(tasks.values())).domain.categories.values()
-    assert all(Category.OBJECT_TOOLS not in task.categories for task in tasks.values())
+    assert PredicateCategory.OBJECT_TOOLS in next(iter(tasks.values())).domain.categories.values()
+    assert all(PredicateCategory.OBJECT_TOOLS not in task.categories for task in tasks.values())
 
 
 GOAL_INTERPRETATION = ("virtualhome", Ability.GOAL_INTERPRETATION)

@@ -10,7 +10,7 @@ from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
-from eai.tasks.task import Category, Goal, GoalKind, Task
+from eai.tasks.task import Goal, GoalKind, PredicateCategory, Task
 from eai.world.action import Action
 from eai.world.derived import DefinedPredicate, is_a
 from eai.world.domain import Domain
@@ -94,16 +94,16 @@ def test_a_task_asks_for_the_operators_of_a_plan(tasks: dict[str, TransitionTask
 
 def test_predicates_and_tasks_have_categories(tasks: dict[str, TransitionTask]) -> None:
     assert tasks["lit"].domain.categories == {
-        "bright": Category.OBJECT_STATES,
-        "heavy": Category.OBJECT_AFFORDANCE,
-        "at": Category.SPATIAL_RELATIONS,
-        "tired": Category.NON_SPATIAL_RELATIONS,
-        "dark": Category.NON_SPATIAL_RELATIONS,
-        "is-lamp": Category.OBJECT_AFFORDANCE,
+        "bright": PredicateCategory.OBJECT_STATES,
+        "heavy": PredicateCategory.OBJECT_AFFORDANCE,
+        "at": PredicateCategory.SPATIAL_RELATIONS,
+        "tired": PredicateCategory.NON_SPATIAL_RELATIONS,
+        "dark": PredicateCategory.NON_SPATIAL_RELATIONS,
+        "is-lamp": PredicateCategory.OBJECT_AFFORDANCE,
     }
-    assert tasks["there"].categories == (Category.SPATIAL_RELATIONS,)
-    own = make_transition_tasks(ROOMS, {"lit": LIT}, {"bright": Category.OBJECT_ORIENTATION})
-    assert own["lit"].categories == (Category.OBJECT_ORIENTATION,)
+    assert tasks["there"].categories == (PredicateCategory.SPATIAL_RELATIONS,)
+    own = make_transition_tasks(ROOMS, {"lit": LIT}, {"bright": PredicateCategory.OBJECT_ORIENTATION})
+    assert own["lit"].categories == (PredicateCategory.OBJECT_ORIENTATION,)
 
 
 def test_what_no_text_may_mention_is_left_out(tasks: dict[str, TransitionTask]) -> None:

@@ -17,7 +17,7 @@ from eai.pddl.planning import PlannerOutcome
 from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
 from eai.studies.sensitivity.study import OperatorReplacementTrial
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
-from eai.tasks.task import Category
+from eai.tasks.task import PredicateCategory
 
 O1 = "o1-preview-2024-09-12"
 _WORD = re.compile(r"[a-z][a-z0-9_-]*")
@@ -306,7 +306,7 @@ def categories_by_weight(evidence: Evidence) -> Finding:
         frequency = Counter(name for names in predicates for name in names)
         hits = 0
         for task, names in zip(tasks, predicates, strict=True):
-            weights: dict[Category, float] = defaultdict(float)
+            weights: dict[PredicateCategory, float] = defaultdict(float)
             for name in sorted(names):
                 weights[task.domain.categories[name]] += log(len(tasks) / frequency[name])
             lowest = min(weights[category] for category in task.categories)

@@ -15,7 +15,7 @@ from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
     from eai.tasks.operator_task import StepTranslator, TransitionTask
-    from eai.tasks.task import Category
+    from eai.tasks.task import PredicateCategory
 
 Render = Callable[[Source], Mapping[str, str]]
 """Renders prompts for which the data set has only a template. Returns a mapping from task id to question."""
@@ -108,8 +108,8 @@ def _build_transition_tasks(
     return TaskSet(tasks, tasks.__getitem__, pack.sha256)
 
 
-def _read_category(label: str) -> Category:
+def _read_category(label: str) -> PredicateCategory:
     """Return the category of predicates for a label of the data set, such as ``non-spatial_relations``."""
-    from eai.tasks.task import Category
+    from eai.tasks.task import PredicateCategory
 
-    return Category(label.replace("-", "_").replace(" ", "_"))
+    return PredicateCategory(label.replace("-", "_").replace(" ", "_"))

@@ -23,7 +23,7 @@ from eai.pddl.reader import read_action
 from eai.results.table import Column, NamedCells, Plain, Table
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.source import ErrataChoice, Source
-from eai.tasks.task import Category, Task
+from eai.tasks.task import PredicateCategory, Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,7 +240,7 @@ def _count_categories(profiles: Iterable[_TaskProfile]) -> Iterator[_DataSetStat
     asked_profiles = [profile for profile in profiles if profile.asked is not None]
     tasks = Counter(category for profile in asked_profiles for category in profile.categories)
     largest = max(len(profile.categories) for profile in asked_profiles)
-    for category in (profile.value for profile in Category if tasks[profile.value]):
+    for category in (profile.value for profile in PredicateCategory if tasks[profile.value]):
         label = category.replace("non_", "non-").replace("_", " ")
         yield _DataSetStatistic(
             f"tasks: {label}",

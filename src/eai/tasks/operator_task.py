@@ -23,7 +23,7 @@ from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import unparse_operator, write_problem
 from eai.planning.planner import Planner
 from eai.tasks.planning import find_plan
-from eai.tasks.task import Category, Goal, GoalKind, Task
+from eai.tasks.task import Goal, GoalKind, PredicateCategory, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
@@ -41,7 +41,7 @@ class OperatorLibrary:
 
     header: PddlDomain
     operators: Mapping[str, OperatorText]
-    categories: Mapping[str, Category]
+    categories: Mapping[str, PredicateCategory]
 
 
 StepTranslator: TypeAlias = Callable[[Task, Sequence[PlanStep]], Sequence[Action]]
@@ -72,7 +72,7 @@ class TransitionTask:
     id: str
     domain: OperatorLibrary
     operators: tuple[str, ...]
-    categories: tuple[Category, ...]
+    categories: tuple[PredicateCategory, ...]
     problem_text: str
     actions_of: StepTranslator = _translate_no_steps
 
@@ -92,7 +92,7 @@ _gold = lru_cache(maxsize=256)(read_action)
 
 
 def make_transition_tasks(
-    domain: Domain, tasks: Mapping[str, Task], categories: Mapping[str, Category] | None = None
+    domain: Domain, tasks: Mapping[str, Task], categories: Mapping[str, PredicateCategory] | None = None
 ) -> dict[str, TransitionTask]:
     """Return a mapping from ids to a domain's tasks of transition modeling, in the order of its tasks.
 
@@ -151,7 +151,7 @@ def _translate_steps_to_actions(
     return actions
 
 
-def make_default_predicate_categories(domain: PddlDomain) -> dict[str, Category]:
+def make_default_predicate_categories(domain: PddlDomain) -> dict[str, PredicateCategory]:
     """Return a mapping from predicates to their categories.
 
     The category depends on the predicate's number of arguments, and on whether an operator changes the
@@ -163,13 +163,13 @@ def make_default_predicate_categories(domain: PddlDomain) -> dict[str, Category]
     for predicate in domain.predicates:
         match len(predicate.parameters):
             case 0:
-                categories[predicate.name] = Category.NON_SPATIAL_RELATIONS
+                categories[predicate.name] = PredicateCategory.NON_SPATIAL_RELATIONS
             case 1 if predicate.name in changing:
-                categories[predicate.name] = Category.OBJECT_STATES
+                categories[predicate.name] = PredicateCategory.OBJECT_STATES
             case 1:
-                categories[predicate.name] = Category.OBJECT_AFFORDANCE
+                categories[predicate.name] = PredicateCategory.OBJECT_AFFORDANCE
             case _:
-                categories[predicate.name] = Category.SPATIAL_RELATIONS
+                categories[predicate.name] = PredicateCategory.SPATIAL_RELATIONS
     return categories
 
 
@@ -195,8 +195,8 @@ def _find_plan_operators(
 
 
 def _list_goal_categories_by_frequency(
-    exported: ExportedProblem, category_by_predicate: Mapping[str, Category]
-) -> tuple[Category, ...]:
+    exported: ExportedProblem, category_by_predicate: Mapping[str, PredicateCategory]
+) -> tuple[PredicateCategory, ...]:
     """Return the categories of the predicates in a problem's goal, the most frequent category first."""
     atoms = (part for part in walk_subformulas(exported.problem.goal) if isinstance(part, Atom))
     counts = Counter(category_by_predicate[atom.predicate] for atom in atoms)

@@ -33,7 +33,7 @@ class GoalKind(str, Enum):
     ACTION = "action"
 
 
-class Category(str, Enum):
+class PredicateCategory(str, Enum):
     """The paper's categories of predicates. All but the last category are also categories of tasks."""
 
     OBJECT_STATES = "object_states"
@@ -45,7 +45,7 @@ class Category(str, Enum):
     """Predicates that mark an object as a tool. Tables include them in totals, but do not list them."""
 
 
-CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJECT_TOOLS])
+CATEGORIES = tuple([each.value for each in PredicateCategory if each is not PredicateCategory.OBJECT_TOOLS])
 """Names of the categories for which tables show separate results, such as ``object_states``."""
 
 

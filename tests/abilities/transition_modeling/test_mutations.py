@@ -20,7 +20,7 @@ from eai.pddl.planning import PddlPlanner
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
-from eai.tasks.task import Category
+from eai.tasks.task import PredicateCategory
 from sweeps import swept
 
 OPEN = OperatorText(
@@ -34,18 +34,18 @@ HEADER = """(define (domain d) (:types agent object)
 PROBLEM = """(define (problem p) (:domain d) (:objects me - agent box lamp - object)
 (:init (shut box) (near me box) (in lamp box)) (:goal (lit lamp)))"""
 CATEGORIES = {
-    "shut": Category.OBJECT_STATES,
-    "wide": Category.OBJECT_STATES,
-    "lit": Category.OBJECT_STATES,
-    "near": Category.SPATIAL_RELATIONS,
-    "in": Category.SPATIAL_RELATIONS,
+    "shut": PredicateCategory.OBJECT_STATES,
+    "wide": PredicateCategory.OBJECT_STATES,
+    "lit": PredicateCategory.OBJECT_STATES,
+    "near": PredicateCategory.SPATIAL_RELATIONS,
+    "in": PredicateCategory.SPATIAL_RELATIONS,
 }
 
 
 @pytest.fixture(scope="module")
 def task() -> TransitionTask:
     domain = OperatorLibrary(read_domain(HEADER), {"open": OPEN, "light": LIGHT}, CATEGORIES)
-    return TransitionTask("t", domain, ("open", "light"), (Category.OBJECT_STATES,), PROBLEM)
+    return TransitionTask("t", domain, ("open", "light"), (PredicateCategory.OBJECT_STATES,), PROBLEM)
 
 
 def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], OperatorScoringRules]) -> Verdict:

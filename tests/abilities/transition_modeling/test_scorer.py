@@ -27,7 +27,7 @@ from eai.pddl.planning import (
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
-from eai.tasks.task import Category
+from eai.tasks.task import PredicateCategory
 from eai.world.fault import FaultKind
 from operator_rules import gold_answer
 
@@ -38,17 +38,17 @@ DOMAIN = OperatorLibrary(
     read_domain("(define (domain d) (:predicates (shut ?o) (near ?o) (lit ?o) (used ?o)))"),
     {"open": OPEN, "light": LIGHT, "stamp": STAMP},
     {
-        "shut": Category.OBJECT_STATES,
-        "lit": Category.OBJECT_STATES,
-        "near": Category.SPATIAL_RELATIONS,
-        "used": Category.OBJECT_TOOLS,
+        "shut": PredicateCategory.OBJECT_STATES,
+        "lit": PredicateCategory.OBJECT_STATES,
+        "near": PredicateCategory.SPATIAL_RELATIONS,
+        "used": PredicateCategory.OBJECT_TOOLS,
     },
 )
 TASK = TransitionTask(
     "t",
     DOMAIN,
     ("open", "light"),
-    (Category.OBJECT_STATES, Category.SPATIAL_RELATIONS),
+    (PredicateCategory.OBJECT_STATES, PredicateCategory.SPATIAL_RELATIONS),
     "(define (problem p) (:domain d) (:objects box) (:init (shut box) (near box))"
     " (:goal (and (lit box) (not (shut box)))))",
 )
@@ -122,7 +122,7 @@ def test_a_predicate_that_the_domain_lacks_is_counted() -> None:
 def test_a_clause_is_right_or_wrong_as_a_unit_in_each_category() -> None:
     nested = OperatorText("light", "(?o)", "(not (exists (?x) (and (near ?x) (shut ?x))))", "(lit ?o)")
     library = OperatorLibrary(DOMAIN.header, {"light": nested}, DOMAIN.categories)
-    task = TransitionTask("t", library, ("light",), (Category.OBJECT_STATES,), TASK.problem_text)
+    task = TransitionTask("t", library, ("light",), (PredicateCategory.OBJECT_STATES,), TASK.problem_text)
     half = OperatorText("light", "(?o)", "(not (exists (?y) (and (bright ?y) (near ?y))))", "(lit ?o)")
     for operator, side, in_literals in (
         (nested, {"all": (1, 0, 0), "object_states": (1, 0, 0), "spatial_relations": (1, 0, 0)}, (2, 0, 0)),
@@ -354,9 +354,9 @@ def test_caches_of_rules_have_a_maximum_size(rules_with: MakeRules) -> None:
 
 
 CATEGORIES = {
-    "open": Category.OBJECT_STATES,
-    "lit": Category.OBJECT_STATES,
-    "inside": Category.SPATIAL_RELATIONS,
+    "open": PredicateCategory.OBJECT_STATES,
+    "lit": PredicateCategory.OBJECT_STATES,
+    "inside": PredicateCategory.SPATIAL_RELATIONS,
 }
 ONE = Confusion(1, 0, 0)
 

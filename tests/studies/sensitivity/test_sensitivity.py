@@ -23,7 +23,7 @@ from eai.studies.sensitivity.study import (
     replace_gold_operators_one_by_one,
 )
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
-from eai.tasks.task import Category
+from eai.tasks.task import PredicateCategory
 from results.verdicts import record
 
 OPEN = OperatorText("open", "(?o)", "(shut ?o)", "(wide ?o)")
@@ -32,9 +32,9 @@ BROKEN = OperatorText("open", "(?o)", "(lit ?o)", "(wide ?o)")
 DOMAIN = OperatorLibrary(
     read_domain("(define (domain d) (:predicates (shut ?o) (wide ?o) (lit ?o)))"),
     {"open": OPEN, "light": LIGHT},
-    dict.fromkeys(("shut", "wide", "lit"), Category.OBJECT_STATES),
+    dict.fromkeys(("shut", "wide", "lit"), PredicateCategory.OBJECT_STATES),
 )
-CATEGORIES = (Category.OBJECT_STATES, Category.SPATIAL_RELATIONS)
+CATEGORIES = (PredicateCategory.OBJECT_STATES, PredicateCategory.SPATIAL_RELATIONS)
 PROBLEM = "(define (problem p) (:domain d) (:objects box) (:init (shut box)) (:goal (lit box)))"
 TASK = TransitionTask("t", DOMAIN, ("open", "light"), CATEGORIES, PROBLEM)
 S, U, X = (o.value for o in (PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE, PlannerOutcome.INPUT_ERROR))

@@ -21,7 +21,7 @@ from eai.base.json_value import Json
 from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import NO_MATCH, ClauseComparison, find_predicates_in_text
 from eai.pddl.planning import PlannerOutcome
-from eai.tasks.task import Category
+from eai.tasks.task import PredicateCategory
 from eai.world.fault import FaultKind
 
 
@@ -73,7 +73,7 @@ class PredicatesInClause(NamedTuple):
     categories: tuple[str, ...]
 
 
-def classify_clause(clause: str, categories: Mapping[str, Category]) -> PredicatesInClause:
+def classify_clause(clause: str, categories: Mapping[str, PredicateCategory]) -> PredicatesInClause:
     """Return the predicates of a clause. The clause is PDDL or the name of a predicate."""
     names = sorted(find_predicates_in_text(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]

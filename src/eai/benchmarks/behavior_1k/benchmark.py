@@ -23,7 +23,7 @@ from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_format_texts
 from eai.tasks.english import EnglishWords, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
 from eai.tasks.source import OpenTasks, Source, TaskSet, open_tasks_once_per_store
-from eai.tasks.task import Category, Task
+from eai.tasks.task import PredicateCategory, Task
 from eai.tasks.wording import SuiteWording
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
@@ -78,7 +78,7 @@ def _make_operator_tasks(tasks: TaskSet[Task]) -> TaskSet[TransitionTask]:
         [replace(predicate, visible=predicate is not p.by_floor) for predicate in vocabulary.predicates]
     )
     domain = replace(build_domain(), vocabulary=replace(vocabulary, predicates=shown))
-    rules = {rule.name: Category.NON_SPATIAL_RELATIONS for rule in p.RULES}
+    rules = {rule.name: PredicateCategory.NON_SPATIAL_RELATIONS for rule in p.RULES}
     operator_tasks = make_transition_tasks(domain, tasks, rules)
     return TaskSet(operator_tasks, operator_tasks.__getitem__, tasks.sha256)
 

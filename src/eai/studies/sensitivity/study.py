@@ -42,7 +42,7 @@ from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_option_at_commas
 from eai.tasks.options import Options
 from eai.tasks.source import Source
-from eai.tasks.task import Category
+from eai.tasks.task import PredicateCategory
 
 OVERALL = "overall"
 """Name of the category of tasks that contains all tasks."""
@@ -198,7 +198,7 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Itera
     from the data set. A task counts in each of its categories. Operators that break most plans come first.
     Intervals count all tasks of one name as one unit.
     """
-    categories = (OVERALL, *(category.value for category in Category))
+    categories = (OVERALL, *(category.value for category in PredicateCategory))
     for key, of_key, order in _group_replacements(trials):
         cells = group_cases_by_operator(of_key)
         for cell in product(order, categories):
