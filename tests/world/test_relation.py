@@ -43,6 +43,10 @@ def test_a_relation_behaves_like_a_set_of_pairs(
     for change in script:
         relation = changed(relation, plain, change)
     assert list(relation.pairs()) == sorted(plain)
+    for mask in (0, 0b1010110, 2**SIZE - 1):
+        assert list(relation.pairs(mask)) == [
+            (x, y) for x, y in sorted(plain) if mask >> x & 1 and mask >> y & 1
+        ]
     assert len(relation) == len(plain)
     for i in range(SIZE):
         assert set(iterate_bits(relation.row(i))) == {y for x, y in plain if x == i}

@@ -35,6 +35,17 @@ def test_facts_may_be_stated_by_index_by_name_or_as_text() -> None:
         assert [*SCENE.state(facts).facts()] == expected
 
 
+def test_facts_about_objects_in_a_mask_name_no_other_object() -> None:
+    vocabulary = Vocabulary((AT, OPEN, DARK, Predicate("between", 3)))
+    state = Scene(vocabulary, dict.fromkeys("abcd", "place")).state(
+        [f"at({x}, {y})" for x in "abcd" for y in "abcd"]
+        + ["open(a)", "open(b)", "dark()", "between(a, b, c)", "between(d, b, d)", "between(b, d, d)"]
+    )
+    for mask in range(16):
+        expected = [fact for fact in state.facts() if all(mask >> i & 1 for i in fact.arguments)]
+        assert [*state.facts(mask)] == expected != []
+
+
 @pytest.mark.parametrize(
     ("fact", "problem"),
     [

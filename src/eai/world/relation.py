@@ -20,6 +20,9 @@ from typing import TypeAlias
 ObjectMask: TypeAlias = int
 """Bit mask of objects: the bit at an object's index is set if the mask contains the object."""
 
+ALL_OBJECTS: ObjectMask = -1
+"""Mask of all objects of any scene."""
+
 _PRIME = (1 << 60) - 93
 """Prime modulus of the hashes of relations. A hash is a sum of powers of 2.
 
@@ -173,10 +176,10 @@ class Relation:
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
 
-    def pairs(self) -> Iterator[tuple[int, int]]:
-        """Yield all pairs as (source, target), ascending."""
-        for source in range(len(self._base.rows)):
-            for target in iterate_bits(self.row(source)):
+    def pairs(self, among: ObjectMask = ALL_OBJECTS) -> Iterator[tuple[int, int]]:
+        """Yield the pairs of objects in a mask as (source, target), ascending."""
+        for source in iterate_bits(self.sources & among):
+            for target in iterate_bits(self.row(source) & among):
                 yield source, target
 
     def __len__(self) -> int:

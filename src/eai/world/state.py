@@ -15,7 +15,15 @@ from typing import NamedTuple, TypeAlias
 from eai.base.errors import InputError, did_you_mean
 from eai.logic.formula import Atom
 from eai.logic.ltl import map_formula_spellings_to_names, parse
-from eai.world.relation import InitialRelation, ObjectMask, Relation, TupleSet, iterate_bits
+from eai.world.relation import (
+    ALL_OBJECTS,
+    InitialRelation,
+    ObjectMask,
+    Relation,
+    TupleSet,
+    iterate_bits,
+    make_mask,
+)
 from eai.world.vocabulary import Vocabulary, require_tuple
 
 
@@ -211,18 +219,22 @@ class State:
         """Return the tuples of a predicate of three or more arguments."""
         return self.tuples[self.scene.vocabulary.tuple_slots[predicate]]
 
-    def facts(self) -> Iterator[Fact]:
-        """Yield all facts, by predicate in the order of the vocabulary, then by object index."""
+    def facts(self, among: ObjectMask = ALL_OBJECTS) -> Iterator[Fact]:
+        """Yield the facts about objects in a mask.
+
+        They are sorted by predicate in the order of the vocabulary, then by object index.
+        """
         vocabulary = self.scene.vocabulary
         for name, slot in vocabulary.unary_slots.items():
             arity = vocabulary.find_arity(name)
-            for i in iterate_bits(self.unary[slot]):
+            for i in iterate_bits(self.unary[slot] & (among if arity else ALL_OBJECTS)):
                 yield Fact(name, (i,) if arity else ())
         for name, slot in vocabulary.binary_slots.items():
-            for pair in self.binary[slot].pairs():
+            for pair in self.binary[slot].pairs(among):
                 yield Fact(name, pair)
         for name, slot in vocabulary.tuple_slots.items():
-            yield from [Fact(name, arguments) for arguments in sorted(self.tuples[slot].members)]
+            tuples = sorted(self.tuples[slot].members)
+            yield from [Fact(name, each) for each in tuples if not make_mask(each) & ~among]
 
     def replace_facts(self, facts: Iterable[StatedFact]) -> State:
         """Return a state of the same episode in which, of the stored facts, exactly these facts hold.

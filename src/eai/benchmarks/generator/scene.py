@@ -23,7 +23,7 @@ from eai.tasks.task import Task
 from eai.world.derived import find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
-from eai.world.relation import iterate_bits
+from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
@@ -531,9 +531,8 @@ def restrict_state(
     """
     scene, number = state.scene, {index: i for i, index in enumerate(kept)}
     agent = None if scene.agent is None else number[scene.agent]
-    facts = [fact for fact in state.facts() if number.keys() >= {*fact.arguments}]
     return Scene(scene.vocabulary, [scene.objects[i] for i in kept], agent).state(
         Fact(fact.predicate, tuple([number[i] for i in fact.arguments]))
-        for fact in facts
+        for fact in state.facts(make_mask(kept))
         if should_keep_fact is None or should_keep_fact(fact)
     )
