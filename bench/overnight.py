@@ -129,7 +129,6 @@ def make_lines(records: Sequence[Path]) -> Mapping[str, WorkLine]:
             "eai export questions",
             100_000,
             measure_questions,
-            workers=False,
         ),
         "run": WorkLine(
             "a run of 100,000 samples, VirtualHome", "eai run", 100_000, measure_run, workers=False

@@ -14,7 +14,8 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import format_count, get_output_console, print_result
-from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, make_flag, open_data_source
+from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, Workers, make_flag, open_data_source
+from eai.cli.progress import show_scoring_progress
 from eai.cli.table import PERCENT
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import (
@@ -28,6 +29,7 @@ from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
 from eai.results.table import Table as Shown
 from eai.results.terminal import print_table
+from eai.results.workers import WorkerPool
 from eai.tasks.prompts.template import PromptTemplates
 
 
@@ -46,6 +48,7 @@ def questions(
     seed: Seed = 0,
     rules: bool = True,
     prompts: Path | None = None,
+    workers: Workers = 1,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -65,13 +68,13 @@ def questions(
         rules: Show the rules of actions. Without them, the same questions are a closed-book test.
         prompts: Folder of your own templates; each replaces the packaged template of its name.
     """
-    with open_data_source(data) as source:
+    kinds, forms = kind or tuple(QuestionKind), form or tuple(QuestionForm)
+    with open_data_source(data) as source, WorkerPool(workers) as pool:
         writer = QuestionGenerator(find_benchmark(domain), source, PromptTemplates(prompts))
-        written_questions = list(
-            writer.write_questions(
-                kind or tuple(QuestionKind), form or tuple(QuestionForm), n, seed, rules=rules
+        with show_scoring_progress(f"writing questions on {domain}", n, quiet=as_json) as report:
+            written_questions = list(
+                writer.write_questions(kinds, forms, n, seed, rules=rules, pool=pool, report=report)
             )
-        )
     if not written_questions:
         raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
     write_files_atomically({out: questions_to_bytes(written_questions)})

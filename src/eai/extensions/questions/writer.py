@@ -1,17 +1,25 @@
-"""Write questions. Kinds of question and forms of answer take turns, and tasks take turns, too."""
+"""Write questions. Kinds of question and forms of answer take turns, and tasks take turns, too.
+
+The questions of one kind and form are a group. A group does not depend on other groups, so worker processes
+can write several groups at once.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import random
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
-from itertools import count, cycle, groupby, islice
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from itertools import groupby
 from operator import itemgetter
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.store import ignore_progress
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions import one_step, plans
 from eai.extensions.questions.question import Accept, Question, QuestionForm, QuestionKind
 from eai.extensions.questions.setting import (
@@ -28,6 +36,7 @@ from eai.extensions.questions.shortcuts import (
     draw_closed_question,
 )
 from eai.planning.planner import Planner
+from eai.results.workers import WorkerPool
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.rules import DomainRules
 from eai.tasks.source import USUAL_SOURCE, Source
@@ -60,12 +69,17 @@ _ITEMS_PER_TASK = 2
 _MAX_FAILURES = 5
 """Maximum number of failed attempts in a row. Then no more questions of a kind and form are tried."""
 
+_MAX_TURNS_PER_BATCH = 8
+"""Maximum number of questions of one kind and form that a worker writes before it returns them."""
 
 _ANSWER_BLOCKS = 16
 """Number of blocks after which the order of right letters repeats.
 
 In each block, every letter is the right answer once.
 """
+
+_GROUPS = tuple([(kind, form) for form in QuestionForm for kind in QuestionKind])
+"""All pairs of kind and form, in the order of the tasks with which they begin."""
 
 _NEED_RULES = frozenset(
     [
@@ -87,14 +101,33 @@ class _QuestionGroupProgress:
     Attributes:
         kind: subject of the questions.
         form: form of the answers.
+        turn: number of the next question.
+        tried_tasks: number of tasks that were tried so far.
         ledger: how often the statements that shortcuts take were right.
+        prompt_hashes: SHA-256 digests of all prompts.
         failures: number of failed attempts in a row.
     """
 
     kind: QuestionKind
     form: QuestionForm
-    ledger: SurfaceCueCounts
+    turn: int = 0
+    tried_tasks: int = 0
+    ledger: SurfaceCueCounts = field(default_factory=SurfaceCueCounts)
+    prompt_hashes: set[bytes] = field(default_factory=set)
     failures: int = 0
+
+
+class _QuestionBatch(NamedTuple):
+    """The next questions of a group.
+
+    Attributes:
+        group: the group, with its progress after these questions.
+        questions: an entry for each attempt: the question, or None if the attempt failed. After too many
+            failures, no more attempts are made.
+    """
+
+    group: _QuestionGroupProgress
+    questions: Sequence[Question | None]
 
 
 class _QuestionDraft(NamedTuple):
@@ -118,11 +151,24 @@ class QuestionGenerator:
         self, benchmark: Benchmark, source: Source = USUAL_SOURCE, templates: PromptTemplates | None = None
     ) -> None:
         self._benchmark = benchmark
+        self._source = source
         self._tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
         self._templates = templates or PromptTemplates()
         self._rules = DomainRules(benchmark.domain)
         self._planner = Planner(benchmark.domain)
         self._setting = cache(self._open_setting)
+        self._order = cache(self._draw_task_order)
+
+    def __reduce__(
+        self,
+    ) -> tuple[Callable[..., QuestionGenerator], tuple[str, Source, PromptTemplates]]:
+        """Pickle a generator as the call that opens it again; functions of domains cannot be pickled."""
+        if not self._benchmark.reference:
+            raise InputError(
+                f"{self._benchmark.name}: worker processes need a benchmark opened by name or module:object"
+            )
+        source = replace(self._source, report=ignore_progress)
+        return _open_question_generator, (self._benchmark.reference, source, self._templates)
 
     def write_questions(
         self,
@@ -132,11 +178,13 @@ class QuestionGenerator:
         seed: int = 0,
         *,
         rules: bool = True,
+        pool: WorkerPool | None = None,
+        report: Callable[[int], None] = lambda written: None,
     ) -> Iterator[Question]:
         """Yield questions. Kinds and forms take turns, so any first questions are spread evenly over them.
 
         There are fewer than ``number`` questions if the tasks do not allow more. Equal arguments give equal
-        questions.
+        questions, with any number of workers.
 
         Args:
             kinds: the kinds of question.
@@ -145,40 +193,79 @@ class QuestionGenerator:
             seed: seed of all random choices.
             rules: whether prompts state the rules of actions. Without rules, questions about numbered
                 requirements are left out. All other questions keep their id.
+            pool: worker processes that write the questions; None if this process writes them.
+            report: is called with the number of questions so far.
         """
-        order = _make_random_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
-        tasks = cycle(order) if order else iter(())
-        groups = [_QuestionGroupProgress(kind, form, SurfaceCueCounts()) for form in forms for kind in kinds]
-        written, seen = 0, set[str]()
-        for turn in count():
-            groups = [group for group in groups if group.failures < _MAX_FAILURES]
-            if not any(rules or (group.kind, group.form) not in _NEED_RULES for group in groups):
-                return
-            for group in groups:
-                if written == number:
-                    return
-                drafts = self._make_drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), group, turn, seed)
-                phrased = (
-                    (draft, *self._write_question_and_prompt_without_rules(draft, group, turn))
-                    for draft in drafts
-                )
-                phrased_draft = next(
-                    (candidate for candidate in phrased if candidate[1].prompt not in seen), None
-                )
-                group.failures = group.failures + 1 if phrased_draft is None else 0
-                if phrased_draft is None:
-                    continue
-                draft, question, closed = phrased_draft
-                seen.add(question.prompt)
-                shortcuts = (
-                    {}
-                    if draft.closed is None
-                    else group.ledger.add_question_and_score_shortcuts(draft.closed)
-                )
-                prompt = question.prompt if rules else closed
-                if prompt is not None:
-                    written += 1
-                    yield question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
+        pool = WorkerPool() if pool is None else pool
+        groups = [
+            _QuestionGroupProgress(kind, form)
+            for form in forms
+            for kind in kinds
+            if rules or (kind, form) not in _NEED_RULES
+        ]
+        write = partial(_write_question_batches, self, seed, rules)
+        written = 0
+        while groups and written < number:
+            missing = number - written
+            turns = max(1, min(_MAX_TURNS_PER_BATCH, missing // len(groups)))
+            upcoming = [(group, turns) for group in groups[:missing]]
+            results: list[_QuestionBatch] = []
+            for result in pool.map_batches(write, upcoming, batch_sizes=(1, 1)):
+                results.append(result)
+                written += sum(question is not None for question in result.questions)
+                report(written)
+            for questions_of_turn in zip(*[result.questions for result in results], strict=True):
+                yield from [question for question in questions_of_turn if question is not None]
+            groups = [
+                *groups[missing:],
+                *[result.group for result in results if result.group.failures < _MAX_FAILURES],
+            ]
+
+    def write_batch(
+        self, group: _QuestionGroupProgress, seed: int, turns: int, *, rules: bool
+    ) -> _QuestionBatch:
+        """Try to write the next questions of a group.
+
+        Args:
+            group: the group, whose progress is updated.
+            seed: seed of all random choices.
+            turns: number of questions to try.
+            rules: whether prompts state the rules of actions.
+        """
+        questions = [self._write_next_question(group, seed, rules=rules) for _ in range(turns)]
+        return _QuestionBatch(group, questions)
+
+    def _write_next_question(
+        self, group: _QuestionGroupProgress, seed: int, *, rules: bool
+    ) -> Question | None:
+        if group.failures == _MAX_FAILURES:
+            return None
+        turn, group.turn = group.turn, group.turn + 1
+        for draft in self._make_drafts(self._take_tasks(group, seed), group, turn, seed):
+            question, closed = self._write_question_and_prompt_without_rules(draft, group, turn)
+            prompt_hash = hashlib.sha256(question.prompt.encode()).digest()
+            if prompt_hash in group.prompt_hashes:
+                continue
+            group.failures = 0
+            group.prompt_hashes.add(prompt_hash)
+            shortcuts = (
+                {} if draft.closed is None else group.ledger.add_question_and_score_shortcuts(draft.closed)
+            )
+            prompt = question.prompt if rules else closed
+            return question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
+        group.failures += 1
+        return None
+
+    def _take_tasks(self, group: _QuestionGroupProgress, seed: int) -> Iterator[str]:
+        """Yield the ids of the next tasks of a group. Groups begin at different tasks of one random order."""
+        order = self._order(seed)
+        start = _GROUPS.index((group.kind, group.form)) * len(order) // len(_GROUPS)
+        for _ in range(_MAX_TASKS_PER_QUESTION if order else 0):
+            group.tried_tasks += 1
+            yield order[(start + group.tried_tasks) % len(order)]
+
+    def _draw_task_order(self, seed: int) -> list[str]:
+        return _make_random_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
 
     def _make_drafts(
         self, tasks: Iterator[str], group: _QuestionGroupProgress, number: int, seed: int
@@ -272,6 +359,19 @@ class QuestionGenerator:
     def _open_setting(self, task_id: str, seed: int) -> QuestionSetting:
         task_seed = _make_seed(seed, "way", task_id)
         return make_question_setting(self._tasks[task_id], self._rules, self._planner, task_seed)
+
+
+def _open_question_generator(reference: str, source: Source, templates: PromptTemplates) -> QuestionGenerator:
+    return QuestionGenerator(find_benchmark(reference), source, templates)
+
+
+def _write_question_batches(
+    generator: QuestionGenerator,
+    seed: int,
+    rules: bool,
+    groups_and_turns: Sequence[tuple[_QuestionGroupProgress, int]],
+) -> list[_QuestionBatch]:
+    return [generator.write_batch(group, seed, turns, rules=rules) for group, turns in groups_and_turns]
 
 
 def _format_question_text(
