@@ -100,7 +100,10 @@ class GoalPattern:
 
 
 AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
-"""An entry of a `TitleMeaning`: patterns. A demonstration (a person's plan) must meet at least one."""
+"""Alternative patterns; a demonstration (a person's plan) must meet at least one of them.
+
+Each entry of a `TitleMeaning` is such a list.
+"""
 
 
 def parse_pattern(text: str) -> GoalPattern:

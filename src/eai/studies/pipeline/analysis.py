@@ -70,9 +70,10 @@ def _classify_stated_goals(record: Record) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _ModularAndPipelineRuns:
-    """Two runs of a model on one suite: in the pipeline, questions state goals that a model interpreted.
+    """Two runs of one model on one suite: a modular run and a pipeline.
 
-    In the modular run, they state the true goals of the tasks.
+    Questions of the modular run state the true goals of the tasks. Those of the pipeline state goals that a
+    model interpreted.
 
     Attributes:
         modular: the records of the modular run, at least one.

@@ -1,4 +1,4 @@
-"""Record by which name the user chose the prompts of a run, in the records of this run."""
+"""Make the entry in a run's records that names the prompts which the run used."""
 
 from __future__ import annotations
 
