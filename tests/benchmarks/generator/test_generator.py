@@ -21,7 +21,7 @@ from eai.benchmarks.generator.goals import GoalProposals
 from eai.benchmarks.generator.growing_plan import GoalByGoalPlan, find_min_plan_length
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import LENGTHS, GeneratedTask, PlanLengthTier, SeedRejectionReason
-from eai.benchmarks.generator.usual_goals import LiteralOverCategories, find_argument_uses
+from eai.benchmarks.generator.usual_goals import LiteralPattern, find_argument_uses
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import validate_with_val
 from eai.logic.traversal import walk_subformulas
@@ -330,7 +330,7 @@ def test_no_more_goals_are_proposed_after_failures_in_a_row(
     made = TaskGenerator(lamps, TaskSpecification("lamps:lamps", lamps.tasks(source).sha256), source)
     things = [WorldObject(f"lamp_{n}", "lamp") for n in range(30)]
     start = Scene(lamps.domain.vocabulary, [WorldObject("robot", "robot"), *things], 0).state([])
-    lit = {("lit", True): {LiteralOverCategories("lit", ("lamp",), True): 1.0}}
+    lit = {("lit", True): {LiteralPattern("lit", ("lamp",), True): 1.0}}
     proposals = GoalProposals(made.prior, start.scene, {"Atom": 1}, lit)
     walk, asked = GoalByGoalPlan(Planner(lamps.domain), start), []
     monkeypatch.setattr(GoalByGoalPlan, "reach_goal", lambda self, goal: bool(asked.append(goal)))

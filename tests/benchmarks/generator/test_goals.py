@@ -11,19 +11,19 @@ import pytest
 import eai.logic.formula as f
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
 from eai.benchmarks.generator.goals import GoalProposals
-from eai.benchmarks.generator.usual_goals import LiteralOverCategories, UsualGoals
+from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
-PUT = LiteralOverCategories("inside", ("cup", "box"), True)
-CLEAN, DIRTY = LiteralOverCategories("clean", ("cup",), True), LiteralOverCategories("clean", ("cup",), False)
+PUT = LiteralPattern("inside", ("cup", "box"), True)
+CLEAN, DIRTY = LiteralPattern("clean", ("cup",), True), LiteralPattern("clean", ("cup",), False)
 VOCABULARY = Vocabulary((Predicate("inside", 2), Predicate("clean", 1)))
 DRAWN = 60
 
 
 def prior(
-    patterns: Mapping[LiteralOverCategories, int], forms: Mapping[str, int], several: frozenset[str]
+    patterns: Mapping[LiteralPattern, int], forms: Mapping[str, int], several: frozenset[str]
 ) -> UsualGoals:
-    by_key: dict[tuple[str, bool], dict[LiteralOverCategories, float]] = {}
+    by_key: dict[tuple[str, bool], dict[LiteralPattern, float]] = {}
     for pattern, weight in patterns.items():
         by_key.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
     wanted = {key: int(sum(known.values())) for key, known in by_key.items()}
@@ -38,7 +38,7 @@ def prior(
 
 def drawn(
     things: Mapping[str, int],
-    patterns: Mapping[LiteralOverCategories, int],
+    patterns: Mapping[LiteralPattern, int],
     *shapes: str,
     several: frozenset[str] = frozenset(),
 ) -> set[f.Formula]:

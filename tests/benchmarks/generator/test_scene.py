@@ -21,7 +21,7 @@ from eai.benchmarks.generator.scene import (
     make_reduced_scene,
     restrict_state,
 )
-from eai.benchmarks.generator.usual_goals import LiteralOverCategories, UsualGoals
+from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals
 from eai.tasks.goal_text import make_task
 from eai.tasks.task import Task, goal
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
@@ -36,7 +36,7 @@ VOCABULARY = Vocabulary(
         Predicate("night", 0),
     )
 )
-ON_TABLE = LiteralOverCategories("on", ("cup", "table"), True)
+ON_TABLE = LiteralPattern("on", ("cup", "table"), True)
 KITCHEN: dict[str, Any] = {
     "patterns": {("on", True): {ON_TABLE: 1.0}},
     "taken_categories": frozenset({"cup", "plate"}),
@@ -76,14 +76,14 @@ HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
         (
             HOME,
             HERE,
-            {"patterns": {("clean", True): {LiteralOverCategories("clean", ("cup",), True): 1.0}}},
+            {"patterns": {("clean", True): {LiteralPattern("clean", ("cup",), True): 1.0}}},
             3,
             [],
         ),
         (
             HOME,
             HERE,
-            {"patterns": {("on", True): {LiteralOverCategories("on", ("cup", "shelf"), True): 1.0}}},
+            {"patterns": {("on", True): {LiteralPattern("on", ("cup", "shelf"), True): 1.0}}},
             3,
             [],
         ),
@@ -234,9 +234,7 @@ CROWD = [f"cup.{n}" for n in range(40)]
 def test_the_number_of_objects_in_a_scene_is_limited(most: int, rich: bool, sizes: set[int]) -> None:
     """A rich scene has two thirds of the maximum, others at least sixteen objects."""
     prior = usual(
-        patterns={
-            ("clean", True): {LiteralOverCategories("clean", (f"kind{n}",), True): 1.0 for n in range(40)}
-        }
+        patterns={("clean", True): {LiteralPattern("clean", (f"kind{n}",), True): 1.0 for n in range(40)}}
     )
     things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
     crowded = replace(task(things), relevant=())

@@ -33,7 +33,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
-from eai.benchmarks.generator.usual_goals import LiteralOverCategories, find_patterns
+from eai.benchmarks.generator.usual_goals import LiteralPattern, find_patterns
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.world.state import Fact
@@ -223,7 +223,7 @@ def test_a_pair_has_a_predicate_and_the_first_category_other_than_the_agents(
     lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
 ) -> None:
     scene = lamps.tasks(Source())["light"].scene
-    assert _get_predicate_and_category(LiteralOverCategories("p", categories, True), scene) == pair
+    assert _get_predicate_and_category(LiteralPattern("p", categories, True), scene) == pair
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan
 from eai.benchmarks.generator.usual_goals import (
-    LiteralOverCategories,
+    LiteralPattern,
     Patterns,
     UsualGoals,
     UsualGoalsOfTaskTitle,
@@ -189,7 +189,7 @@ def _get_goal_formula_class(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
-def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralOverCategories]]:
+def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
     """Yield pairs: a goal about states, and the pattern of one of its literals.
 
     A pattern is a literal with categories in place of objects.
@@ -201,13 +201,13 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralOverCate
 
 def _compute_pattern_weights_from_plans(
     tasks: Sequence[Task], executions: Sequence[Trajectory], fact_listers: Sequence[FactLister]
-) -> defaultdict[LiteralOverCategories, float]:
+) -> defaultdict[LiteralPattern, float]:
     """Return a mapping from patterns to weights, given tasks and executions of their plans.
 
     A pattern is a literal with categories in place of objects.
     """
-    weights: defaultdict[LiteralOverCategories, float] = defaultdict(float)
-    initial_patterns: dict[LiteralOverCategories, None] = {}
+    weights: defaultdict[LiteralPattern, float] = defaultdict(float)
+    initial_patterns: dict[LiteralPattern, None] = {}
     crowds: Counter[str] = Counter()
     for task, course in zip(tasks, executions, strict=True):
         objects = _find_mentioned_or_used_objects(task)
@@ -305,14 +305,14 @@ def _find_mentioned_or_used_objects(task: Task) -> list[int]:
 
 def _find_fact_patterns(
     state: State, objects: Sequence[int], listings: Iterable[FactLister]
-) -> dict[LiteralOverCategories, None]:
+) -> dict[LiteralPattern, None]:
     """Return the patterns (categories in place of objects) of facts in a state that goals can mention.
 
     Each pattern occurs once.
     """
     things = state.scene.objects
     return {
-        LiteralOverCategories(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
+        LiteralPattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
         for listing in listings
         for fact in listing.list_facts(state, objects)
     }
@@ -335,18 +335,18 @@ def _count_surplus_facts_by_relation(
     return crowds
 
 
-def _find_goal_patterns_about_agent(task: Task) -> tuple[LiteralOverCategories, ...]:
+def _find_goal_patterns_about_agent(task: Task) -> tuple[LiteralPattern, ...]:
     patterns = [p for goal in task.goals for p in find_patterns(goal.formula, task.scene)]
     return tuple(dict.fromkeys([pattern for pattern in patterns if _is_about_agent(pattern, task.scene)]))
 
 
-def _is_about_agent(pattern: LiteralOverCategories, scene: Scene) -> bool:
+def _is_about_agent(pattern: LiteralPattern, scene: Scene) -> bool:
     return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
 
 
 def _find_changed_patterns(
-    before: Mapping[LiteralOverCategories, None], after: Mapping[LiteralOverCategories, None]
-) -> Iterator[LiteralOverCategories]:
+    before: Mapping[LiteralPattern, None], after: Mapping[LiteralPattern, None]
+) -> Iterator[LiteralPattern]:
     """Yield patterns of facts that became true, then negated patterns of facts that became false."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
@@ -354,7 +354,7 @@ def _find_changed_patterns(
 
 def _make_all_patterns_of_predicates(
     signed_predicates: Iterable[tuple[str, bool]], states: Sequence[State]
-) -> Iterator[LiteralOverCategories]:
+) -> Iterator[LiteralPattern]:
     """Yield a pattern of goals for every combination of a predicate, its truth value and categories.
 
     These patterns replace the patterns in public goals, if the data set has no plans.
@@ -364,8 +364,7 @@ def _make_all_patterns_of_predicates(
         for predicate, truth in signed_predicates:
             arity = state.scene.vocabulary.find_arity(predicate) or 0
             yield from (
-                LiteralOverCategories(predicate, chosen, truth)
-                for chosen in product(categories, repeat=arity)
+                LiteralPattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity)
             )
 
 

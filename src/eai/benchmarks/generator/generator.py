@@ -61,7 +61,7 @@ from eai.benchmarks.generator.twins import (
     make_task_pair_chooser,
 )
 from eai.benchmarks.generator.usual_goals import (
-    LiteralOverCategories,
+    LiteralPattern,
     UsualGoals,
     UsualGoalsOfTaskTitle,
     do_goals_clash,
@@ -506,7 +506,7 @@ class TaskGenerator:
 
     def _draw_hiding_relation_and_objects(
         self, base: Task, rng: random.Random
-    ) -> tuple[LiteralOverCategories | None, Sequence[int]]:
+    ) -> tuple[LiteralPattern | None, Sequence[int]]:
         """Return a random way to hide an object: the pattern of the hiding relation, and two objects for it.
 
         If no object is to be hidden, return None and no objects.

@@ -15,7 +15,7 @@ from typing import TypeVar
 import eai.logic.formula as f
 from eai.benchmarks.generator.spec import Forms
 from eai.benchmarks.generator.usual_goals import (
-    LiteralOverCategories,
+    LiteralPattern,
     Patterns,
     UsualGoals,
     UsualGoalsOfTaskTitle,
@@ -52,7 +52,7 @@ class GoalProposals:
     scene: Scene
     forms: Mapping[str, int]
     patterns: Patterns
-    pair_patterns: frozenset[LiteralOverCategories] = frozenset()
+    pair_patterns: frozenset[LiteralPattern] = frozenset()
 
     @staticmethod
     def make_for_scene(
@@ -77,7 +77,7 @@ class GoalProposals:
         )
         usual_shapes = dict.fromkeys(_SHAPES, 1) if goal_forms == "all" else usual_goals.shape_counts
         shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
-        paired = frozenset[LiteralOverCategories]() if goal_forms == "all" else usual_goals.pair_patterns
+        paired = frozenset[LiteralPattern]() if goal_forms == "all" else usual_goals.pair_patterns
         return GoalProposals(usual_goals, scene, shapes, patterns, paired)
 
     def restrict_to_categories(self, kinds: Collection[str]) -> GoalProposals:
@@ -135,7 +135,7 @@ class GoalProposals:
 
     def _draw_pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
-    ) -> LiteralOverCategories | None:
+    ) -> LiteralPattern | None:
         """Return a random pattern, or None if no pattern fits.
 
         First a predicate is drawn by its frequency in goals, and then one of its patterns by weight.
@@ -154,7 +154,7 @@ class GoalProposals:
     def _list_category_members(self, category: str) -> list[int]:
         return list(iterate_bits(self.scene.get_category_mask(category)))
 
-    def _draw_ground_literal(self, pattern: LiteralOverCategories, rng: random.Random) -> f.Formula | None:
+    def _draw_ground_literal(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
         """Return the literal of a pattern with random objects, or None if an object was drawn twice."""
         chosen = [rng.choice(self._list_category_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
@@ -164,11 +164,11 @@ class GoalProposals:
         )
 
     @staticmethod
-    def _make_literal_of_pattern(pattern: LiteralOverCategories, terms: Sequence[f.Term]) -> f.Formula:
+    def _make_literal_of_pattern(pattern: LiteralPattern, terms: Sequence[f.Term]) -> f.Formula:
         atom = f.Atom(pattern.predicate, tuple(terms))
         return atom if pattern.truth else f.Not(atom)
 
-    def _draw_disjunction(self, pattern: LiteralOverCategories, rng: random.Random) -> f.Formula | None:
+    def _draw_disjunction(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
         """Return the goal that an object has either of two random relations, or None if no relations fit."""
         others = {
             other: weight
@@ -190,7 +190,7 @@ class GoalProposals:
         return None if same == first else f.Or((first, same))
 
     def _draw_quantified_literal(
-        self, pattern: LiteralOverCategories, rng: random.Random, *, several: bool = False
+        self, pattern: LiteralPattern, rng: random.Random, *, several: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
@@ -217,7 +217,7 @@ class GoalProposals:
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
     def _draw_quantified_goal(
-        self, shape: str, pattern: LiteralOverCategories, rng: random.Random
+        self, shape: str, pattern: LiteralPattern, rng: random.Random
     ) -> f.Formula | None:
         """Return a goal about all, some or a number of objects of a category, or None if no goal fits.
 
@@ -238,7 +238,7 @@ class GoalProposals:
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
-    def _make_goal_pairing_two_categories(self, pattern: LiteralOverCategories) -> f.Formula | None:
+    def _make_goal_pairing_two_categories(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
         Returns None if the pattern does not relate two categories, or if goals of public tasks do not pair or
@@ -271,14 +271,14 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
 def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
     """Return the patterns whose first category has several objects and can be quantified in goals."""
 
-    def has_several_objects_to_count(pattern: LiteralOverCategories) -> bool:
+    def has_several_objects_to_count(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
         return any(_may_be_quantified(c, prior) and scene.get_category_mask(c).bit_count() > 1 for c in first)
 
     return filter_patterns(patterns, has_several_objects_to_count)
 
 
-def _can_be_goal(pattern: LiteralOverCategories, scene: Scene, prior: UsualGoals) -> bool:
+def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bool:
     """Whether literals of a pattern may be goals.
 
     Such literals are usual goals (`is_usual_goal`) with at most two arguments, and are not about the agent or
@@ -293,7 +293,7 @@ def _can_be_goal(pattern: LiteralOverCategories, scene: Scene, prior: UsualGoals
     return is_usual_goal(pattern, prior)
 
 
-def is_usual_goal(pattern: LiteralOverCategories, prior: UsualGoals) -> bool:
+def is_usual_goal(pattern: LiteralPattern, prior: UsualGoals) -> bool:
     """Whether literals of a pattern are plausible goals of a generated task.
 
     A relation is plausible if plans of the data set take objects of its first category in hand, and use

@@ -14,7 +14,7 @@ from typing import TypeAlias, TypeVar
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan, find_visibility_predicates
-from eai.benchmarks.generator.usual_goals import LiteralOverCategories, UsualGoals, UsualGoalsOfTaskTitle
+from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals, UsualGoalsOfTaskTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
@@ -30,9 +30,7 @@ _LIMITS = Limits(100, thorough=False)
 """Limits of the search for a plan that hides an object."""
 
 
-def make_hiding_place_finder(
-    domain: Domain, prior: UsualGoals
-) -> Callable[[Task], list[LiteralOverCategories]]:
+def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
     A pattern is listed only if public tasks usually put such an object in such a container, and their plans
@@ -54,7 +52,7 @@ def make_hiding_place_finder(
         if pattern.categories[0] in prior.taken_categories and pattern.categories[1] in opened
     ]
 
-    def find_hiding_places(task: Task) -> list[LiteralOverCategories]:
+    def find_hiding_places(task: Task) -> list[LiteralPattern]:
         here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
         return [place for place in fitting if _is_object_in_other_usual_goals(place, theme, prior)]
@@ -63,7 +61,7 @@ def make_hiding_place_finder(
 
 
 def _is_object_in_other_usual_goals(
-    placement: LiteralOverCategories, theme: UsualGoalsOfTaskTitle, prior: UsualGoals
+    placement: LiteralPattern, theme: UsualGoalsOfTaskTitle, prior: UsualGoals
 ) -> bool:
     thing = placement.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]

@@ -27,7 +27,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
-from eai.benchmarks.generator.usual_goals import LiteralOverCategories, find_patterns
+from eai.benchmarks.generator.usual_goals import LiteralPattern, find_patterns
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.special import HazardousTaskMark
@@ -153,7 +153,7 @@ def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: 
     return choose_split(f"goals {fingerprint_goals(goals, scene)}")
 
 
-def _get_predicate_and_category(pattern: LiteralOverCategories, scene: Scene) -> tuple[str, ...]:
+def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
     """Return a pattern's predicate and its first category other than the agent's category, if any."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]

@@ -130,7 +130,7 @@ def find_goal_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
     return frozenset({index for _, index in _find_predicate_and_subject_pairs(goal, scene)})
 
 
-class LiteralOverCategories(NamedTuple):
+class LiteralPattern(NamedTuple):
     """A literal that has categories in place of objects."""
 
     predicate: str
@@ -138,14 +138,14 @@ class LiteralOverCategories(NamedTuple):
     truth: bool
 
 
-Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralOverCategories, float]]
+Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralPattern, float]]
 """Predicate and truth value of a literal -> pattern -> weight, which is greater for more usual patterns.
 
 A pattern is a literal with categories in place of objects.
 """
 
 
-def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralOverCategories], bool]) -> Patterns:
+def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool]) -> Patterns:
     """Return the patterns (literals of categories) that fulfil a condition, with their weights.
 
     Predicates without any such pattern are left out.
@@ -180,7 +180,7 @@ class UsualGoalsOfTaskTitle:
     """
 
     categories: frozenset[str]
-    agent_goal_counts: Mapping[tuple[LiteralOverCategories, ...], int]
+    agent_goal_counts: Mapping[tuple[LiteralPattern, ...], int]
     patterns: Patterns
 
 
@@ -221,7 +221,7 @@ class UsualGoals:
     goal_counts: Mapping[tuple[str, bool], int]
     themes: Mapping[str, UsualGoalsOfTaskTitle]
     shape_counts: Mapping[str, int]
-    pair_patterns: frozenset[LiteralOverCategories]
+    pair_patterns: frozenset[LiteralPattern]
     nestings: frozenset[tuple[str, str, str]]
     combinations: frozenset[tuple[str, str, str]]
     dependent_states: frozenset[tuple[str, str]]
@@ -245,7 +245,7 @@ def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
 
 def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
-) -> Iterator[LiteralOverCategories]:
+) -> Iterator[LiteralPattern]:
     """Yield each literal of a goal with categories in place of objects and variables.
 
     Literals with a variable without category are skipped.
@@ -261,6 +261,6 @@ def find_patterns(
         ]
         known = [category for category in categories if category is not None]
         if len(known) == len(categories):
-            yield LiteralOverCategories(formula.predicate, tuple(known), truth)
+            yield LiteralPattern(formula.predicate, tuple(known), truth)
     for part in get_subformulas(formula):
         yield from find_patterns(part, scene, bound, truth=truth != isinstance(formula, f.Not))
