@@ -101,7 +101,7 @@ TRL := 'trl>=1.16,<2'
 test-adapters: $(CREATED)
 	$(call fresh,build/adapters/ray,--editable '.[$(RAY)]')
 	build/adapters/ray/bin/python $(PIP_INSTALL) --quiet --no-deps $(TRL)
-	build/adapters/ray/bin/pytest tests/extensions/distributed/test_ray_scoring.py tests/extensions/distributed/test_ray_data.py tests/agents/test_rewards.py
+	build/adapters/ray/bin/pytest tests/extensions/distributed tests/agents/test_rewards.py
 	$(call fresh,build/adapters/harness,--editable '.[$(HARNESS)]' lm_eval)
 	build/adapters/harness/bin/pytest tests/run/test_harnesses.py
 	$(call fresh,build/adapters/training,--editable '.[$(TRAINING)]' $(TRL) transformers datasets torch)

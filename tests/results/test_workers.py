@@ -25,9 +25,9 @@ from eai.results.workers import (
     MAX_BATCHES_AHEAD,
     MAX_DEATHS,
     WorkerPool,
+    WorkerProcess,
     _remove_folder,
     _WorkBatch,
-    _WorkerProcess,
     split_batches,
 )
 from results.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
@@ -218,7 +218,7 @@ class Noted:
 
 def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -> list[int]:
     """Return the number of batches that each started process has, and the number that wait."""
-    monkeypatch.setattr(WorkerPool, "_start_worker", lambda self: _WorkerProcess(Noted(), Noted()))  # type: ignore[arg-type]
+    monkeypatch.setattr(WorkerPool, "_start_worker", lambda self: WorkerProcess(Noted(), Noted()))  # type: ignore[arg-type]
     pool = WorkerPool(workers)
     for size in sizes:
         pool._waiting.append(_WorkBatch(b"", tuple(range(size))))

@@ -62,7 +62,7 @@ def run_worker(connection: Connection, folder: str) -> None:
     batches: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_queue_received_batches, args=(connection, batches), daemon=True).start()
     while True:
-        result = _process_pickled_batch(batches.get())
+        result = process_pickled_batch(batches.get())
         try:
             connection.send_bytes(result)
         except OSError:  # the receiver has ended
@@ -85,7 +85,7 @@ def _raise_exit(number: int, frame: FrameType | None) -> None:
     sys.exit(ENDED_STATUS)
 
 
-def _process_pickled_batch(content: bytes) -> bytes:
+def process_pickled_batch(content: bytes) -> bytes:
     """Return the pickled results of the work on a batch.
 
     Plain pickle is twice as fast as the connection's own pickling.
@@ -166,7 +166,7 @@ class _WorkBatch:
 
 
 @dataclass(slots=True, eq=False)
-class _WorkerProcess:
+class WorkerProcess:
     """A worker process, and its batches in the order in which results will arrive."""
 
     process: BaseProcess
@@ -188,7 +188,7 @@ class WorkerPool:
 
     def __init__(self, workers: int = 1) -> None:
         self._number = workers
-        self._workers: list[_WorkerProcess] = []
+        self._workers: list[WorkerProcess] = []
         self._waiting: deque[_WorkBatch] = deque()
         self._folder: TemporaryDirectory[str] | None = None
 
@@ -275,16 +275,19 @@ class WorkerPool:
 
     def _receive_result(self) -> None:
         """Wait for a result or for a worker's death, and send waiting batches to workers."""
-        by_connection = {worker.connection: worker for worker in self._workers}
-        for connection in wait(list(by_connection)):
-            worker = by_connection[connection]  # type: ignore[index] # wait() returns connections that it was given
+        for worker in self._wait_for_workers():
             with self._discard_worker_if_interrupted(worker):
                 result = worker.connection.recv_bytes()
                 worker.pending.popleft().result = result
         self._send_batches()
 
+    def _wait_for_workers(self) -> list[WorkerProcess]:
+        """Wait until workers have sent results or died, and return these workers."""
+        by_connection = {worker.connection: worker for worker in self._workers}
+        return [by_connection[each] for each in wait(list(by_connection))]  # type: ignore[index] # wait() returns connections that it was given
+
     @contextmanager
-    def _discard_worker_if_interrupted(self, worker: _WorkerProcess) -> Iterator[None]:
+    def _discard_worker_if_interrupted(self, worker: WorkerProcess) -> Iterator[None]:
         """Discard a worker whose message was cut off by its death or by an interrupt of this process."""
         try:
             yield
@@ -293,7 +296,7 @@ class WorkerPool:
             if not isinstance(error, EOFError | OSError):
                 raise
 
-    def _find_least_busy(self) -> _WorkerProcess:
+    def _find_least_busy(self) -> WorkerProcess:
         """Return an idle worker, or a new worker if more are allowed, or else the least busy worker."""
         worker_with_least = min(self._workers, key=lambda worker: len(worker.pending), default=None)
         if worker_with_least is None or (worker_with_least.pending and len(self._workers) < self._number):
@@ -301,7 +304,7 @@ class WorkerPool:
             self._workers.append(worker_with_least)
         return worker_with_least
 
-    def _start_worker(self) -> _WorkerProcess:
+    def _start_worker(self) -> WorkerProcess:
         """Start a new process that inherits no state of this process's threads."""
         methods = multiprocessing.get_all_start_methods()
         context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
@@ -317,9 +320,9 @@ class WorkerPool:
         with theirs:
             process = context.Process(target=run_worker, args=(theirs, self._folder.name), daemon=True)
             process.start()
-        return _WorkerProcess(process, connection)
+        return WorkerProcess(process, connection)
 
-    def _discard_worker(self, worker: _WorkerProcess) -> None:
+    def _discard_worker(self, worker: WorkerProcess) -> None:
         """Remove a dead worker; its batches are done again, unless a batch has killed too many workers."""
         self._workers.remove(worker)
         worker.connection.close()

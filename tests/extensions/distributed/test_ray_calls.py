@@ -1,4 +1,4 @@
-"""What actors of a Ray cluster are asked for, where Ray is not installed: a stand-in does what it is told."""
+"""Calls of Ray by the scoring, without Ray: a stand-in executes them."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ from typing import Any
 import pytest
 
 from eai.base.errors import InputError
-from eai.results.workers import MAX_BATCHES_AHEAD, MAX_DEATHS
 from results.work import squares
 
 CORES = 3
 
 
 class Cluster(ModuleType):
-    """What the scoring asks of ``ray``; it counts what was promised and not yet fetched."""
+    """The part of ``ray`` that the scoring uses. It counts the results that are not yet fetched."""
 
     def __init__(self) -> None:
         super().__init__("ray")
@@ -51,31 +50,38 @@ class Cluster(ModuleType):
 
     def _actor(self, kind: Any) -> Any:
         actor, holder = kind(), ModuleType("actor")
-        vars(holder)["run"] = _Remote(lambda *given: self._promise(actor, given))
+        vars(holder)["start"] = _Remote(lambda: Promise(None))
+        vars(holder)["run"] = _Remote(lambda content: self._promise(actor, content))
         self.actors.append(holder)
         return holder
 
-    def _promise(self, actor: Any, given: tuple[bytes, bytes]) -> bytes:
+    def _promise(self, actor: Any, content: bytes) -> Promise:
         self.promised += 1
         self.most = max(self.most, self.promised)
-        return bytes(actor.run(*given))
+        return Promise(actor.run(content))
 
-    def put(self, content: bytes) -> bytes:
-        return content
-
-    def get(self, promised: bytes) -> bytes:
+    def get(self, promise: Promise) -> Any:
         self.promised -= 1
-        return promised
+        return promise.value
 
-    def wait(self, promised: list[bytes]) -> tuple[list[bytes], list[bytes]]:
-        return promised[:1], promised[1:]
+    def wait(
+        self, promises: list[Promise], timeout: float | None = None
+    ) -> tuple[list[Promise], list[Promise]]:
+        return promises[:1], promises[1:]
 
     def kill(self, actor: Any) -> None:
         self.actors.remove(actor)
 
 
+class Promise:
+    """The result of a call of an actor."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
 class _Remote:
-    """What is called elsewhere."""
+    """A method of an actor."""
 
     def __init__(self, call: Any) -> None:
         self.remote = call
@@ -84,7 +90,7 @@ class _Remote:
 @pytest.fixture
 def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
     stand_in, errors = Cluster(), ModuleType("ray.exceptions")
-    vars(errors).update(RayActorError=RuntimeError, RayError=RuntimeError)
+    vars(errors)["RayError"] = RuntimeError
     monkeypatch.setitem(sys.modules, "ray", stand_in)
     monkeypatch.setitem(sys.modules, "ray.exceptions", errors)
     monkeypatch.delitem(sys.modules, "eai.extensions.distributed.ray_scoring", raising=False)
@@ -96,9 +102,10 @@ def scoring(workers: int, address: str = "local") -> Any:
     return import_module("eai.extensions.distributed.ray_scoring").RayScoring(address, workers)
 
 
-def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cluster: Cluster) -> None:
-    with scoring(2):
-        assert cluster.options == {"num_cpus": 1, "max_restarts": -1, "max_task_retries": MAX_DEATHS - 1}
+def test_each_actor_has_a_core_and_ends_with_the_block(cluster: Cluster) -> None:
+    with scoring(2) as pool:
+        assert list(pool.map_batches(squares, range(100))) == squares(range(100))
+        assert cluster.options == {"num_cpus": 1}
         assert len(cluster.actors) == 2
         assert cluster.started is not None
         assert cluster.started["num_cpus"] == 2
@@ -109,7 +116,7 @@ def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cl
 def test_every_actor_has_work_ahead_and_results_keep_their_order(cluster: Cluster, workers: int) -> None:
     with scoring(workers) as pool:
         assert list(pool.map_batches(squares, range(100), batch_sizes=(1, 2))) == squares(range(100))
-    assert cluster.most == workers * MAX_BATCHES_AHEAD
+    assert cluster.most == workers
     assert cluster.promised == 0
 
 

@@ -24,7 +24,7 @@ from eai.extensions.distributed.ray_scoring import LOCAL, RayScoring  # noqa: E4
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[RayScoring]:
-    """Two actors of a cluster that finds the modules of the tests, not only those of the folder it is in."""
+    """Two actors of a cluster that can import the modules of the tests."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", str(TESTS), prepend=os.pathsep)
         with RayScoring(LOCAL, 2) as scoring:
@@ -44,7 +44,7 @@ def test_an_actor_that_is_killed_loses_and_doubles_nothing(cluster: RayScoring, 
     assert (tmp_path / "died").exists()
     results = cluster.map_batches(squares, range(5_000), batch_sizes=(16, 64))
     begun = [next(results) for _ in range(100)]
-    ray.kill(cluster._actors[0], no_restart=False)
+    ray.kill(cluster._workers[0].connection._actor)
     assert [*begun, *results] == squares(range(5_000))
 
 

@@ -3,30 +3,21 @@
 from __future__ import annotations
 
 import os
-import pickle
 import socket
 import sys
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from tempfile import TemporaryFile
-from typing import IO, Any, TypeVar
+from typing import IO, Any, cast
 from urllib.parse import urlsplit
 
 import ray
-from ray.exceptions import RayActorError, RayError
+from ray.exceptions import RayError
 
-from eai.base.errors import EaiError, InputError
+from eai.base.errors import InputError
 from eai.results.batch import Scoring
-from eai.results.workers import (
-    MAX_BATCH_SIZE,
-    MAX_BATCHES_AHEAD,
-    MAX_BATCHES_PER_WORKER,
-    MAX_DEATHS,
-    MIN_BATCH_SIZE,
-    split_batches,
-    unpickle_work,
-)
+from eai.results.workers import WorkerProcess, process_pickled_batch
 
 LOCAL = "local"
 """Address that stands for a new cluster on this machine, which ends with the program."""
@@ -37,16 +28,13 @@ _PORT_SECONDS = 5
 _MAX_ATTEMPTS = "RAY_gcs_server_port_wait_time_s"
 """Environment variable that limits how often Ray tries to connect, once a second. Ray's default is 20."""
 
-T = TypeVar("T")
-R = TypeVar("R")
-
 
 class RayScoring(Scoring):
     """Scores streams of answers with actors (worker processes) of a Ray cluster.
 
     Records equal those of a single process, byte for byte. Each actor keeps its tasks in memory. If an actor
-    dies, it is started again and its batch is scored again. Each node needs the same version of this package,
-    and fetches the data set if it is missing.
+    or its node dies, other actors do its batches again. A new actor starts when the cluster has a free core.
+    Each node needs the same version of this package, and fetches the data set if it is missing.
 
     Args:
         address: Address of the cluster for `ray.init`: ``auto``, ``HOST:6379``, ``ray://HOST:10001``, or
@@ -68,8 +56,6 @@ class RayScoring(Scoring):
             raise InputError(
                 f"{address}: {workers} workers need {workers} cores, but the cluster has {cores}"
             )
-        lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=MAX_DEATHS - 1)(_BatchActor)
-        self._actors = [lasting.remote() for _ in range(workers)]
 
     @property
     def has_processes(self) -> bool:
@@ -78,43 +64,31 @@ class RayScoring(Scoring):
 
     def close(self) -> None:
         """End the actors, and leave the cluster if this object joined it."""
-        for actor in self._actors:
-            ray.kill(actor)
+        super().close()
         self._leave_cluster()
 
     def _leave_cluster(self) -> None:
         if self._is_ours:
             ray.shutdown()
 
-    def map_batches(
-        self,
-        work: Callable[..., Sequence[R]],
-        items: Iterable[T],
-        *,
-        batch_sizes: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
-    ) -> Iterator[R]:
-        """Yield a function's results on the items, in order.
+    def _start_worker(self) -> WorkerProcess:
+        actor: Any = _ClusterWorker()
+        return WorkerProcess(actor, actor)
 
-        Each batch of items goes to the actor with the fewest unfinished batches.
+    def _find_least_busy(self) -> WorkerProcess:
+        """Return the least busy actor that runs. An actor without a free core gets no batch."""
+        while len(self._workers) < self._number:
+            self._workers.append(self._start_worker())
+        while not (running := [worker for worker in self._workers if _get_actor(worker).is_running()]):
+            ray.wait([_get_actor(worker).awaited for worker in self._workers])
+        return min(running, key=lambda worker: len(worker.pending))
 
-        Raises:
-            EaiError: Actors die repeatedly while they work on one batch.
-        """
-        content = ray.put(pickle.dumps(work))
-        ahead: deque[Any] = deque()
-        running: dict[Any, int] = {}  # maps each unfinished batch to the number of its actor
-        for batch in split_batches(items, self._number, *batch_sizes):
-            if len(running) == self._number * MAX_BATCHES_PER_WORKER:
-                for done in ray.wait([*running])[0]:
-                    del running[done]
-            batches = Counter(running.values())
-            idlest = min(range(self._number), key=lambda number: batches[number])
-            ahead.append(self._actors[idlest].run.remote(content, pickle.dumps(batch)))
-            running[ahead[-1]] = idlest
-            if len(ahead) == self._number * MAX_BATCHES_AHEAD:
-                yield from _get_results(ahead.popleft())
-        while ahead:
-            yield from _get_results(ahead.popleft())
+    def _wait_for_workers(self) -> list[WorkerProcess]:
+        """Wait until actors have results, die or begin to run. Return the actors with results or deaths."""
+        by_promise = {_get_actor(worker).awaited: worker for worker in self._workers}
+        by_promise.pop(None, None)
+        ready = [by_promise[promise] for promise in ray.wait([*by_promise])[0]]
+        return [worker for worker in ready if _get_actor(worker).is_running() and worker.pending]
 
 
 def _connect_to_cluster(address: str, workers: int) -> None:
@@ -171,19 +145,60 @@ def _describe_failure(address: str, error: Exception, lines: str) -> str:
     return f"{address}: no Ray cluster answers; start one, or give {LOCAL} ({error})"
 
 
-def _get_results(promise: Any) -> Sequence[Any]:
-    try:
-        results: Sequence[Any] = pickle.loads(ray.get(promise))  # noqa: S301 - written by an actor of this program
-    except RayActorError as error:
-        raise EaiError(
-            f"actors died {MAX_DEATHS} times at the same answers; is there enough memory?"
-        ) from error
-    return results
+def _get_actor(worker: WorkerProcess) -> _ClusterWorker:
+    return cast("_ClusterWorker", worker.connection)
+
+
+class _ClusterWorker:
+    """An actor, with the methods of a process and of its connection that `WorkerPool` uses."""
+
+    def __init__(self) -> None:
+        self._actor = ray.remote(num_cpus=1)(_BatchActor).remote()
+        self._start: Any = self._actor.start.remote()
+        self._results: deque[Any] = deque()
+
+    @property
+    def awaited(self) -> Any:
+        """The promise that the actor runs, or of its next result; None if it is idle."""
+        return self._start or (self._results[0] if self._results else None)
+
+    def is_running(self) -> bool:
+        """Whether the actor has a core, or has died."""
+        if self._start is not None and ray.wait([self._start], timeout=0)[0]:
+            self._start = None
+        return self._start is None
+
+    def send_bytes(self, content: bytes) -> None:
+        self._results.append(self._actor.run.remote(content))
+
+    def recv_bytes(self) -> bytes:
+        """Return the next result.
+
+        Raises:
+            EOFError: The actor or its node died.
+        """
+        try:
+            result: bytes = ray.get(self._results.popleft())
+        except RayError as error:
+            raise EOFError from error
+        return result
+
+    def close(self) -> None:
+        ray.kill(self._actor)
+
+    def kill(self) -> None:
+        """Do nothing: `close` has ended the actor."""
+
+    def join(self, timeout: float | None = None) -> None:
+        """Do nothing: Ray waits for its processes."""
 
 
 class _BatchActor:
     """A process on a node of the cluster that applies functions to batches."""
 
-    def run(self, work: bytes, items: bytes) -> bytes:
+    def start(self) -> None:
+        """Do nothing, when the actor has a core."""
+
+    def run(self, content: bytes) -> bytes:
         """Apply a pickled function to a pickled batch, and return the pickled results."""
-        return pickle.dumps(unpickle_work(work)(pickle.loads(items)))  # noqa: S301 - written by this program
+        return process_pickled_batch(content)
