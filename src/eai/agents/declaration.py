@@ -52,7 +52,7 @@ _MAX_RECOVERY_TURNS = 2
 def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
 
-    If the task was played in several epochs and the verdict is their mean, the numbers are means too.
+    If the task was played several times and the verdict is the mean, the numbers are means too.
     """
     if verdict.mean is not None:
         return dict(verdict.mean)

@@ -141,8 +141,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
         further information.
 
         Args:
-            seed: the seed of the choice among several tasks and of slips; equal seeds give equal games in
-                equal order.
+            seed: the seed of the choice among several tasks, and of slips (possible actions that by chance
+                have no effect). Equal seeds give equal games in equal order.
             options: ``task_id`` names the task to play.
 
         Raises:

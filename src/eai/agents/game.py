@@ -90,7 +90,8 @@ class Game:
     Args:
         stage: the task, prepared for games.
         seed: the seed of slips, the random failures of possible actions.
-        epoch: the number of the game. Each number gives other slips with the same seed.
+        epoch: the number of the game among games of the task. Each number gives other slips with the same
+            seed.
 
     Attributes:
         stage: the task, with the values that all games of the task share.

@@ -82,7 +82,7 @@ class Observer:
 
     Attributes:
         subjects: objects that can ever be visible, in the order in which they are listed. In a partial view
-            this is the order of the scene, which does not show which landmarks the task needs.
+            this is the order of the scene, which does not show which objects the task needs.
         agent: the acting object; None if the scene has no agent.
         landmarks: objects that the agent knows from the start in a partial view.
         first: the observation of the initial state.

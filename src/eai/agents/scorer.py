@@ -1,4 +1,4 @@
-"""Score episodes: replay each episode in a new world of its task, by strict rules.
+"""Score episodes: replay the commands of each episode in a new world of its task.
 
 The scorer also decides whether the goals can still be reached after each turn, or are lost for good. Lost
 goals stay lost, so bisection finds the first turn after which they are out of reach.

@@ -22,7 +22,8 @@ class Turn:
     Attributes:
         said: the command.
         told_sha256: SHA-256 digest of the observation after the command.
-        is_action: whether an action was tried. False for a look, for the end, and after the limit of actions.
+        is_action: whether an action was tried. False for the command to look, for the command that ends the
+            episode, and after the limit of actions.
         fault: the kind of error of the action; None without an error.
         slipped: whether the action was possible but, by chance, had no effect.
         goals: a text with a digit for each goal of the task: 1 if the goal is reached after the turn, else 0.

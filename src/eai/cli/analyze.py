@@ -120,7 +120,7 @@ def _refuse_unknown_study(name: str) -> None:
 
 
 def _find_studies(name: str) -> list[Study]:
-    """Return the study with a name, or all studies that the name `all` stands for."""
+    """Return the study (tables and plots on one question) with a name, or all studies for the name `all`."""
     if name == ALL:
         return [each for each in map(find_study, list_study_names()) if each.included_in_all]
     return [] if name == TABLE else [find_study(name)]
@@ -164,7 +164,7 @@ def write_analyses_of_study(
     as_json: bool,
     writes: bool = True,
 ) -> Iterator[Json]:
-    """Write the tables of a study's analyses, and figures in some formats; yield each analysis's JSON value.
+    """Write a study's tables, and its figures in some formats; yield the JSON value of each analysis.
 
     If no files are to be written, only print the tables.
 

@@ -260,9 +260,9 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
 def _make_stage_that_asks_goals_or_scenes(
     request: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> StageBeforeQuestions | None:
-    """Return the stage before the questions, in which a model interprets goals or perceives scenes.
+    """Return the first part of a run, in which a model interprets goals or perceives scenes.
 
-    Return None if the run has no such stage.
+    Return None if the run asks its questions at once.
     """
     wanted: dict[str, set[str]] = {}
     for suite, asked in suites_and_prompts:
@@ -295,10 +295,10 @@ def _request_answers_and_score(
 ) -> SuiteResult:
     """Obtain one model's answers to one suite through Inspect, and score them.
 
-    Inspect is imported only here. In the stage ``first``, a model interprets goals or perceives scenes.
-    Prompts then contain the results of this stage, and a task without a result gets no question. The number
-    of answers for each task is ``epochs``, or else the number in the specification. If ``studied`` is true,
-    records contain the options of the run's studies (variations around benchmarks and abilities).
+    Inspect is imported only here. In ``first``, a model interprets goals or perceives scenes before the
+    questions. Prompts then contain these goals or scenes, and a task without them gets no question. The
+    number of answers for each task is ``epochs``, or else the number in the specification. If ``studied`` is
+    true, records contain the options of the run's studies (variations around benchmarks and abilities).
     """
     from eai.run.context import choose_answer_limit
     from eai.run.log_scores import write_scores

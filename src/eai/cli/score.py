@@ -114,7 +114,7 @@ class _ScoringJob:
 
     @property
     def combiner_of_epoch_verdicts(self) -> Callable[[Sequence[Verdict]], Verdict] | None:
-        """The function that combines the verdicts on a task over several epochs; None with one epoch."""
+        """Function that combines the verdicts of several epochs (rounds of answers); None with one epoch."""
         return get_declaration(self.suite.ability).combine_epochs if self.answers.further_epochs else None
 
     @property
@@ -233,9 +233,9 @@ def _check_options(
 
 
 def _is_log_of_other_project(path: Path) -> bool:
-    """Whether an extension reads a file, and neither the path nor the content names a suite.
+    """Whether a path is a log that an extension can read, and that names no suite of this package.
 
-    A folder counts if a file in it is a log, and no name of a file ends as names of answer files do.
+    A folder counts if it contains such a log, and no file ``..._outputs.json``.
     """
     if path.is_dir():
         files = find_files_below(path, "[!.]*")
@@ -370,8 +370,7 @@ def _write_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
 def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scoring) -> Iterable[RecordBatch]:
     """Return the records of all answers in batches, without the records that an interrupted command kept.
 
-    If the answers have several epochs, each task has one record with the means of its metrics over the
-    epochs.
+    If tasks have several answers whose mean counts, each task has one record with the means of its metrics.
     """
     if job.kept == job.record_count:
         return ()
@@ -503,7 +502,7 @@ def _find_answers_by_path(
 
 
 def _read_answers(file: Path, suite: Suite, out: Path | None) -> _ScoringJob:
-    """Read the answers in a file, and the options of studies in an Inspect log.
+    """Read the answers in a file, and the options of studies (variations of questions) in an Inspect log.
 
     Inspect is imported only for logs.
     """

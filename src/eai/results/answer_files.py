@@ -1,6 +1,6 @@
 """Find the response files of a suite: files with a model's answers to the suite's tasks.
 
-A suite is a domain with an ability. A file names its suite by its folders,
+A suite is a domain with an ability, a kind of question. A file names its suite by its folders,
 ``<domain>/<ability>/..._outputs.json``, or by its own name, ``<domain>_<ability>_outputs.json`` (as in the
 paper's public challenge). Many files name no suite. A file that names another suite is left out or refused.
 """
@@ -198,8 +198,8 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
 def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
     """Return the only response file with the answers to a suite. In a folder, the file must name the suite.
 
-    Experiments with several attempts have a file for each attempt; ``attempt`` selects it. A file without
-    the number of an attempt in its name has the first answers.
+    A run with several attempts at each task has a file for each attempt; ``attempt`` selects it. A file
+    without the number of an attempt in its name has the first answers.
 
     Raises:
         InputError: there is no such file, or more than one.
@@ -210,7 +210,7 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        # find_response_files raises if all files are of numbered attempts; then the next search finds them
+        # find_response_files raises if all names have the number of an attempt; the next search finds these
         with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))

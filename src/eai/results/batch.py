@@ -232,9 +232,9 @@ def _list_rows_in_task_order(
 def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
     """Return the answers of a response file, grouped by the game rules by which the model played.
 
-    Games by the standard rules come first, under the key None. Each group has the answers of all epochs.
-    Empty and unreadable answers fail, whatever the rules. They are added to the group of the standard rules,
-    or to the largest group if no game had these rules.
+    Games by the standard rules come first, under the key None. Each group has the answers of all epochs
+    (rounds of answers to all tasks). Empty and unreadable answers fail, whatever the rules. They are added to
+    the group of the standard rules, or to the largest group if no game had these rules.
     """
     declared = get_declaration(ability)
     if not declared.takes_turns:

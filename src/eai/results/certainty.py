@@ -1,9 +1,10 @@
-"""Confidence intervals of rates and of their differences, with near copies of tasks as one unit.
+"""Confidence intervals of rates and of their differences, with near copies of a task counted together.
 
 Near copies of a task share a *name*. They tend to succeed and fail together: 342 such tasks may give no more
-information than 40 different ones. Therefore the unit of an interval is all tasks of one name. A second
-interval takes each task as a unit. The design effect is the factor by which the variance grows because near
-copies agree. The number of tasks divided by the design effect is the effective number of tasks.
+information than 40 different ones. Therefore all tasks of one name are one unit of an interval: only units
+count as independent. A second interval takes each task as a unit. The design effect is the factor by which
+the variance grows because near copies agree. The number of tasks divided by the design effect is the
+effective number of tasks.
 
 An interval is Wilson's (1927) for the effective number of tasks; it also holds at 0 and at 100 percent. This
 number is estimated from few names, therefore the estimate is conservative and uses Student's quantile.
@@ -118,7 +119,7 @@ class _RateWithErrorBySamplingUnit:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Degrees of freedom: Kish's effective number of units, plus one."""
+        """Degrees of freedom: Kish's effective number of units (tasks or groups of near copies), plus one."""
         effective_units = 1 / sum(weight * weight for weight in self.weights.values())
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
 
@@ -127,6 +128,8 @@ def compute_rate_with_error_by_sampling_unit(
     shares_by_unit: Mapping[str, Share],
 ) -> _RateWithErrorBySamplingUnit | None:
     """Return a rate with each unit's contribution to its error, or None if the denominator is zero.
+
+    A unit is a task or a group of near copies.
 
     Args:
         shares_by_unit: mapping from each unit to the numerator and denominator that it adds to the rate.
@@ -261,13 +264,13 @@ def sum_shares_by_task_name(cases: TaskContributions) -> dict[str, Share]:
 
 
 def compute_mean_rate_over_task_names(cases: TaskContributions) -> float | None:
-    """Return the mean of the rates of all names of tasks, in percent; None if there are no cases."""
+    """Return the mean of the rates of all names of tasks, in percent; None if all denominators are zero."""
     rates = [Rate(*share).percent for share in sum_shares_by_task_name(cases).values() if share.denominator]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
 
 def compute_rate_intervals(cases: TaskContributions) -> ConfidenceIntervals | None:
-    """Return the confidence intervals of a rate, or None if there are no cases.
+    """Return the confidence intervals of a rate, or None if its denominator is zero.
 
     A task can add more than one to the numerator, such as several errors. Then the rate is divided by the
     largest number that a task adds.
@@ -307,7 +310,7 @@ def compute_mean_intervals(parts: Sequence[tuple[float, TaskContributions]]) -> 
     The result is None if a rate has no cases.
 
     Args:
-        parts: pairs of the weight and the cases of a rate; the weights sum to 1.
+        parts: the weight of each rate, with the contributions of tasks to the rate; the weights sum to 1.
     """
     tasks = [
         (weight, compute_rate_with_error_by_sampling_unit(sum_shares_by_task(cases)))
@@ -331,8 +334,8 @@ def compute_difference_intervals(
 ) -> ConfidenceIntervals | None:
     """Return the confidence intervals of the difference of two rates on the same tasks.
 
-    They are in percentage points, symmetric around the second rate minus the first; None if a rate has no
-    cases.
+    They are in percentage points, symmetric around the second rate minus the first. The result is None if a
+    denominator is zero.
     """
     pairs = [
         (
@@ -407,9 +410,10 @@ def _make_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs
 
 
 def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
-    """Return the inputs of Wilson's interval. Their variance is 1 divided by the effective number of units.
+    """Return the inputs of Wilson's interval; `variance` is 1 divided by the effective number of units.
 
-    It is computed as the variance of the estimate, divided by the variance of one yes-or-no answer.
+    This equals the variance of the estimate, divided by the variance of one yes-or-no answer. A unit is a
+    task or a group of near copies.
     """
     inputs = _make_interval_inputs(rate)
     return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))

@@ -1,4 +1,4 @@
-"""Converts records to JSON objects and back; ``docs/records.md`` describes the fields.
+"""Converts records (scored answers) to JSON objects and back; ``docs/records.md`` describes the fields.
 
 The dataclasses are the schema: their fields have the names of the file's fields. Enums are written as their
 values, and tuples as lists. Goals are an object from kinds to goals, and errors an object from steps to
@@ -34,7 +34,7 @@ from eai.tasks.options import describe_validation_error
 from eai.tasks.share import TalliesByGoalKind
 
 SCHEMA = 4
-"""The version of the record format."""
+"""The version of the format of records (scored answers in result files)."""
 
 READABLE_SCHEMAS = (2, 3, SCHEMA)
 """Versions of the record format that can be read."""
@@ -125,7 +125,7 @@ def experiment_to_json(
 
 
 def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
-    """Return the experiment that a record's fields choose, or None if they choose no options.
+    """Return the experiment (options of studies) in a record's fields, or None without options.
 
     The fields are ``study`` and ``agent``. Older records have the chosen options as fields.
 
@@ -166,7 +166,7 @@ def _read_study_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str
 
 
 def read_study_summary(record: Record, study: str, kind: type[T]) -> T | None:
-    """Return the values that a study reports on a record's answer, or None if the record has none.
+    """Return the values that a study (a variation of questions) reports on an answer; None without values.
 
     Args:
         record: the record.

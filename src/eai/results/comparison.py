@@ -58,8 +58,8 @@ def compute_sign_flip_p(differences: Sequence[int]) -> float:
 def compute_permutation_p_value(first: Sequence[Share], second: Sequence[Share]) -> float | None:
     """Return the two-sided p value of the difference of two rates, from random exchanges of answers.
 
-    The result is None if a rate has no cases. Exchanges are drawn with a fixed seed. The runs as
-    they are count as one more draw, so that no p value is zero.
+    The result is None if a denominator is zero. Exchanges are drawn with a fixed seed. The runs as they are
+    count as one more draw, so that no p value is zero.
 
     Args:
         first: for each unit (a task or a name), the numerator and denominator that it adds to the first rate.
@@ -87,7 +87,7 @@ def _add_shares(shares: Sequence[Share]) -> Share:
 
 
 def _compute_absolute_rate_difference(one: Share, other: Share) -> float:
-    """Return the absolute difference of two rates; infinite if a rate has no cases."""
+    """Return the absolute difference of two rates; infinite if a denominator is zero."""
     if not one.denominator or not other.denominator:
         return math.inf
     return abs(other.numerator / other.denominator - one.numerator / one.denominator)
@@ -133,7 +133,7 @@ class MetricDifference:
 
 @dataclass(frozen=True, slots=True)
 class RunComparison:
-    """Comparison of two runs of one ability in one domain under one protocol.
+    """Comparison of two runs of one ability in one domain under one protocol (scoring rules).
 
     Attributes:
         differences: the difference of each main metric.
@@ -151,7 +151,7 @@ class RunComparison:
 
 
 def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
-    """Compare two runs of one ability, domain and protocol, each with at least one record.
+    """Compare two runs of one ability, domain and protocol (scoring rules), each with at least one record.
 
     The comparison leaves out a task if one of the runs excludes it or has no record of it, or if its id
     names different tasks in the two runs. A missing answer counts as a failure.

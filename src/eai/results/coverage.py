@@ -1,4 +1,4 @@
-"""Coverage: how much of a suite a run answers, and whether the run can be ranked.
+"""Coverage: how many tasks of a suite a run answers, and whether the run can be ranked.
 
 This module also lists the tasks of a run that errata (known errors of the data set) left out or corrected.
 """
@@ -103,7 +103,7 @@ class TaskCoverage:
 
 
 def combine_coverage(coverages: Iterable[TaskCoverage]) -> TaskCoverage | None:
-    """Return the sum of the coverage of several suites, or None without suites."""
+    """Return the sum of the coverage of several suites (abilities in benchmarks), or None without suites."""
     coverages_of_suites = tuple(coverages)
     return reduce(TaskCoverage.__add__, coverages_of_suites) if coverages_of_suites else None
 
@@ -142,5 +142,5 @@ class TasksChangedByErrata:
         )
 
     def to_json(self) -> dict[str, Json]:
-        """Return the effect as in ``summary.json``."""
+        """Return the numbers and ids of these tasks as in ``summary.json``."""
         return {**asdict(self), "left_out": [*self.left_out], "corrected": [*self.corrected]}

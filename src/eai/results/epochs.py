@@ -100,7 +100,7 @@ STATED = "stated"
 
 
 SUBGOALS = "subgoals"
-"""Key in a question's metadata: the answer to subgoal decomposition that supplied its subgoals."""
+"""Key in a question's metadata: a model's earlier answer, whose subgoals the question states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +112,8 @@ class ModelBeliefsInPrompts:
         experiment: the options of a run with these questions, as records store them.
         missing_reason: reason why tasks without a belief have no question.
         metadata: mapping from each task to the metadata of its question, for built-in models.
-        summaries: for each task, a mapping from the names of studies to values that they report on the
-            belief.
+        summaries: for each task, a mapping from names of studies (variations of questions) to the values that
+            they report on the belief.
         look: function that simulates how a changed scene is perceived; None if questions describe the scene
             without errors.
     """
@@ -126,7 +126,7 @@ class ModelBeliefsInPrompts:
     look: ScenePerception | None = None
 
     def combine_scenes_with_goal_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
-        """Return beliefs that have the scenes of this object and the goals of the other one.
+        """Return beliefs with the scenes of this object and the goals of the other one.
 
         Only tasks with both a scene and goals remain.
 
@@ -169,9 +169,9 @@ class ModelBeliefsInPrompts:
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def add_model_belief_to_record(self, record: Record) -> Record:
-        """Return the record with the run's options, and with results of studies on what the question stated.
+        """Return the record with the run's options, and with values that studies report on the question.
 
-        The question stated goals or a scene as a model understood them.
+        The question stated goals or a scene as a model understood them; the values are about these.
         """
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_study_summaries(record.summaries, self.summaries.get(record.task_id, {}))
@@ -199,7 +199,9 @@ def add_experiment_and_stated_beliefs(
 
 @dataclass(frozen=True, slots=True)
 class ModelAnswers:
-    """The answers of a model to a suite.
+    """The answers of a model to a suite, the tasks of one ability in a benchmark.
+
+    A model may answer in several epochs (rounds of answers to all tasks).
 
     Attributes:
         model: name of the model.
@@ -210,10 +212,10 @@ class ModelAnswers:
         epochs: number of answers requested for each task.
         trials: object that executed the answers and asked again after failures; None if each question was
             sent once.
-        attempts: mapping from task and epoch to all attempts, in an experiment with attempts.
-        beliefs: the beliefs that questions stated instead of the facts; tasks without a belief are in
-            ``failures``.
-        experiment: the choices of the run's studies, as in records.
+        attempts: mapping from task and epoch to all attempts, if the model has several attempts at a task.
+        beliefs: goals or scenes as a model understood them, which questions stated instead of the true ones;
+            tasks without any are in ``failures``.
+        experiment: the options of the run's studies (variations of its questions), as in records.
         summarize: function that adds the summaries of studies to a record.
         logs: mapping from each asked task to Inspect's log of its answers, in order. A log also has answers
             that an earlier start of the run recorded.
@@ -235,15 +237,15 @@ class ModelAnswers:
 
 @dataclass(frozen=True, slots=True)
 class SuiteResult:
-    """The result of one model on one suite.
+    """The scores of one model's answers to a suite (one ability in a benchmark).
 
     Attributes:
         model: name of the model.
         folder: folder of the results.
         suite: the tasks that were scored.
         totals: the totals of the records.
-        records: a record of every task of the run, in order, without explanations, which the files have.
-        by_epoch: the result of each epoch, if there are several.
+        records: a record (scored answer) of every task, in order, without explanations, which the files have.
+        by_epoch: the result of each epoch (round of answers to all tasks), if there are several.
         remarks: sentences for the closing lines, such as on parts of requests that the server ignored.
     """
 
@@ -287,19 +289,19 @@ class SuiteResult:
         return self.map_keys_to_records().values() if averaged else self.records
 
     def map_keys_to_records(self) -> dict[AnswerKey, Record]:
-        """Return a mapping from task and epoch to the record of the requested answer."""
+        """Return a mapping from task and epoch (round of answers) to the record of the answer."""
         epochs = enumerate(self.by_epoch or (self,), 1)
         return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}
 
     def read_records_by_epoch(self) -> Sequence[Iterator[Record]]:
-        """Return an iterator over the records of each epoch, from the files of the results.
+        """Return an iterator over the records of each epoch (round of answers), from the result files.
 
         An iterator raises InputError if its file cannot be read.
         """
         return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
 
     def map_tasks_to_epoch_of_shown_answer(self) -> dict[str, int]:
-        """Return a mapping from each task to the epoch in which the answer of its record was first given."""
+        """Return for each task the first epoch (round of answers) with the answer that its record has."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.map_keys_to_records().items():
@@ -348,7 +350,7 @@ def score_answers(
     scoring: ScoringOptions,
     progressed: ProgressCallback | None = None,
 ) -> SuiteResult:
-    """Score answers and write the results: of each epoch, if there are several, and of all together.
+    """Score answers and write the results: of each round of answers, if there are several, and of all.
 
     Raises:
         InputError: the folder cannot be written.
@@ -392,7 +394,7 @@ def score_answers(
 
 
 def _select_answers_of_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
-    """Return the answers of one epoch, as if the run had no other epochs."""
+    """Return the answers of one epoch (round of answers to all tasks), as if it were the only epoch."""
     answers = {key: answer for key, answer in model_answers.answers.items() if key[1] == epoch}
     failures = {key: reason for key, reason in model_answers.failures.items() if key[1] == epoch}
     name = f"{model_answers.name}.epoch_{epoch}"
@@ -402,7 +404,7 @@ def _select_answers_of_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAn
 def average_records_over_epochs(
     of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
-    """Return one record for each task, with the mean of each metric over its epochs."""
+    """Return one record for each task, with the mean of each metric over the answers of all epochs."""
     by_task = group_pairs((record.task_id, record) for record in chain.from_iterable(of_epochs))
     return [_average_records_of_task(of_task, averaged) for of_task in by_task.values()]
 

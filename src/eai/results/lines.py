@@ -30,7 +30,7 @@ class TidyTableLine:
         model: name of the model that answered.
         harness: harness in which the model acted, if known.
         effort: reasoning effort of the model; None for the provider's default.
-        experiment: label of the studies that the run combines; None for a plain run.
+        experiment: label of the run's studies (variations of its questions); None for a plain run.
         task: the data set's id of the task.
         name: name that near copies of the task share.
     """

@@ -1,4 +1,7 @@
-"""Read the options of a run from records of schema 2 and 3, which have one object for all studies."""
+"""Read the options of studies (variations of a run's questions) from records of schema 2 and 3.
+
+Such a record has one object for the options of all studies.
+"""
 
 from __future__ import annotations
 
@@ -33,8 +36,8 @@ _STATED = (
 def read_older_experiment(named_options: Mapping[str, str], replanning: ReplanningOptions) -> Experiment:
     """Return the options of the run of an older record, in today's form.
 
-    ``named_options`` are the options whose values are texts. Those of replanning have other values, so they
-    come in another argument.
+    ``named_options`` are the options whose values are texts. ``replanning`` has the options of attempts at a
+    task, which are not texts.
     """
     study: dict[str, StudySettings] = (
         dict(replanning.experiment.study) if replanning.executes_answers_as_episodes else {}

@@ -58,7 +58,7 @@ class PaperTable:
 
 @dataclass(frozen=True, slots=True)
 class _PaperProtocolAndTables:
-    """The protocol of the paper's published numbers, and the paper's tables (``setting.toml``).
+    """The protocol (scoring rules) of the paper's numbers, and the paper's tables (``setting.toml``).
 
     Attributes:
         protocol: name of the protocol under which our metrics can be compared with the paper's numbers.
@@ -85,7 +85,7 @@ class _PaperProtocolAndTables:
 
 @cache
 def read_paper_protocol_and_tables() -> _PaperProtocolAndTables:
-    """Return the paper's protocol and the names of its tables."""
+    """Return the protocol (scoring rules) of the paper's numbers, and the names of the paper's tables."""
     return TypeAdapter(_PaperProtocolAndTables).validate_python(parse_toml(_read_paper_text("setting.toml")))
 
 

@@ -24,13 +24,13 @@ _DIGEST_LENGTH = 16
 def find_partial_file(
     file: Path, settings: Sequence[object], answers: ResponseFile, read_files: Iterable[Path] = ()
 ) -> Path:
-    """Return the partial file of a file of records.
+    """Return the path of a partial file, which keeps the records of a command until it ends.
 
     Args:
         file: the file of records, in its final place.
-        settings: values that decide the records, with texts (`repr`) that are equal in every process.
+        settings: values on which the records depend. Their texts (`repr`) are equal in every process.
         answers: the answers.
-        read_files: files whose contents also decide the records.
+        read_files: files on whose contents the records also depend.
     """
     digest = hashlib.sha256(repr(settings).encode())
     for epoch in (answers, *answers.further_epochs):
@@ -42,7 +42,7 @@ def find_partial_file(
 
 
 def count_kept_records(partial_file: Path) -> int:
-    """Return the number of records in a partial file; a last line that was cut off does not count."""
+    """Return the number of records in a partial file, without a last line that was cut off."""
     if not partial_file.exists():
         return 0
     with partial_file.open("rb") as lines:
@@ -98,7 +98,9 @@ def publish_records(partial_file: Path, file: Path, totals: RunTotals) -> None:
 
 
 def remove_partial_files(file: Path) -> None:
-    """Remove all partial files of a file of records, also those of other answers or settings.
+    """Remove all partial files (records of interrupted commands) beside a file of records.
+
+    Partial files of other answers or settings are removed, too.
 
     Raises:
         InputError: a file cannot be removed.

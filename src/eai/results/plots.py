@@ -204,7 +204,7 @@ PAGE = 7.0
 """Width of a page's text in inches."""
 
 FEW_CASES = 5
-"""Minimum number of cases of a rate that is drawn as a filled mark; with fewer cases the mark is hollow."""
+"""Minimum denominator of a rate that is drawn as a filled mark; below this number the mark is hollow."""
 
 _MAX_NAMES = 30
 _CELL_INCHES = 0.42

@@ -35,7 +35,7 @@ class Rate:
 
 
 NOTHING = Rate(0, 0)
-"""A rate without any case."""
+"""The rate 0 of 0, to which no answer contributes."""
 
 
 def compute_rates(contributions: Iterable[ShareByMetric]) -> dict[str, Rate]:
@@ -75,7 +75,7 @@ def _to_exact_number(number: float | Exact) -> Exact:
 
 
 def compute_rate(shares: Iterable[Share]) -> Rate:
-    """Return a rate: the sum of the numerators of some shares, over the sum of their denominators."""
+    """Return a rate: the sum of the numerators over the sum of the denominators."""
     numerator = denominator = 0.0
     for more, of in shares:
         numerator += more

@@ -55,14 +55,15 @@ class Record:
         response: the answer as it was scored; empty if the file of the record leaves answers out.
         data_sha256: digest of the data that the answer was scored against.
         verdict: a verdict of the class that the ability declares.
-        errata: the errata that decided the verdict; None if no errata were used.
+        errata: the errata (known errors of the data set) that scoring used; None if none were used.
         sample: number of the answer, from 0, if a task has several answers that all count; else None.
         explanation: the verdict in words, if the user asked for it.
         origin: the source of the answer, if the run knows it.
         task: the features of the task, if known.
         unanswered: the reason why there is no answer; None if there is an answer, even an empty one.
         suite_size: number of tasks of the suite; None if unknown. A complete run has a record of each.
-        experiment: the choices of the run's studies; None if the run asked each question once, unchanged.
+        experiment: the options of the run's studies (variations of its questions); None if the run asked each
+            question once, unchanged.
         summaries: mapping from a study to its summary of the answer.
         attempts: all answers to the task in order, if the run gave several attempts. The verdict is that of
             the last attempt.

@@ -78,7 +78,7 @@ def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskContributions]]) -> Ite
 
 
 def strip_epoch(model: str) -> str:
-    """Return the name of a model without the suffix that names an epoch; other names are unchanged."""
+    """Return the name of a model without the suffix for an epoch (round of answers), if it has one."""
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 

@@ -72,7 +72,7 @@ class ResponseFile:
         model: name of the model.
         responses: the answers; if a task may have several, they are read from the file at each iteration.
         skipped_rows: number of rows that are left out because the data set does not have their tasks.
-        further_epochs: the answers of further epochs, if tasks count by the mean over all epochs.
+        further_epochs: the answers of further rounds, if tasks count by the mean over all rounds.
     """
 
     model: str
@@ -171,8 +171,8 @@ class _AnswersKeptInFile(Collection[Response]):
 def find_response_files(path: Path) -> list[Path]:
     """Return the response file at a path, or all response files below a folder, sorted.
 
-    Their names end in ``_outputs.json``, ``.jsonl`` or ``.parquet``. Files in folders with a single attempt
-    of an experiment are skipped, because they are not a complete run.
+    Their names end in ``_outputs.json``, ``.jsonl`` or ``.parquet``. In a folder, files whose names have the
+    number of an attempt are skipped: they are not a complete run.
 
     Raises:
         InputError: there is no such file.

@@ -147,14 +147,14 @@ def can_earn_reward(ability: Ability) -> bool:
 
 
 class Reward:
-    """Reward function of a suite. It depends only on the task and the text of the answer.
+    """Reward function of a suite, the tasks of one ability in a benchmark.
 
-    It may be called from any number of threads. It can be pickled, because its suite is pickled by name.
-    Operators are compared with the gold operators and never given to a planner. A planner takes seconds, and
-    operators without preconditions would satisfy it.
+    It depends only on the task and the text of the answer. It may be called from any number of threads. It
+    can be pickled, because its suite is pickled by name. Operators are compared with the gold operators and
+    never given to a planner. A planner takes seconds, and operators without preconditions would satisfy it.
 
     Args:
-        suite: the tasks. Under protocols other than ``strict``, rewards can break the inequalities in the
+        suite: the tasks. Under scoring rules other than ``strict``, rewards can break the inequalities in the
             docstring of this module.
         shaping: definition of the reward: ``success``, ``goals``, ``progress``, ``diagnosis``, ``partial``,
             or ``repair`` for plans under ``strict``.

@@ -35,7 +35,7 @@ _LOG_FILE = "inspect.json"
 
 
 LogSamples: TypeAlias = tuple[str | Mapping[str, str], int | Mapping[str, int]]
-"""File name of the Inspect log with a run's samples, and the epoch of these samples.
+"""File name of the Inspect log with a run's samples, and the epoch (round of answers) of these samples.
 
 If tasks differ, a mapping from tasks to names or epochs replaces the name or the epoch.
 """
@@ -55,7 +55,7 @@ class RunKey(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the run within its suite: its model, and the label of its experiment, if any."""
+        """Name of the run within its suite: its model, and the label of its study options, if any."""
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def compute_metric_rates(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
     """Return a mapping from metrics to rates, for an ability's metrics in the paper's tables.
 
-    Excluded verdicts do not count. Metrics without any verdict are present as rates without cases.
+    Excluded verdicts do not count. Metrics without any verdict are present as rates of 0 of 0.
     """
     declared = get_declaration(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
@@ -69,9 +69,9 @@ def compute_metric_shares_by_task(records: Sequence[Record]) -> dict[str, ShareB
 
 
 def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[TaskContribution]]:
-    """Return a mapping from each metric to its cases, which are the contributions of a run's records.
+    """Return a mapping from each metric to the contributions of a run's records to the metric.
 
-    Excluded records do not count. If no record has an answer, the metrics have no cases.
+    Excluded records do not count. If no record has an answer, nothing contributes to the metrics.
     """
     if records and all(record.unanswered is not None for record in records):
         declared = get_declaration(ability)

@@ -32,7 +32,7 @@ class Answer:
     Attributes:
         task_id: the data set's id of the task.
         epoch: number of the round of answers to all tasks, from 1 on.
-        request_sha256: digest of everything that decides the answer: model, prompt, parameters.
+        request_sha256: digest of everything on which the answer depends: model, prompt, parameters.
         prompt_sha256: digest of the prompt alone.
         text: the answer without reasoning.
         reasoning: reasoning of the model before the answer, or empty.
@@ -154,7 +154,7 @@ class TrialSet:
     tasks_with_stated_goals: Mapping[str, Task] = field(default_factory=dict)
 
     def start_conversation(self, task_id: str, epoch: int = 1) -> Conversation:
-        """Begin the conversation about a task in one epoch."""
+        """Begin the conversation about a task in one epoch (round of answers to all tasks)."""
         trial = begin_trial(
             self.suite, self.options, task_id, epoch, self.tasks_with_stated_goals.get(task_id)
         )
@@ -192,8 +192,8 @@ def begin_trial(
 ) -> Trial:
     """Return a new trial: a series of attempts at a task, in which a model may repair a failed plan.
 
-    If the options name no rules for such series, ours apply. ``stated_goals_task`` has the goals that
-    questions state instead of the task's own.
+    If the options name no rules for such series, the rules of this package apply. ``stated_goals_task`` is
+    the task with goals from an earlier answer of a model, if questions state these; else None.
 
     Raises:
         InputError: answers to the task are not plans.

@@ -152,8 +152,8 @@ class QuestionJob:
         epochs: number of answers to each question.
         trials: executes the answers and asks again after failures; None if each question is sent once.
         metadata: mapping from task ids to the metadata of questions, for the built-in models.
-        experiment: the run's options of studies, such as the form of scenes, for the log; None without
-            options.
+        experiment: the options of studies (variations of the questions, such as another form of scenes), for
+            the log; None without options.
         answer_limit: default of the maximum number of tokens of an answer, which follows from the suite.
     """
 
@@ -178,9 +178,10 @@ class QuestionJob:
         return hash_text(json.dumps(decisive))
 
     def split(self, max_samples: int) -> Iterator[QuestionJob]:
-        """Yield jobs with consecutive tasks of this job, in order. A task in an epoch is a sample.
+        """Yield jobs with consecutive tasks of this job, in order.
 
-        A job has more samples than the maximum only if one task has.
+        A sample is a task in one epoch (round of answers to all tasks). A job has more samples than
+        the maximum only if one task has.
         """
         task_ids, size = list(self.prompts), max(1, max_samples // self.epochs)
         if len(task_ids) <= size:
@@ -191,7 +192,7 @@ class QuestionJob:
             yield replace(self, prompts=prompts)
 
     def start_conversation(self, task_id: str, epoch: int) -> Conversation:
-        """Return the conversation of a task in one epoch: its questions, one after the other."""
+        """Return the conversation of a task in one epoch (round of answers): its questions in order."""
         if self.trials is None:
             return Conversation(partial(self.prompts.__getitem__, task_id))
         return self.trials.start_conversation(task_id, epoch)
@@ -208,7 +209,7 @@ class QuestionJob:
         return make_answer_schema(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
     def hash_request(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
-        """Return the digest of everything that decides the answer to a prompt.
+        """Return the digest of everything on which the answer to a prompt depends.
 
         A question that is repeated in a later attempt has another digest. Otherwise a resumed run would take
         the first answer for all attempts.

@@ -62,7 +62,7 @@ class AnswerJournal:
         return next((each for each in answers if (each.request_sha256, each.attempt) == wanted), None)
 
     def has_answers(self, key: AnswerKey) -> bool:
-        """Whether the journal has an answer to any request about a task in an epoch."""
+        """Whether the journal has an answer to any request about a task in an epoch (round of answers)."""
         return key in self._answers
 
     def add(self, answer: Answer) -> None:
@@ -109,7 +109,7 @@ answered, without their tokens. A task has failed if a request failed after all 
 
 
 class _ConversationInJournal(NamedTuple):
-    """The conversation about a task in an epoch, with its answers in order."""
+    """The conversation about a task in an epoch (round of answers), with its answers in order."""
 
     key: AnswerKey
     conversation: Conversation
@@ -117,7 +117,7 @@ class _ConversationInJournal(NamedTuple):
 
 
 class RunState:
-    """The answers so far to a job (the questions of a suite to a model).
+    """The answers so far to a job (the questions of a suite to a model, in one or more rounds).
 
     Only the solver that asks the questions holds a conversation, so that memory does not grow with prompts.
 
@@ -160,7 +160,7 @@ class RunState:
         return len(self.job.prompts) * self.job.epochs
 
     def open_conversation(self, key: AnswerKey) -> _ConversationInJournal:
-        """Return the conversation about a task in an epoch, continued with the answers in the journal."""
+        """Return the conversation about a task in an epoch (round of answers), with the journal's answers."""
         recorded = _ConversationInJournal(key, self.job.start_conversation(*key), [])
         while not recorded.conversation.is_over:
             answer = self.journal.find_answer(
@@ -172,7 +172,7 @@ class RunState:
         return recorded
 
     def hash_request_for_next_answer(self, recorded: _ConversationInJournal) -> str:
-        """Return the digest of everything that decides the next answer of a conversation."""
+        """Return the digest of everything on which the next answer of a conversation depends."""
         task_id, _ = recorded.key
         return self.job.hash_request(task_id, recorded.conversation.question, len(recorded.answers) + 1)
 

@@ -32,7 +32,7 @@ _UNSUMMARIZED: dict[str, Any] = {"events": [], "events_data": None, "attachments
 """Empty values for large fields of a sample that Inspect's summary of the sample does not need."""
 
 _RecordOfEpoch: TypeAlias = tuple[Record, int]
-"""A record, and its epoch."""
+"""A record (scored answer), and its epoch (round of answers to all tasks)."""
 
 _LONE_SURROGATE = re.compile("[\ud800-\udfff]")
 
@@ -74,9 +74,9 @@ def _write_scores_of_log(
 
     Args:
         path: the log.
-        scored: the records of its samples, with their epochs.
-        kept: the records without explanations, from which metrics are computed.
-        result: the result with these records.
+        scored: the record (scored answer) and the epoch of each sample, for the sample's score.
+        kept: the records without explanations, which take less memory, for the log's metrics.
+        result: the scores of the model's answers; states the scoring rules and the errata.
     """
     log = read_inspect_log(path, header_only=True)
     log.samples, partial_file = [], path.with_name(f".{path.stem}.part")

@@ -289,8 +289,8 @@ class _BuiltInModel(ModelAPI):
     def _corrupt_answer(self, answers: AnswersByTask, question: _ModelQuestion) -> WrittenAnswer:
         """Return a corrupted answer to a question.
 
-        Each attempt draws new errors. With the argument ``heed``, later attempts repeat the last answer
-        instead, or repair it if the model heeds the feedback.
+        Each attempt at a task draws new errors. With the argument ``heed``, a probability, a later attempt
+        repeats the last answer instead. It repairs an error that the question names with this probability.
         """
         seed = f"{self._arguments.seed} {question.epoch}"
         if self._arguments.heed is not None:

@@ -33,7 +33,7 @@ def list_remarks(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple
 
     Args:
         job: the questions, and the options of their requests.
-        answers: mapping from task and epoch to the answer.
+        answers: mapping from task and epoch (round of answers) to the answer.
     """
     describers = (_describe_answers_of_wrong_form, _describe_cut_prompts, _describe_replies_without_calls)
     return tuple(filter(None, [describe(job, answers) for describe in describers]))

@@ -113,8 +113,8 @@ def make_inspect_metric_of_paper_scores(ability: str) -> Metric:
 
     The fractions are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left
     out. For several answers to a task the mean counts, or the answer with the most frequent meaning, as in
-    ``eai run --epochs``. Some protocols decide from all answers of a model whether plans name objects with
-    ids. Then the answers are scored again.
+    ``eai run --epochs``. Some protocols (scoring rules) look at all answers of a model to tell whether plans
+    name objects with ids. Then the answers are scored again.
     """
 
     def compute_paper_columns(scores: list[SampleScore]) -> Value:
@@ -162,7 +162,7 @@ def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
 
 
 EXPERIMENT = "experiment"
-"""Name of the field for the experiment, in the metadata of samples and in records."""
+"""Name of the field with the options of studies, in the metadata of samples and in records."""
 
 SCORERS = {ability: _register_scorer(ability) for ability in find_abilities()}
 """Mapping from abilities to their scorers; the score of a sample has the ability's name."""
@@ -204,10 +204,11 @@ def _add_agent_harness_and_rules_of_record(log_experiment: Experiment, record: R
 
 
 def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
-    """Return the record of an answer from Inspect's log, completed with the results of the experiment.
+    """Return the record of an answer from Inspect's log, completed with options and results of studies.
 
-    The experiment is read from the sample's metadata. In an experiment with several attempts, all answers are
-    executed again. If the question stated goals or a scene from an earlier answer, these are judged again.
+    Studies are variations of the questions. Their options (the experiment) are read from the sample's
+    metadata. If a task had several attempts, all answers are executed again. If the question stated goals or
+    a scene from an earlier answer, these are judged again.
 
     Args:
         record: the record of the last answer, scored as if there were no experiment.
@@ -230,13 +231,13 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
 
 
 LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
-"""Mapping from each task to the metadata, epoch and question of the sample whose answer is scored."""
+"""Mapping from each task to metadata, epoch (round of answers) and question of the scored sample."""
 
 
 def make_record_of_logged_answer(
     suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, record_without_experiment: Record
 ) -> Record:
-    """Return the record of an answer in the log of an experiment.
+    """Return the record of an answer in the log of an experiment, a run with options of studies.
 
     Args:
         suite: the suite.
@@ -306,9 +307,9 @@ def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> S
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     """Return the verdicts on tasks, read from one score of each task.
 
-    Some protocols choose one way to read all answers of a model, after the last answer. In this case, the
-    answers are scored again. Verdicts on repeated attempts do not change, because each answer was read before
-    the next question was asked.
+    Some protocols (scoring rules) choose one way to read all answers of a model. Then the answers are
+    scored again. Verdicts on repeated attempts do not change, because each answer was read before the next
+    question was asked.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered_scores(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}

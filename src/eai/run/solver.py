@@ -233,7 +233,7 @@ def ask_without_journal(trials: TrialSet | None) -> Solver:
 
 
 def add_epoch_to_metadata(state: TaskState) -> dict[str, Any]:
-    """Add the epoch to the metadata of a sample's question, for the built-in models; return the metadata."""
+    """Add the number of the round of answers to a question's metadata, for built-in models; return them."""
     metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
     state.messages[-1].metadata = metadata
     return metadata

@@ -1,4 +1,4 @@
-"""The specification of a run: models, tasks, studies, and limits.
+"""The specification of a run: models, tasks, studies (variations of the questions), and limits.
 
 It defines the flags of ``eai run``, the arguments of Inspect's tasks, the file beside a run, and the table of
 options in the documentation. Its sections are tables of a TOML file, which ``eai run FILE.toml`` reads and
@@ -152,7 +152,7 @@ class _PromptOptions(Options):
 
     @property
     def prompt_label(self) -> str | None:
-        """Name of the prompts in records and tables: the user's name, or the name of our variant."""
+        """Name of the prompts in records and tables: the name that the user gave, or our name for our set."""
         return self.name or (self.set if self.set in VARIANTS else None)
 
 
@@ -215,8 +215,8 @@ class RunSpec(Options):
     def experiment(self) -> Experiment:
         """The options of studies that change the questions of the run, as records store them.
 
-        If a model first states goals or scenes for the questions, that stage records its own options
-        (`ModelBeliefsInPrompts.experiment`). They are left out.
+        If a model first states goals or scenes for the questions, the options of that first request are left
+        out. `ModelBeliefsInPrompts.experiment` has these options.
         """
         variations_by_study = {
             variation.name: self.studies.get(variation.name, VariationOptions())

@@ -146,7 +146,7 @@ def build_task(
         prompts: mapping from task ids to questions.
         solver: the solver that asks them.
         metadata: metadata of the log, besides domain and ability.
-        experiment: the experiment of the run, if any.
+        experiment: the options of the run's studies (variations of its questions), if any.
         question_metadata: mapping from task ids to the metadata of questions, for the built-in models.
         open_dataset: makes Inspect's dataset from the samples; None for a dataset in memory.
     """
@@ -280,10 +280,10 @@ def make_trials(
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
-    """Combine experiments into one with all of their choices.
+    """Combine experiments (options of studies) into one with all options.
 
     Raises:
-        InputError: two experiments choose different values of the same field.
+        InputError: two experiments have different values of one option.
     """
     combined = Experiment()
     for experiment in parts:
@@ -320,7 +320,7 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
 def _make_prompts_that_state_beliefs(
     stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
-    """Return questions that state goals or scenes as a model understood them, and these beliefs.
+    """Return questions that state goals or scenes as a model understood them, and these goals or scenes.
 
     Raises:
         InputError: the model stated none for a task, which a log could not count as failed.
@@ -422,9 +422,9 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
 
 
 def make_adder_of_experiment_in_log(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
-    """Return a function that adds a log's experiment to a record of an answer in the log.
+    """Return a function that adds the options of studies in a log to a record of an answer in the log.
 
-    Return None if the log has no experiment, or if the ability's results are means over epochs.
+    Return None if the log has no such options, or if the ability's results are means over several answers.
 
     Raises:
         InputError: the log cannot be read.
