@@ -1,4 +1,4 @@
-"""Studies: each varies the options of runs, or analyses the records of runs with tables and figures.
+"""Studies: each varies the options of runs, or analyses their records (the stored verdicts on answers).
 
 Each study has its own folder.
 """

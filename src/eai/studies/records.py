@@ -1,4 +1,4 @@
-"""Read the records that a study analyses, only when an analysis uses them."""
+"""Read the records (stored verdicts on answers) that a study analyses, only when an analysis uses them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def _ignore_note(line: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class StudyRecords:
-    """Records for an analysis, read as runs or as tidy tables, with functions that report progress and notes.
+    """Records (stored verdicts on answers) for an analysis, with functions that report progress and notes.
+
+    They are read as runs, or as tidy tables: a line for each answer, step, goal or clause.
 
     Attributes:
         paths: files of records, or folders with records.jsonl somewhere below.
@@ -54,7 +56,7 @@ class StudyRecords:
         return read_runs(self.paths)
 
     def make_tidy_tables_of_comparable_runs(self, *, features: bool = True) -> TidyTables:
-        """Return the tidy tables of runs that can be compared, built at the first call.
+        """Return tidy tables (a line for each answer, step, goal or clause) of runs that can be compared.
 
         These are the runs without study options (plain runs), if there are any. Other runs are then left out,
         and the user gets a note. Without plain runs, all runs must have the same study options.
@@ -86,7 +88,7 @@ class StudyRecords:
         return self._cached_tables[features]
 
     def make_all_tables(self) -> TidyTables:
-        """Return the tidy tables of all runs, including runs with options of studies.
+        """Return tidy tables (a line for each answer, step, goal or clause) of all runs.
 
         Raises:
             InputError: there are no records, or a record is unusable.

@@ -1,7 +1,7 @@
 """Find registered studies by name: studies of this package and of other distributions.
 
-A distribution registers a `Study` by an entry point of the group ``eai.studies``. A study is imported only
-when it is used.
+A study adds options to runs, or analyses the records of runs. A distribution registers a `Study` by an entry
+point of the group ``eai.studies``. A study is imported only when it is used.
 """
 
 from __future__ import annotations

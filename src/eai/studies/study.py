@@ -55,7 +55,7 @@ class Analysis:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A study: options that vary a run, and the analysis of records.
+    """A study: options that vary a run, and an analysis of records (stored verdicts on answers).
 
     A study is registered by an entry point of the group ``eai.studies`` (`eai.studies.registry`). ``analyze``
     imports the modules for the analysis, so that reading the options stays fast.
@@ -87,9 +87,10 @@ def format_suite_heading(suite: SuiteIdentity) -> str:
 
 
 def add_suite_title(suite: SuiteIdentity, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Give a figure the title of a suite. Return the name of the figure's file, and the figure.
+    """Add the title of a suite to a figure; return the pair of the figure's file name and the figure.
 
-    The figure may be None (nothing to show), and stays None.
+    The file name is the given name and the name of the suite. A figure that is None (nothing to show) stays
+    None.
     """
     if figure is not None:
         add_title(figure, format_suite_heading(suite))
@@ -97,10 +98,9 @@ def add_suite_title(suite: SuiteIdentity, name: str, figure: Figure | None) -> t
 
 
 def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Give a figure a title that names a suite and a model.
+    """Add a title with suite and model to a figure; return the pair of the given file name and the figure.
 
-    Return the name of the figure's file, and the figure. The figure may be None (nothing to show), and stays
-    None.
+    A figure that is None (nothing to show) stays None.
     """
     if figure is not None:
         add_title(figure, f"{format_suite_heading(key.suite)}, {clip_label(key.model)}")

@@ -136,11 +136,11 @@ class VariationOptions(Options):
 
     @property
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
-        """The part of a task that questions state differently; empty if they state the task as it is."""
+        """The part of a task that questions state differently, such as its goals; empty for no part."""
         return ""
 
     def explain_conflict(self, other: VariationOptions) -> str:
-        """Return why a run cannot combine this choice with another study's choice; empty if it can."""
+        """Return why a run cannot combine these options with another study's options; empty if it can."""
         if self.changed_task_part and self.changed_task_part == other.changed_task_part:
             return f"both change the {self.changed_task_part} that questions state"
         if self.replanning is not None and other.replanning is not None:

@@ -66,7 +66,10 @@ Without = Annotated[
     ),
 ]
 _MAX_SHOWN_PATTERNS = 20
-"""Maximum number of patterns (changes that a title's demonstrations share) printed without `--all`."""
+"""Maximum number of patterns that are printed without `--all`.
+
+A pattern is a change, such as ``ON(lamp)``, that demonstrations (recorded plans) for one task title make.
+"""
 
 
 def _open_demonstrations(
@@ -200,7 +203,9 @@ def choose_goal_patterns(
 def _read_user_commands_and_save_decisions(
     path: Path, saved: Mapping[str, TitleMeaningDecisions], title: str, listing: PatternList
 ) -> str:
-    """Read a user's commands, which decide the meaning of a task title, and save the decisions after each.
+    """Read a user's commands, which keep or drop patterns for a task title, and save after each command.
+
+    A pattern is a change, such as ``ON(lamp)``, that demonstrations (recorded plans) for the title make.
 
     Return why no more commands follow.
 

@@ -1,4 +1,7 @@
-"""Decisions about the meaning of task titles, in a TOML file that people may also edit by hand.
+"""Decisions which goals a task title means, in a TOML file that people may also edit by hand.
+
+A demonstration is a plan that the data set records for a task with the title. A pattern is a change that
+demonstrations share. A user decides which patterns the title means.
 
     without = ["NEXT_TO"]
 
@@ -12,9 +15,8 @@
     ]
 
 A candidate is a possible meaning of a task title: a list of entries. An entry is a list of patterns, of which
-one must be met. Patterns are changes that demonstrations (people's plans) share. They name an object by its
-class or by all its properties: ``ON(washing_machine)`` is a state,
-``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH`` an action.
+one must be met. Patterns name an object by its class or by all its properties: ``ON(washing_machine)`` is a
+state, ``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH`` an action.
 """
 
 from __future__ import annotations
@@ -76,7 +78,7 @@ class _ObjectKind:
 
 @dataclass(frozen=True, slots=True)
 class GoalPattern:
-    """A pattern of a goal: a state of one kind of object, a relation between two kinds, or an action.
+    """A form of goal: a state of one kind of object, a relation between two kinds, or an action.
 
     Attributes:
         name: name of the predicate or action.
@@ -100,14 +102,14 @@ class GoalPattern:
 
 
 AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
-"""Alternative patterns; a demonstration (a person's plan) must meet at least one of them.
+"""Alternative patterns (forms of goal): a demonstration, a recorded plan, must meet at least one pattern.
 
-Each entry of a `TitleMeaning` is such a list.
+A possible meaning of a task title (`TitleMeaning`) has one or more such lists.
 """
 
 
 def parse_pattern(text: str) -> GoalPattern:
-    """Parse a pattern of a goal, such as ``ON(lamp)``.
+    """Parse a pattern (a form of goal), such as ``ON(lamp)``.
 
     Raises:
         InputError: the text is not a pattern.
@@ -130,7 +132,7 @@ def _parse_kind(text: str) -> _ObjectKind:
 
 @dataclass(frozen=True, slots=True)
 class DemonstrationChanges:
-    """The changes that a demonstration (a person's plan for a task) makes, and its actions.
+    """The changes that a demonstration (a recorded plan for a task) makes, and its actions.
 
     Attributes:
         task: the task of the demonstration.
@@ -149,7 +151,7 @@ class DemonstrationChanges:
         return self.task.scene
 
     def find_matching_facts(self, patterns: AlternativePatterns) -> Iterator[Fact]:
-        """Yield the demonstration's changed facts that match at least one of the patterns, in order."""
+        """Yield the changed facts that fit at least one of some patterns, such as ``ON(lamp)``, in order."""
         return (
             fact for fact in self.facts if any(self._matches_pattern(fact, pattern) for pattern in patterns)
         )
@@ -180,7 +182,7 @@ class DemonstrationChanges:
 
 
 def find_changes_made_by_demonstration(task: Task, domain: Domain) -> DemonstrationChanges:
-    """Return what a task's demonstration changes between the task's initial and final state.
+    """Return what a task's demonstration (its recorded plan) changes from the initial to the final state.
 
     The final state is in the data set, or results from executing the plan.
 
@@ -239,7 +241,7 @@ def _list_predicate_names(predicates: tuple[Predicate, ...], arity: int, *, stat
 def count_patterns(
     differences: Iterable[DemonstrationChanges], without: Iterable[str]
 ) -> Counter[GoalPattern]:
-    """Return how often each pattern occurs in the changes of all demonstrations together, by pattern.
+    """Return how many changes in all demonstrations (recorded plans) fit each pattern, such as ``ON(lamp)``.
 
     First come states and relations that name objects by class, then relations that describe one of both
     objects by its properties. The agent is always named by its class.
@@ -273,17 +275,21 @@ def _generalize_fact(
 
 
 TitleMeaning: TypeAlias = tuple[AlternativePatterns, ...]
-"""One possible meaning of a task title: a list of entries (alternative patterns).
+"""One possible meaning of a task title: entries, each a list of patterns such as ``ON(lamp)``.
 
-A demonstration has this meaning if it meets at least one pattern of each entry. It must meet entries that are
-actions in the order of the list.
+A demonstration (a recorded plan) meets the meaning if its changes fit at least one pattern of each entry. It
+must meet entries that are actions in their order.
 """
 
 
 def find_first_met_title_meaning(
     candidates: Sequence[TitleMeaning], difference: DemonstrationChanges
 ) -> int | None:
-    """Return the index of the first possible meaning of a task title that a demonstration has, or None."""
+    """Return the index of the first of a task title's possible meanings that a demonstration meets, or None.
+
+    A demonstration is a plan that the data set records for a task with the title. `is_title_meaning_met`
+    tests whether it meets a meaning.
+    """
     return next(
         (
             number
@@ -295,9 +301,10 @@ def find_first_met_title_meaning(
 
 
 def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges) -> bool:
-    """Whether a demonstration has one possible meaning of its task title.
+    """Whether a demonstration (a recorded plan) meets one possible meaning of its task title.
 
-    It must meet at least one pattern of each entry of the meaning, and actions in the order of the entries.
+    The plan must make a change that fits each entry of the meaning, or have an action of the entry. The
+    actions must come in the order of the entries.
     """
     rest = iter(difference.actions)
     return all(
@@ -308,10 +315,10 @@ def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges
 
 
 def make_concrete_goals(difference: DemonstrationChanges, candidate: TitleMeaning) -> tuple[Goal, ...]:
-    """Return the goals of a demonstration's task if its title has a given meaning, with the task's objects.
+    """Return the goals that a given meaning of the title gives a demonstration's task, with its objects.
 
-    Only facts that the demonstration makes true become goals. States come first, then relations, then
-    actions.
+    A demonstration is a recorded plan. Only facts that hold after it become goals, and its actions. States
+    come first, then relations, then actions.
     """
     conditions = [entry for entry in candidate if not entry[0].is_action]
     facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_matching_facts(entry))
@@ -332,11 +339,11 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 @dataclass(frozen=True, slots=True)
 class TitleMeaningDecisions:
-    """The decisions about the meaning of one task title.
+    """A user's decisions which goals one task title means.
 
     Attributes:
         candidates: possible meanings, in the order in which they are tried.
-        dropped: shared patterns that the user decided to be no part of the meaning.
+        dropped: patterns (changes that recorded plans for the title share) that are no part of the meaning.
     """
 
     candidates: tuple[TitleMeaning, ...] = ()
@@ -344,7 +351,7 @@ class TitleMeaningDecisions:
 
     @property
     def kept_and_dropped_patterns(self) -> frozenset[GoalPattern]:
-        """All patterns that the user kept or dropped for the task title."""
+        """All patterns (changes that recorded plans share) that the user kept or dropped for the title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
@@ -376,10 +383,9 @@ class _DecisionFile(Options):
 def read_uncounted_predicates_and_decisions(
     path: Path,
 ) -> tuple[tuple[str, ...], dict[str, TitleMeaningDecisions]]:
-    """Read the names of predicates that are not counted, and the decisions by task title, from a TOML file.
+    """Read from a TOML file predicates to leave out of lists of changes, and decisions by task title.
 
-    Patterns with these predicates are not counted. The decisions state the meaning of each title. Both are
-    empty if the file does not exist.
+    The decisions state which goals each title means. Both results are empty if the file does not exist.
 
     Raises:
         InputError: the file does not hold decisions. The message names the faulty key.
@@ -406,7 +412,7 @@ def _parse_entry(texts: Sequence[str]) -> AlternativePatterns:
 def write_title_meaning_decisions(
     path: Path, uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
 ) -> None:
-    """Write decisions about the meaning of task titles to a TOML file.
+    """Write decisions which goals task titles mean to a TOML file.
 
     An interruption leaves either the old or the new content.
 
@@ -419,7 +425,7 @@ def write_title_meaning_decisions(
 def format_title_meaning_decisions(
     uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
 ) -> str:
-    """Return the text of a TOML file of decisions about task titles, with one entry on each line."""
+    """Return the text of a TOML file of decisions which goals task titles mean, one entry a line."""
     lines = [f"without = {_format_strings(uncounted_predicates)}"]
     for name, chosen in decisions_by_title.items():
         lines += [
@@ -453,7 +459,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 @dataclass(frozen=True)
 class PatternList:
-    """The states and relations that demonstrations of one task title change, as patterns with counts.
+    """The changes that demonstrations (recorded plans) of one task title share, as patterns with counts.
 
     Attributes:
         differences: the changes of each demonstration.
@@ -467,7 +473,7 @@ class PatternList:
 
     @cached_property
     def counts(self) -> Mapping[GoalPattern, int]:
-        """Number of demonstrations in which each pattern occurs, by pattern, most frequent first."""
+        """Number of demonstrations (recorded plans) with each pattern (change), most frequent first."""
         occurrences = Counter(
             each for one in self.differences for each in count_patterns([one], self.without)
         )
@@ -478,14 +484,14 @@ class PatternList:
 
     @cached_property
     def numbered_patterns(self) -> Sequence[GoalPattern]:
-        """The patterns of changed facts, in the order in which they are numbered for the user.
+        """The patterns of changed facts, such as ``ON(lamp)``, in the order of their numbers for the user.
 
         Numbers start at 1. Decisions to keep or drop patterns do not change the numbers.
         """
         return tuple(self.counts)
 
     def find_numbers_of_undecided_patterns(self, decisions: TitleMeaningDecisions) -> list[int]:
-        """Return the numbers of the patterns that the user neither kept nor dropped."""
+        """Return the numbers of the patterns (changes) that the user neither kept nor dropped."""
         decided = decisions.kept_and_dropped_patterns
         return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
 
@@ -493,9 +499,9 @@ class PatternList:
 def apply_user_command_to_decisions(
     command: str, decisions: TitleMeaningDecisions, listing: PatternList
 ) -> TitleMeaningDecisions:
-    """Return the decisions about the meaning of a task title after one more command of the user.
+    """Return the decisions which goals a task title means, after one more command of the user.
 
-    The commands keep or drop patterns (`HELP`). The caller handles ``undo`` and ``done``.
+    The commands keep or drop patterns (changes, see `HELP`). The caller handles ``undo`` and ``done``.
 
     Raises:
         InputError: the command is unknown or malformed.
@@ -536,7 +542,7 @@ def _parse_pattern_numbers(text: str, listing: PatternList) -> list[GoalPattern]
 
 
 def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
-    """Raise an error if the domain does not declare the action or predicate of a pattern.
+    """Raise an error if the domain does not declare the predicate or action of a pattern (a form of goal).
 
     Raises:
         InputError: the domain does not declare the name, or no action can change the predicate.
@@ -572,16 +578,19 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 def _add_conditions_to_last_title_meaning(
     chosen: TitleMeaningDecisions, conditions: Sequence[AlternativePatterns]
 ) -> TitleMeaningDecisions:
-    """Return the decisions after adding conditions to the last possible meaning of the title."""
+    """Return a user's decisions about a task title after adding conditions to its last possible meaning.
+
+    Each condition is a list of alternative patterns (forms of goal, such as ``ON(lamp)``).
+    """
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *conditions)))
 
 
 Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
-"""The changes of a demonstration, the index of the title's meaning that it meets, and its task's goals.
+"""The changes of a demonstration (a recorded plan), the index of the meaning it meets, and its goals.
 
-The index belongs to the first meaning that the demonstration meets. If it meets none, the index is None and
-there are no goals.
+The index is that of the first meaning of the task's title that the demonstration meets. If it meets none, the
+index is None and there are no goals.
 """
 
 
@@ -602,7 +611,7 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleMeaningDecisions]
 ) -> Iterator[Annotation]:
-    """Yield the goals of each demonstration, as they follow from the decided meaning of its task title.
+    """Yield the goals of each demonstration (recorded plan) that follow from the decisions about its title.
 
     Demonstrations of one title come together.
 
@@ -627,7 +636,7 @@ def annotate(
 def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataMistake]:
     """Yield a finding about each task whose goals in the data set contradict the decisions about its title.
 
-    Decisions fix the meaning of a task title, from which the goals of the task follow.
+    The decisions state which goals the title means.
     """
     for difference, candidate, goals in annotations:
         task = difference.task

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 RatingsByTask: TypeAlias = Sequence[Sequence[float]]
-"""Ratings of one attribute: for each rated task, one rating by each of its raters."""
+"""People's ratings of one attribute of annotations: for each rated task, one rating by each rater."""
 
 
 COLUMNS = ("task", "rater", "attribute", "score")
@@ -46,7 +46,7 @@ PAPER_NOTE = (
     "variability low. Ratings drawn at random from 1 to 5 have a weighted MSE of 1 where tasks are rated "
     "twice, and of 1.25 where one is rated four times and two twice, which these figures allow: 1.84 is more."
 )
-"""Note that gives the paper's figures on ratings, and says how to read them."""
+"""The paper's figures on people's ratings of its annotations, and how to read them."""
 
 
 def compute_mse_around_task_means(ratings_by_task: RatingsByTask) -> float | None:

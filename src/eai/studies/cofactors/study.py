@@ -100,7 +100,7 @@ def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: Ans
     """Return the tables that compare scores with features of tasks.
 
     Args:
-        tables: the tidy tables.
+        tables: the tidy tables of the records, such as one with a line for each answer.
         bin_width: width of a bin of annotated plans, in steps; the paper uses 10.
         measure: the score that is compared with features.
     """

@@ -57,7 +57,10 @@ _VERDICTS = ("matched", "additional", "missing")
 
 
 class _ErrorCategory(NamedTuple):
-    """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and a detail."""
+    """A leaf of the paper's taxonomy of errors: the stage at which an answer fails, the kind, and a detail.
+
+    The stages are the check of the answer's grammar, its execution, and the check of its goals.
+    """
 
     stage: str
     kind: str = ""
@@ -65,7 +68,7 @@ class _ErrorCategory(NamedTuple):
 
 
 def find_error_category(answer: AnswerLine) -> _ErrorCategory:
-    """Return the leaf of the taxonomy to which an answer belongs. Each answer has exactly one leaf."""
+    """Return the leaf of the paper's taxonomy of errors to which an answer belongs: exactly one."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING:
             return _ErrorCategory("grammar", answer.outcome, answer.error_check or "")

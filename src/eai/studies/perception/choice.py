@@ -18,7 +18,7 @@ from eai.studies.variation import VariationOptions
 from eai.tasks.options import Arguments
 
 STUDY = "perception"
-"""Name of the study of perception in records."""
+"""Name under which the records of a run store how its questions show the scene."""
 
 SceneFormat: TypeAlias = Literal[
     "text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"
@@ -139,7 +139,7 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.options_label}"
 
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
-        """Return None, because the stage that makes the scenes already records the options of this study."""
+        """Return None: a first stage of the run makes the scenes, and records these options itself."""
         return None
 
     @property
@@ -153,7 +153,7 @@ class SceneOptions(VariationOptions):
         return "scene"
 
     def explain_conflict(self, other: VariationOptions) -> str:
-        """Return why a run cannot combine this choice with another study's choice; empty if it can."""
+        """Return why a run cannot combine these options with another study's options; empty if it can."""
         acted = other.replanning
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
             if not self.can_later_question_show_changed_scene:

@@ -103,8 +103,8 @@ def perceive_with_noise(
         task: the task.
         words: the names of predicates and objects in scene graphs.
         noise: the probabilities of errors.
-        repetition: name of a repetition, such as an epoch; repetitions with different names have independent
-            errors.
+        repetition: name of a repetition, such as the number of an attempt at the task. Repetitions with
+            different names have independent errors.
     """
     return _NoisySceneGraphMaker(task, words, noise, repetition).perceive_scene()
 

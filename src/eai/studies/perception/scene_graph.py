@@ -238,8 +238,8 @@ def find_stored_predicate_that_implies(vocabulary: Vocabulary, predicate: str) -
     """Return a stored predicate that implies a predicate for the same arguments, or None.
 
     States contain the facts of stored predicates. A stored predicate that actions can change implies itself.
-    For a derived predicate, the result is the first such predicate in its definition that is not negated and
-    has all parameters as arguments.
+    For a derived predicate, the predicates of its definition are tried in order, if they are not negated and
+    have all parameters as arguments.
     """
     if (stored := vocabulary.find_stored(predicate)) is not None:
         return None if stored.static else predicate

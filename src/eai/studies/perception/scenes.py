@@ -128,9 +128,9 @@ def _describe_true_scenes(
 def _perceive_scene_before_attempt(
     options: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, changed_task: Task, attempt: int
 ) -> tuple[BelievedTask, Mapping[str, str]]:
-    """Return a scene that actions have changed, as the next question shows it, and metadata of this question.
+    """Return a scene that actions have changed, as the question for the next attempt shows it, and metadata.
 
-    A noisy scene gets newly drawn errors; its metadata is the text of its scene graph.
+    A noisy scene gets newly drawn errors; the question's metadata is the text of its scene graph.
     """
     if options.noise is None:
         return _describe_true_scenes(options, benchmark, {changed_task.id: changed_task}, templates)[

@@ -2,7 +2,8 @@
 
 Answers are grouped by the number and kind of errors in the perceived scene, and by the facts that it lacks.
 Rates of errors are always counted in the perceived scene graphs, not taken from the options of random errors.
-The unit of every interval is the name of a task, because tasks recur in runs and similar tasks share a name.
+Intervals count all answers to tasks of one name as one unit, because tasks recur in runs
+and similar tasks share a name.
 If there is a run with true scenes, it is compared on the same tasks.
 """
 
@@ -71,7 +72,7 @@ _COSTS = ("cases", "value", "without_errors", "cost")
 
 @dataclass(frozen=True, slots=True)
 class _TaskWithPerceptionErrors:
-    """The errors in one task's scene graph in one run, and the answer's part in the metric.
+    """The errors in the scene graph of one task in one run, and what the answer adds to the metric.
 
     Attributes:
         perceived: counts of the errors in the scene graph.
@@ -349,7 +350,7 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOption
 
 
 def _make_key_without_scene(key: RunKey) -> str:
-    """Return the key of a run without its scene format. Runs with equal keys are compared."""
+    """Return the name of a run without its scene format. Runs with equal names are compared."""
     rest = None if key.experiment is None else key.experiment.drop_options_of_study(STUDY)
     return key._replace(experiment=rest).name
 
@@ -392,7 +393,7 @@ def draw_success_by_error_rate(table_of_runs: Table, metric: str) -> Figure:
 def _summarize_perception_errors(
     record: Record, suite: Suite, question_metadata: Mapping[str, Any]
 ) -> Mapping[str, Json]:
-    """Return the summary that a record stores: the errors in the scene graph that the question stated."""
+    """Return what the record of an answer stores: the errors in the scene graph that the question stated."""
     from eai.studies.perception.scene_graph import SCENE
     from eai.studies.perception.scenes import read_scene_beliefs
 

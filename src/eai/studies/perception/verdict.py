@@ -55,10 +55,10 @@ _NOTHING_PERCEIVED = PerceptionErrors(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
 
 @dataclass(frozen=True, slots=True)
 class SceneGraphVerdict(Verdict):
-    """The verdict on a scene graph.
+    """The verdict on a scene graph: the objects and facts that a model lists for pictures of a scene.
 
     Attributes:
-        success: whether the graph has every described fact, and no untrue fact.
+        success: whether the graph has every fact that a prompt would state, and no untrue fact.
         seen: counts of the differences between the graph and the true scene.
     """
 

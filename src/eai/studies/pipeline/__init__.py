@@ -1,1 +1,1 @@
-"""Pipelines: a model's answer to one ability is the input of the next ability."""
+"""Pipelines: questions of one ability, such as planning, state a model's answers to another: its goals."""

@@ -291,11 +291,11 @@ def _make_test_that_summary_field_is_set(field: str) -> Callable[[Record], bool]
 
 
 _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
-"""Abilities of a chain of answers, in order: goals, then subgoals, then a plan."""
+"""Abilities of a pipeline's successive answers, in order: goals, then subgoals, then a plan."""
 
 
 def _find_first_failing_ability(record: Record, success: TaskContribution) -> str:
-    """Return the first ability of a chain whose answer fails, or "nowhere" if every answer is right."""
+    """Return the first ability of a pipeline (goals, subgoals, plan) whose answer fails, or "nowhere"."""
     stated = record.summaries.get(STUDY)
     fails = (
         stated is None or bool(stated["goal_counts"][2]),
@@ -317,7 +317,7 @@ def _estimate_both_rates_and_difference(
 
 
 def pool_pipeline_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
-    """Return one pair that has the records of several pairs of runs.
+    """Return one pair (modular run and pipeline) that has the records of several pairs of runs.
 
     Each task id begins with the position of its pair, so that a task of several pairs counts several times.
     Names of tasks do not change.
@@ -350,8 +350,11 @@ def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Ite
 def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
     """Yield an analysis of operators in answers, then of each pipeline, and of all pipelines of a suite.
 
+    A pipeline is a run whose questions state goals that a model interpreted. A suite has all tasks of a
+    benchmark for one ability.
+
     Args:
-        records: the records.
+        records: the records (stored verdicts on answers).
         goals: file or folder with the answers to goal interpretation; None if they are not available.
         search: whether to search for plans that reach the stated goals.
 

@@ -74,7 +74,7 @@ class _OperatorTesterInWorld:
 
     @staticmethod
     def open_operator_tester(domain: str, source: Source) -> _OperatorTesterInWorld:
-        """Open the suites of a benchmark under the default protocol, and return a tester of operators."""
+        """Open the suites of a benchmark under the default scoring rules; return a tester of operators."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
         return _OperatorTesterInWorld(
             open_suite(benchmark, ability, source=source),
@@ -85,7 +85,7 @@ class _OperatorTesterInWorld:
     def find_failed_stage_and_reason(
         self, task_id: str, answer: str, verdict: OperatorVerdict
     ) -> FailedStageAndReason | None:
-        """Return the first stage at which an answer's operators fail, and the reason.
+        """Return the first stage at which an answer's operators fail, such as planning, and the reason.
 
         The result is None if the task is excluded, or if no planner was run to score the answer.
 
@@ -186,7 +186,7 @@ class _RunWithFailedStages:
 
     Attributes:
         key: model, protocol, domain and ability of the run.
-        records: its records, without excluded tasks.
+        records: the stored verdicts on its answers, without excluded tasks.
         outcomes: the outcome of the test of each record's operators.
         gold_outcomes: for each record, the outcome for the data set's own operators; None if no planner was
             run.

@@ -42,7 +42,7 @@ OWN = "own"
 
 
 STUDY = "pipeline"
-"""Name under which records store a run's options of pipelines."""
+"""Name under which the records of a run store whose goals its questions state."""
 
 _PLACE = 10
 
@@ -187,13 +187,13 @@ def _read_answers_from_responses(
 def find_interpreted_goals(
     goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return the goals that a model interpreted, as beliefs that later questions state.
+    """Return the goals that a model interpreted, which later questions state instead of the true goals.
 
     The model is asked, or a file is read, once per model and domain.
 
     Args:
         goals: `OWN`, or the file or folder with the answers.
-        stage: the stage in which the model is asked.
+        stage: the stage, before the questions of the run, in which the model is asked.
         endpoint: the model.
         suite: the suite whose questions state the goals.
 

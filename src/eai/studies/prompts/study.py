@@ -141,7 +141,7 @@ class _RunsByPromptAndModel:
         metric: name of the metric.
         prompts: names of the prompts, in the order of the runs.
         models: names of the models, in the order of the runs.
-        records: (prompt, model) -> scored records; all entries have equal tasks in equal order.
+        records: (prompt, model) -> stored verdicts on answers; all entries have equal tasks in equal order.
     """
 
     metric: str
@@ -209,7 +209,7 @@ def make_prompt_tables(
     Args:
         runs: pairs of a name of prompts and a run's records; each run has one model.
         metric: name of the metric to compare, such as ``task_success``.
-        reference: the prompts from which gains are measured; the first if None.
+        reference: the prompts whose metric is subtracted from that of other prompts; the first if None.
 
     Raises:
         InputError: models have runs with different prompts, only one set of prompts is used, no task is in

@@ -44,8 +44,8 @@ The paper rounds to two digits, then to one."""
 def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
     """Return rows that compare our runs of the paper's models with each table of the paper.
 
-    Compared runs use the paper's protocol and have the name of a published response file. Unranked runs are
-    left out.
+    Compared runs use the paper's protocol and have the name of a published response file. Runs that
+    answered too few tasks to be ranked are left out.
     """
     setting = read_paper_protocol_and_tables()
     ours = [
@@ -218,7 +218,7 @@ def _list_successes_if_run_is_one_epoch(summary: RunSummary) -> Iterator[tuple[R
 
 
 def _write_protocols_section(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """Yield the section on runs that were scored under every protocol of the report."""
+    """Yield the section on runs that were scored under every protocol (scoring rules) of the report."""
     by_key = {item.key: item for item in runs}
     used = {key.protocol for key in by_key}
     protocols = sorted(

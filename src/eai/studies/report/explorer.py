@@ -80,7 +80,7 @@ class ObjectRectangle:
         kind: whether the object is the agent, an object of the task, or another object.
         marks: facts about only this object, such as its states.
         lines: facts that relate the object to other objects, each as a line of text.
-        zones: tiles inside this tile, by their relation to this object, such as being on it.
+        zones: rectangles inside this one, by the relation of their objects to this object, such as ``on``.
     """
 
     name: str
@@ -286,7 +286,7 @@ class ExplorerData:
         )
 
     def _list_attempts(self, record: Record) -> list[Json]:
-        """Return each attempt of a record as a separate answer; an empty list for a single attempt."""
+        """Return each attempt at a record's task as a separate answer; an empty list for a single attempt."""
         number = len(record.attempts)
         parts = [drop_later_attempts(record, k) for k in range(1, number + 1)]
         attempts = [replace(part, attempts=(), origin=None) for part in parts]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.projections.polar import PolarAxes
 
 _MIN_AXES = 3
-"""Minimum number of axes of a panel, because two axes enclose no area."""
+"""Minimum number of axes of a radar chart: a line through the points on two axes encloses no area."""
 
 _MAX_MODELS_WITH_INTERVALS = 3
 """Maximum number of models in the plot for which intervals are drawn."""

@@ -70,7 +70,7 @@ RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
 - run: a run.
 - paper: the numbers printed in the paper.
 - published: the published answers of one of the paper's models, scored by us.
-- floor: a null model, which makes no decisions.
+- floor: a null model, a baseline such as empty answers.
 """
 
 
@@ -81,7 +81,7 @@ class RankedModel:
     Attributes:
         scores: column -> score.
         coverage: how many tasks of the suites are answered; None for numbers printed in the paper.
-        harness: name of the harness in which the model acts.
+        harness: name of the program (harness) that connects the model to the world in which it acts.
         effort: the model's reasoning effort.
         notes: texts of the footnotes on the whole row.
         rank: rank by the ranking's primary column; equal scores share a rank. None without a score in this
@@ -209,7 +209,7 @@ _FIRST_COLUMNS = (
 """Columns to the left of a row's scores."""
 
 _AGENT_COLUMNS = ("harness", "effort")
-"""Names of columns that are dropped if no row has a value in them."""
+"""Names of columns that a table leaves out if no row has a value in them."""
 
 
 def _make_short_heading(column: MetricColumn, groups: Sequence[str]) -> str:

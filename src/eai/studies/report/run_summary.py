@@ -30,7 +30,7 @@ class RunSummary:
         data_sha256: digests of the data that answers were scored against, usually one.
         rates: metric -> rate.
         certainties: metric -> interval of the rate; None if no interval is defined.
-        cases: main metric -> contribution of each task.
+        cases: main metric -> numerator and denominator that each task adds.
         spent: tokens and cost of the answers; answers without recorded numbers add nothing.
         per_success: effort and success of each answer (`eai.results.cost.map_cost_units_to_rate_cases`).
         unnamed: number of records without the name of their task; each such task counts as independent.

@@ -59,7 +59,7 @@ class OperatorReplacementTrial(TidyTableLine):
     """The outcome of planning with gold operators, one of which is replaced by an answer's operator.
 
     Attributes:
-        replaced: the replaced part of the gold operator (`ReplacedPart`).
+        replaced: the replaced part: the whole gold operator, its precondition or its effect.
         operator: name of the operator.
         outcome: the planner's outcome (`PlannerOutcome`), or `NOT_WRITTEN`.
         categories: categories of the task, separated by blanks.
@@ -80,7 +80,7 @@ def replace_gold_operators_of_records(
     replaced_parts: Sequence[ReplacedPart],
     report_done: Callable[[int], None],
 ) -> Iterator[OperatorReplacementTrial]:
-    """Yield the trials (results of planning) of all records.
+    """Yield the trials (results of planning) of all records (stored verdicts on answers).
 
     Each suite is opened only once, so that equal operators of several models are tried only once.
     """
