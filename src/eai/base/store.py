@@ -27,7 +27,10 @@ FOLDER_VARIABLE = "EAI_DATA_DIR"
 """Environment variable that names the folder of packs (converted data sets)."""
 
 SCHEMA = 1
-"""Version of the pack format. It is part of the file name, so that versions of eai can share a folder."""
+"""Version of the format of packs (converted data sets).
+
+It is part of the file name, so that versions of eai can share a folder.
+"""
 
 _MANIFEST = "manifest.json"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -72,7 +75,7 @@ class PackFile:
 
     @property
     def sha256(self) -> str:
-        """One SHA-256 for the contents of all members (files) of the pack.
+        """One SHA-256 for the contents of all files (members) of the pack, a converted data set.
 
         The digest does not depend on compression.
         """
@@ -80,7 +83,7 @@ class PackFile:
         return hashlib.sha256(lines.encode()).hexdigest()
 
     def read(self, member: str) -> bytes:
-        """Read and verify the content of a member (file) of the pack.
+        """Read and verify a file (member) of the pack, which is a zip with a converted data set.
 
         Raises:
             DataError: the member is absent or damaged.
@@ -94,7 +97,7 @@ class PackFile:
         return content
 
     def read_json(self, member: str) -> Any:
-        """Read, verify and parse a member (file) of the pack that is JSON.
+        """Read, verify and parse a JSON file (member) of the pack, a zip with a converted data set.
 
         Raises:
             DataError: the member is absent or damaged.
@@ -113,7 +116,7 @@ class Store:
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
     def has(self, pack: str) -> bool:
-        """Whether the folder has a file for the pack. This does not check whether the file is damaged."""
+        """Whether the folder has a file for the pack (a converted data set). The file may be damaged."""
         return self.path(pack).is_file()
 
     def open(self, pack: str) -> PackFile:
@@ -181,7 +184,9 @@ def _read_member(path: Path, member: str) -> bytes:
 
 
 def _write_pack_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
-    """Write the zip of a pack, and sync it to disk: a power cut could otherwise leave an empty file.
+    """Write a pack (a converted data set) as a zip, and sync the zip to disk.
+
+    Otherwise a power cut could leave an empty file.
 
     All members have the same fixed date, so that equal contents give equal files.
     """

@@ -319,7 +319,10 @@ def _count_dnf_terms_of_pairing_by_row(pair_count: int, cell_counts: Sequence[Se
 
 
 SHARED_WEIGHT = 1 << 20
-"""Points that a DNF term gets for each condition that the answer has, too. Each condition costs 1 point."""
+"""Points of a DNF term for each condition that it shares with a model's answer.
+
+Each condition of the term costs 1 point. The term with most points is closest to the answer.
+"""
 
 
 @dataclass(slots=True, eq=False)

@@ -29,7 +29,7 @@ from eai.logic.signature import (
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 MAX_PARSED_PRIMITIVES = 1_000
-"""Maximum number of parsed atoms and actions that a signature caches."""
+"""Maximum number of parsed atoms and actions that are cached in one `Signature` (set of allowed names)."""
 
 
 Dialect: TypeAlias = Literal["release", "ltlf"]

@@ -1,4 +1,4 @@
-"""Maximum matchings in bipartite graphs. They decide goals about pairs without listing all sets of pairs."""
+"""Maximum matchings in bipartite graphs. They show whether goals about pairs hold."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def is_refuted_by_initial_state(formula: f.Formula, start: Trace) -> bool:
 
 
 def _decide_truth_on_all_traces(formula: f.Formula, start: Trace, *, at_any_position: bool) -> bool | None:
-    """Return the truth of a formula on all traces with this initial state, or None if it is not decided.
+    """Return the truth of a formula on all traces with this initial state, or None if it is not proved.
 
     Args:
         formula: the formula.

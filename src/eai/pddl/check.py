@@ -17,7 +17,7 @@ from eai.logic.traversal import get_bound_variables, get_subformulas
 
 
 class PddlViolationKind(str, Enum):
-    """A kind of violation of the rules of PDDL. Records store the value of the kind."""
+    """A kind of violation of the rules of PDDL. Stored verdicts (records) contain its value."""
 
     UNBALANCED = "unbalanced_parenthesis"
     """A parenthesis that is not closed, or that closes nothing."""

@@ -290,9 +290,9 @@ def _export_operator(
 
 
 def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
-    """Return the condition that one of an operator's alternatives succeeds, or that none is attempted.
+    """Return the condition that one of an operator's alternatives succeeds, or that none is tried.
 
-    An alternative is attempted if its own condition holds, and succeeds if its checks hold, too.
+    An alternative (way to act) is tried if its own condition holds, and succeeds if its checks hold, too.
     """
     succeeds = [f.And(attempt.conditions) for attempt in operator.alternatives]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))

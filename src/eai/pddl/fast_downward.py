@@ -117,7 +117,7 @@ class FastDownward:
         memory_mib: memory limit of each process, in MiB.
         slots: maximum number of planner calls at a time, and the folder through which processes share this
             limit and the results of calls; None for no limit.
-        remark: text after the planner's name in records if the limits differ from the default limits.
+        remark: text after the planner's name in stored verdicts if limits differ from the default limits.
     """
 
     binaries: Path
@@ -146,7 +146,7 @@ class FastDownward:
 
     @property
     def name(self) -> str:
-        """The name of the planner in records."""
+        """The name of the planner in stored verdicts (records)."""
         return f"Fast Downward {self.version}{self.remark}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:

@@ -1,8 +1,8 @@
 """Ground operators with objects; conditions and effects become bit masks over numbered atoms.
 
-Atoms that no effect can change are decided while grounding: true atoms of predicates that are never deleted,
-and false atoms of predicates that are never added. A state is an integer whose bit i says whether atom i is
-true.
+Grounding replaces atoms that no effect can change by their truth: true atoms of predicates that are never
+deleted, and false atoms of predicates that are never added. A state is an integer whose bit i says whether
+atom i is true.
 
 Conditions are masks over literals, so that many conditions are tested at once. With n atoms, bit i of a set
 of literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for

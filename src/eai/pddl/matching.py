@@ -1,6 +1,6 @@
 """Compare operators with gold operators, as the paper does.
 
-The unit is the clause. If a condition or effect is a list with a connective, each of its parts is a clause;
+Clauses are compared. If a condition or effect is a list with a connective, each of its parts is a clause;
 otherwise all of it is one clause. A clause matches an identical clause, including everything nested in it;
 the order of parts does not matter. Names of variables do not matter either: parameters are matched by the
 best pairing that agrees with their types, bound variables by their quantifiers.
@@ -382,9 +382,10 @@ def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) ->
 
 
 def _count_matched_literals_of_lists(answer: Clause, gold: Clause, renaming: Renaming) -> int:
-    """Return the maximum number of matched literals if at least one of two clauses is a list.
+    """Return the maximum number of matched literals of two clauses.
 
-    A conjunction and a disjunction do not match each other, but either may match a part of the other.
+    At least one clause is a list, that is, a conjunction or a disjunction. A conjunction does not match a
+    disjunction, but may match a part of the disjunction, or the reverse.
     """
     if isinstance(answer, _LISTS) and isinstance(gold, _LISTS) and type(answer) is not type(gold):
         inside = [_count_matched_literals(part, gold, renaming) for part in _find_and_or_parts(answer)]

@@ -26,7 +26,7 @@ Plans with gold operators need hundreds.
 
 
 class PlannerOutcome(str, Enum):
-    """The outcome of a planner call. Records store the value of the outcome."""
+    """The outcome of a planner call. Stored verdicts (records) contain its value."""
 
     SOLVED = "solved"
     UNSOLVABLE = "unsolvable"
@@ -47,9 +47,9 @@ class PlannerChoice(str, Enum):
     AUTO = "auto"
     """``full`` if Fast Downward is installed, else ``built_in``."""
     FULL = "full"
-    """The built-in search, then Fast Downward for undecided tasks."""
+    """The built-in search, then Fast Downward for tasks that the search neither solves nor refutes."""
     BUILT_IN = "built_in"
-    """The built-in search only; undecided tasks count as not solved."""
+    """The built-in search only; tasks without a result count as not solved."""
     FAST_DOWNWARD = "fast_downward"
     NONE = "none"
 
@@ -104,7 +104,7 @@ class PddlPlanner(Protocol):
 
     @property
     def name(self) -> str:
-        """The name of the planner in records, with its version, since results depend on the version."""
+        """The name of the planner in stored verdicts (records), with its version, which results depend on."""
         ...
 
     def solve(self, task: PlanningTask) -> PlannerResult:

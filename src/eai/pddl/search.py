@@ -1,4 +1,4 @@
-"""A small forward search with given operators, which decides most problems without an outside planner.
+"""A small forward search with given operators. Few problems are left to an outside planner.
 
 Greedy best-first search with deferred evaluation, guided by the length of a relaxed plan (Hoffmann and
 Nebel 2001). The first actions of the relaxed plan are preferred, and even more so after progress (Helmert
@@ -9,7 +9,7 @@ left out (`restrict_to_relevant`).
 The search first tries actions on the objects of the goal, then all actions. If it takes long, it tests
 whether the goal's literals can hold together (`_ReachableLiteralPairs`). Effort is bounded by a number of
 evaluated states, not by a clock, so equal input gives an equal answer on every machine. With the gold
-operators the default limits leave no problem undecided.
+operators the default limits leave no problem without a result.
 
 The planner on a declared domain (`eai.planning.planner`) shares nodes, loop, limits and result with this
 search. It does not replace this search: on models' operators that planner loses 17 correct proofs and takes
@@ -200,8 +200,9 @@ class BuiltInPlanner:
 
     Attributes:
         limits: the limits of the search.
-        then: the next planner, for tasks that the search cannot decide. If None, exceeded limits are
-            `PlannerOutcome.TIME`, and tasks that cannot be grounded `PlannerOutcome.UNSUPPORTED`.
+        then: the next planner, for tasks that the search neither solves nor proves unsolvable. If None,
+            exceeded limits are `PlannerOutcome.TIME`, and tasks that cannot be grounded
+            `PlannerOutcome.UNSUPPORTED`.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -209,7 +210,7 @@ class BuiltInPlanner:
 
     @property
     def name(self) -> str:
-        """The planner's name in run records: the names of the search and of the next planner, if any."""
+        """The planner's name in stored verdicts: the name of the search, and of the next planner, if any."""
         return _NAME if self.then is None else f"{_NAME}, then {self.then.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
@@ -240,8 +241,8 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     """Search for a plan.
 
     `SearchEndReason.UNREACHABLE` is a proof: the goal is unreachable even in relaxed planning, or two of its
-    literals never hold together, or the whole state space was searched. A problem that is too large to be
-    grounded is undecided, and so is a domain with a derived predicate that depends on itself.
+    literals never hold together, or the whole state space was searched. There is no result for a
+    problem that is too large to be grounded, or if a derived predicate depends on itself.
     """
     if DerivedPredicates(domain.axioms).circles:
         return SearchResult(SearchEndReason.STATES)

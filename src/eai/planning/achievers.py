@@ -322,14 +322,14 @@ class AchieversByPredicate:
         ]
 
     def get_achievers_of_execution(self, operator_names: Iterable[str]) -> list[Achiever]:
-        """Return, for each named operator, an achiever of the goal that any of its actions is executed.
+        """Return, for each named operator, an `Achiever` for the goal to execute any of its actions.
 
         Its bindings are the actions of the operator. Unknown names are skipped.
         """
         return [self._taking[name] for name in operator_names if name in self._taking]
 
     def get_atom_achiever_finder(self, state: State, usable_mask: int) -> _AtomAchieverFinder:
-        """Return the object that finds the achievers of ground atoms in a state.
+        """Return the object that finds the effects that make ground atoms true or false in a state.
 
         The object is cached and serves all states with the same unchanging facts.
 
@@ -433,7 +433,7 @@ def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 _MAX_CACHED_BINDINGS = 64
-"""Maximum number of bindings that are cached for one achiever of one ground atom.
+"""Maximum number of bindings that are cached for one effect (achiever) that changes one ground atom.
 
 If there are more bindings, they are computed anew in every state.
 """
@@ -442,7 +442,7 @@ _MAX_CACHED_ACTIONS = 30_000
 """Maximum number of ground actions whose conditions are cached for all states of a search."""
 
 _MAX_BINDINGS = 100_000
-"""Maximum number of values tried for variables to find all bindings of one achiever of a ground atom."""
+"""Maximum number of values tried for variables to find all bindings of one effect on a ground atom."""
 
 
 class _CandidateAction(NamedTuple):
@@ -469,7 +469,7 @@ class _CandidateActions:
 
 
 class _PartlyBoundAchiever:
-    """An achiever with the objects that a ground atom gives to some of its variables.
+    """An effect of an operator, with the objects that a ground atom gives to some of its variables.
 
     Args:
         achiever: the achiever.
@@ -558,7 +558,7 @@ class _PartlyBoundAchiever:
 
 
 class _AtomAchieverFinder:
-    """Finds the achievers of ground atoms, for all states with equal unchanging facts.
+    """Finds the effects that make ground atoms true or false, for states with equal unchanging facts.
 
     Args:
         achievers: the achievers of the domain.
@@ -576,7 +576,7 @@ class _AtomAchieverFinder:
         self._cached_action_counter = SearchEffort(_MAX_CACHED_ACTIONS)
 
     def is_finder_valid_in(self, state: State, usable_mask: int) -> bool:
-        """Whether the cached achievers are valid in a state, if actions may use the objects in a mask."""
+        """Whether the cached effects are valid in a state, if actions may use the objects in a mask."""
         return (
             self._state.scene is state.scene
             and self._usable == usable_mask
@@ -618,7 +618,7 @@ class _AtomAchieverFinder:
         return matches
 
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
-        """Return an achiever for each named operator: its candidates are all actions of the operator."""
+        """Return an object for each named operator that offers all actions of the operator."""
         matches = []
         for achiever in self._achievers.get_achievers_of_execution(operator_names):
             if achiever not in self._operators:

@@ -194,7 +194,7 @@ class CostEstimates:
         return _NO_SUPPORTER
 
     def split_into_cheapest_literals(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
-        """Return literals that together establish a condition, by the cheapest choices of alternatives."""
+        """Return literals that together establish a condition, by the cheapest choice in each disjunction."""
         parts = None if isinstance(subgoal.formula, Atom) else self.split_into_cheapest_parts(subgoal)
         return (
             (subgoal,)

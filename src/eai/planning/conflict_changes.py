@@ -1,7 +1,7 @@
-"""Conflict changes: the changes that may make a condition true or false, and the actions that make them.
+"""Changes of facts that may make a condition true or false, and the actions that make these changes.
 
 If a condition is false in a state and must be true (or the reverse), at least one change of a certain set
-must happen before. This set of changes is a disjunctive landmark of the state (Richter and Westphal 2010),
+must happen before. This set is called a disjunctive landmark of the state (Richter and Westphal 2010). It is
 derived from the formula of the condition.
 """
 
@@ -34,17 +34,17 @@ from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import State
 
 ChangeSet: TypeAlias = frozenset[FactChange]
-"""Set of changes: at least one of them must happen. If the set is empty, no change can help."""
+"""Set of changes of facts: at least one of them must happen. If the set is empty, no change can help."""
 
 UndoesWantedChange: TypeAlias = bool
-"""True if a step makes the opposite of a wanted change."""
+"""True if a step makes the opposite of a wanted change of a fact."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 """A condition, and a mapping from its free variables to objects."""
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions that is few enough for a set of changes: no set with fewer actions is searched.
+"""Number of actions that make a set of changes. If it is this low, no set with fewer actions is searched.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """
@@ -54,11 +54,11 @@ _MAX_BINDINGS = 3_000_000
 
 
 class _EffectOnChange(NamedTuple):
-    """An effect that makes or undoes a change, with objects for its variables.
+    """An effect that makes a change of a fact or the opposite change, with objects for its variables.
 
     Attributes:
         schema: the effect.
-        scope: mapping from the variables that the action and the change determine to objects.
+        scope: the objects of all variables of the effect whose objects follow from the action and the fact.
         makes_change: True if the effect makes the change, False if it makes the opposite change.
     """
 
@@ -68,7 +68,9 @@ class _EffectOnChange(NamedTuple):
 
 
 class FactChangeFinder:
-    """The changes that may make conditions true or false in one episode, and the actions that make them.
+    """Finds changes of facts that may make conditions true or false, and the actions that make them.
+
+    One finder serves one episode.
 
     Args:
         domain: the domain.
@@ -113,7 +115,7 @@ class FactChangeFinder:
         )
 
     def find_actions_making(self, change: FactChange) -> tuple[Action, ...]:
-        """Return all actions that may make a change, except actions that the unchanging facts rule out."""
+        """Return all actions that may change a fact, except actions that the unchanging facts rule out."""
         all_makers = self._writers.get(change)
         if all_makers is None:
             unread = [
@@ -132,7 +134,7 @@ class FactChangeFinder:
     def group_actions_making(
         self, change: FactChange
     ) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
-        """Yield the actions that may make a change, in groups with equal conditions.
+        """Yield the actions that may change a fact, in groups with equal conditions.
 
         Each group is a pair: the actions, and the conditions of the effect that makes the change.
         """
@@ -152,7 +154,7 @@ class FactChangeFinder:
                 yield group, _select_conditions_with_bound_variables(conditions, {**scope, **inner})
 
     def _find_operators_without_schema(self, change: FactChange) -> list[str]:
-        """Return the names of operators that may make a change by an effect without an effect schema.
+        """Return the names of operators that may change a fact by an effect without an effect schema.
 
         `make_effect_schemas` makes no schema if an effect reuses the name of an outer variable.
         """
@@ -161,7 +163,7 @@ class FactChangeFinder:
     def _find_schemas_and_actions_making(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
-        """Yield each effect schema that makes a change.
+        """Yield each effect schema that makes a change of a fact.
 
         Each schema comes with its actions, and with a mapping from the variables that the change determines
         to objects.
@@ -224,7 +226,7 @@ class FactChangeFinder:
         return effort.is_exceeded
 
     def may_make_change(self, action: Action, change: FactChange) -> bool:
-        """Whether an action may make a change."""
+        """Whether an action may make a change of a fact."""
         return next(self.find_effect_conditions(action, change), None) is not None
 
     def find_preconditions(self, action: Action) -> list[ScopedCondition]:
@@ -236,7 +238,7 @@ class FactChangeFinder:
         ]
 
     def find_effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
-        """Yield the conditions of each effect by which an action may make a change.
+        """Yield the conditions of each effect by which an action may change a fact.
 
         Conditions are omitted if they mention variables whose objects the action and the change leave open.
         """
@@ -254,7 +256,7 @@ class FactChangeFinder:
     def find_changes_improving_step(
         self, step: Action, state: State, wanted_changes: ChangeSet, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes that may improve a step's effects, and whether the step undoes a wanted change.
+        """Return changes of facts that may improve a step, and whether the step undoes a wanted change.
 
         A step undoes a change if it makes the opposite change. The returned changes must happen before the
         step. With these changes, the step may make more of the wanted changes, or undo fewer wanted changes.
@@ -310,7 +312,7 @@ class FactChangeFinder:
     def find_changes_to_skip_or_unskip_step(
         self, step: Action, state: State, *, is_executed: bool
     ) -> ChangeSet:
-        """Return the changes that may turn an executed step into a skipped step, or the reverse.
+        """Return the changes of facts that may turn an executed step into a skipped step, or the reverse.
 
         A step is skipped if it is not needed in the state.
         """
@@ -339,7 +341,7 @@ class FactChangeFinder:
     def find_necessary_changes(
         self, formula: f.Formula, scope: Scope, state: State, *, truth: bool
     ) -> ChangeSet:
-        """Return a set of changes that a condition needs.
+        """Return a set of changes of facts that a condition needs.
 
         At least one change of the set must happen before the condition becomes true, or (not ``truth``)
         false.
@@ -375,10 +377,10 @@ class FactChangeFinder:
     def _find_changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
     ) -> ChangeSet:
-        """Return the set of changes for a compound condition.
+        """Return changes of facts; a compound condition gets the truth ``truth`` only after such a change.
 
-        If all parts of the condition are needed, this is the set of changes of the failing part for which
-        fewest actions exist. Otherwise it is the union of the sets of all parts.
+        If the condition needs all parts, these are the changes for the failing part that fewest actions
+        change. Otherwise they are the changes for all parts.
         """
         if not all_needed:
             return frozenset().union(
@@ -399,7 +401,10 @@ class FactChangeFinder:
     def _find_changes_of_instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return the changes for a quantified formula that one suitable value of its variable fulfils."""
+        """Return changes of facts; a quantified formula gets the truth ``truth`` only after such a change.
+
+        One suitable value of its variable is enough.
+        """
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
@@ -423,7 +428,7 @@ class FactChangeFinder:
     def count_changeable_predicates(self, formula: f.Formula) -> int:
         """Count the predicates that a condition reads and that actions change.
 
-        The more of them it reads, the less is known of the condition.
+        Conditions that read few such predicates are examined first.
         """
         cached = self._depths.get(id(formula))
         if cached is None:
@@ -434,7 +439,7 @@ class FactChangeFinder:
     def _find_possible_changes_towards(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
-        """Yield the changes that may give a condition its wanted truth.
+        """Yield the changes of facts that may give a condition its wanted truth.
 
         A variable with value None may be any object.
         """
@@ -462,7 +467,7 @@ class FactChangeFinder:
         return changes
 
     def find_changes_of_all_predicates_in(self, formula: f.Formula) -> Iterator[FactChange]:
-        """Yield all possible changes of the predicates that a condition reads."""
+        """Yield all possible changes of facts of the predicates that a condition reads."""
         return self._find_changes_of_predicates(
             find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
         )
@@ -515,5 +520,5 @@ def _split_conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, b
 
 
 def make_change_sort_key(change: FactChange) -> tuple[str, tuple[int, ...], bool]:
-    """Return a key that sorts changes in a fixed order."""
+    """Return a key that sorts changes of facts in a fixed order."""
     return change.predicate, tuple([-1 if i is None else i for i in change.arguments]), change.truth

@@ -205,8 +205,8 @@ def find_changes_for_literal(
     """Return the changes of stored facts that may make a literal true, by the definition of its predicate.
 
     The caller may number objects in any way. Variables that quantifiers in a definition bind stand for any
-    object. For a predicate that a function computes, every change of a predicate that the function reads
-    counts.
+    object. If a function computes the literal's predicate, the result has every possible change of the
+    predicates that the function reads.
 
     Args:
         literal: the literal.

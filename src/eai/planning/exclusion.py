@@ -384,7 +384,7 @@ class _HypotheticalState:
 
     def may_hold_together(self, conditions: Sequence[_Condition]) -> bool:
         """Assume that conditions hold. Return False if it is proved that no state meets them all."""
-        # Consequences of a later condition may decide an earlier condition.
+        # A second pass, because facts that follow from a later condition may contradict an earlier one.
         return all(self._try_to_assume(condition) for _ in range(_PASSES) for condition in conditions)
 
     def _is_impossible(self, condition: _Condition) -> bool:

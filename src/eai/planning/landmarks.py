@@ -40,16 +40,20 @@ _MAX_VALUES = 60
 """Maximum number of values of a quantified variable if `_RelaxationGraph` has a condition for each value."""
 
 _MAX_BRANCHES = 200
-"""Maximum number of branches of the search for a smallest set of actions from all landmarks (cuts).
+"""Maximum number of branches of the search for a smallest set with an action of every landmark.
 
-If there are more branches, disjoint landmarks (cuts) are counted instead.
+A landmark (cut) is a set of actions; every plan that succeeds has at least one action of the set. If there
+are more branches, disjoint landmarks are counted instead.
 """
 
 _MAX_CUT_SIZE = 250
-"""Maximum number of actions of a landmark (cut); only the first landmark may have more."""
+"""Maximum number of actions of a landmark (cut); only the first landmark may have more.
+
+A landmark is a set of actions; every plan that succeeds has at least one action of the set.
+"""
 
 _CONDITIONS_PER_EFFORT = 20
-"""Number of conditions in the graph that count as one operation in each search for a landmark."""
+"""Number of conditions in the graph that count as one operation in each search for a landmark (`Cut`)."""
 
 
 class _RelaxationGraph:
@@ -102,7 +106,10 @@ class _RelaxationGraph:
         return len(self._parts)
 
     def find_cut_without(self, actions: Collection[Action]) -> list[Action] | None:
-        """Return a landmark (cut) without any given action; None if the given actions may reach the goals."""
+        """Return a landmark (cut) without the given actions; None if these actions may reach the goals.
+
+        A landmark is a set of actions; every plan that succeeds has at least one action of the set.
+        """
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
             reached = self._find_reached_conditions(actions)
@@ -344,6 +351,8 @@ class _RelaxationGraph:
 class Landmarks:
     """Landmarks (cuts) found while one plan is repaired. They give a minimum number of missing actions.
 
+    A landmark is a set of actions; every plan that succeeds has at least one action of the set.
+
     Args:
         change_finder: the changes that conditions need, and the actions that make changes.
         initial: the state in which plans begin.
@@ -382,22 +391,22 @@ class Landmarks:
             self._hits[action] = self._hits.get(action, 0) | bit
 
     def get_mask_of_cuts_with_action(self, action: Action | None) -> int:
-        """Return the landmarks (cuts) that contain an action, as a bit mask; 0 for a deleted step (None)."""
+        """Return the landmarks (see `Cut`) with an action, as a bit mask; 0 for a deleted step (None)."""
         return 0 if action is None else self._hits.get(action, 0)
 
     def find_missed_cuts_mask(self, actions: Iterable[Action]) -> int:
-        """Return the landmarks (cuts) that contain none of the given actions, as a bit mask."""
+        """Return the landmarks (see `Cut`) that contain none of the given actions, as a bit mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
             missed &= ~self._hits.get(action, 0)
         return missed
 
     def count_min_actions(self, cuts_mask: int) -> int:
-        """Return the minimum number of actions that together occur in all landmarks (cuts) of a bit mask."""
+        """Return the minimum number of actions in a set with an action of each landmark (`Cut`) of a mask."""
         return self._get_min_hitting_set(cuts_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
-        """Find landmarks (cuts) that contain no action of a plan.
+        """Find landmarks (sets of actions, see `Cut`) that contain no action of a plan.
 
         Stop if a plan that succeeds needs more additional actions than was known, or if no landmark is left.
 
@@ -481,7 +490,7 @@ class _HittingSetSearch:
         return tuple(chosen)
 
     def _count_disjoint_cuts(self, cuts_mask: int) -> int:
-        """Count disjoint landmarks, chosen greedily: no two landmarks share an action."""
+        """Count disjoint landmarks (see `Cut`), chosen greedily: no two landmarks have a common action."""
         number = 0
         for bit, covered in self._covered_with.items():
             if cuts_mask & bit:

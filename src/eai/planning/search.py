@@ -82,12 +82,12 @@ class Limits:
     Attributes:
         states: maximum number of states that are reached and estimated.
         thorough: whether a search that fails also tries another order of goals and unpromising actions. If
-            not, a goal that seems unreachable stays undecided.
+            not, a goal that seems unreachable stays without a result.
         bindings: maximum number of values of parameters tried to find actions on a declared domain. Each
             action counts as `successor_generator.ACTION_BINDINGS` more values.
         looks: maximum number of tests. On a declared domain, each action tested for an estimate counts. In a
             search with operators from an answer, each tested literal, option and effect counts; answers of
-            nine models need fewer than 400,000 tests for every decided problem.
+            nine models need fewer than 400,000 tests for every problem with a result.
     """
 
     states: int = 2_000
@@ -103,7 +103,7 @@ class SearchEndReason(str, Enum):
     UNREACHABLE = "unreachable"
     """The search proved that the permitted actions lead to no goal."""
     STATES = "states"
-    """The search reached a limit, of states or of other operations, and decided nothing."""
+    """The search reached a limit, of states or of other operations, without a plan or a proof."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

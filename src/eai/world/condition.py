@@ -333,7 +333,7 @@ def _map_parameters_to_slots(derived: DefinedPredicate, slots: tuple[int, ...]) 
 
 def _make_lookup_value_finder(lookup: LookupPredicate, slots: Sequence[int]) -> _ValueFinder:
     values = lookup.values
-    if len(slots) == 1:  # without a loop, because this makes scoring of some suites a tenth faster
+    if len(slots) == 1:  # without a loop, because this makes scoring of some benchmarks a tenth faster
         (only,) = slots
         return lambda state, binding: values(state, (binding[only],))
     return lambda state, binding: values(state, tuple([binding[s] for s in slots]))
@@ -378,7 +378,7 @@ def _compile_stored_filter(
 
 
 _CompiledTest: TypeAlias = tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]
-"""A formula, its free variables in alphabetical order, the numbers of their slots, and the compiled test."""
+"""A formula, its free variables in alphabetical order, the allocator of their slots, and its test."""
 
 
 class FormulaEvaluator:

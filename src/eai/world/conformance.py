@@ -117,7 +117,7 @@ def _check_simulator(
 
 
 def _find_effects_made_true(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
-    """Yield the intended effects (see `_find_intended_effects`) that an action has made true."""
+    """Yield the intended effects of an action (changes that it always makes) that were not yet true."""
     arguments = map_parameters_to_indices(action, domain)
     for effect in _find_intended_effects(
         domain.compiled_operators[action.operator].operator.effects, domain.vocabulary

@@ -60,7 +60,7 @@ class DefinedPredicate:
 
 @dataclass(frozen=True, slots=True)
 class ComputedPredicate:
-    """A derived predicate that a pure function of a state and object indices decides.
+    """A derived predicate whose truth a pure function computes from a state and object indices.
 
     Attributes:
         name: the name.

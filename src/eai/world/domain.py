@@ -25,8 +25,8 @@ class Simulator(Protocol):
     """A world in which the actions of one episode are executed. Each episode has a simulator of its own.
 
     The domain, not the simulator, declares the predicates and the possible actions, and diagnoses impossible
-    actions. The simulator gets neither impossible actions nor slips (possible actions without effect).
-    Plans are searched and exported by the domain's declaration only.
+    actions. The simulator gets neither impossible actions nor slips (possible actions that by chance have
+    no effect). Plans are searched and exported by the domain's declaration only.
     """
 
     @property
@@ -81,7 +81,7 @@ class Domain:
         name: the domain's name on the command line.
         vocabulary: stored and derived predicates.
         operators: the actions.
-        history_rule: function that decides whether a failed check is a wrong order or a missing step.
+        history_rule: function that tests whether a failed check is a wrong order or a missing step.
         precedence: order of kinds of fault: if a step has several faults, the kind that comes first is
             reported.
         visible: a formula with ``x`` as its only free variable. It holds for the objects that an agent with a

@@ -1,4 +1,7 @@
-"""Episodes: actions are tried in a world one after the other. A possible action may slip (have no effect)."""
+"""Episodes: actions are tried in a world one after the other.
+
+A possible action may slip, that is, by chance have no effect.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +21,11 @@ from eai.world.state import State
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """An action that was possible but had no effect."""
+    """An action that was possible but by chance had no effect."""
 
 
 Outcome: TypeAlias = State | Fault | Slip
-"""Outcome of an action: the state after the action, the fault that kept it from being executed, or a slip."""
+"""Outcome of an action: the state after the action, its fault, or a slip (by chance no effect)."""
 
 
 KnownOutcomes: TypeAlias = "dict[Action, tuple[State | Fault, KnownOutcomes]]"
@@ -34,7 +37,7 @@ with equal beginnings may share a cache, so that each step is computed once.
 
 
 class SlipSampler:
-    """Draws at random whether possible actions slip, for one task and epoch.
+    """Draws at random whether possible actions slip (have no effect), in one answer to one task.
 
     There is no draw for an impossible action. So the n-th possible action gets the same draw under any
     policy. Episodes that share a sampler continue its sequence of draws (paper, appendix on replanning with
@@ -44,7 +47,7 @@ class SlipSampler:
         probability: probability that a possible action slips, from 0 to 1, independent of other actions.
         task_id: the task; each task has its own draws.
         seed: seed of the draws.
-        epoch: number of the repetition; each repetition has its own draws.
+        epoch: number of the answer among several answers to the task; each answer has its own draws.
         notice: whether the agent notices a slip.
     """
 
@@ -57,16 +60,16 @@ class SlipSampler:
         self._random = random.Random(stream)  # noqa: S311 - chance, not secrets
 
     def draw_slip(self) -> bool:
-        """Draw whether the next possible action slips."""
+        """Draw whether the next possible action slips, that is, has no effect."""
         return self._random.random() < self._probability
 
 
 class Episode:
     """A world in which actions are tried one after the other, and the history of the states so far.
 
-    An action that is impossible or slips changes nothing, and the next action is tried in the same state. A
-    wrong order is diagnosed by a search through all earlier states of the episode. In a new episode without
-    slips, `run` gives the same trajectory as `execute_plan`.
+    An action changes nothing if it is impossible or slips (by chance has no effect). Then the next action is
+    tried in the same state. A wrong order is diagnosed by a search through all earlier states of the
+    episode. In a new episode without slips, `run` gives the same trajectory as `execute_plan`.
 
     Args:
         domain: the world.
@@ -137,7 +140,9 @@ class Episode:
     def run(
         self, plan: Iterable[Action], until: Callable[[Episode], bool] | None = None
     ) -> Fault | Slip | None:
-        """Try the actions of a plan until a fault that ends it, a detected slip or its last action.
+        """Try the actions of a plan until its last action, a fault that ends it, or a slip that is noticed.
+
+        A slip is a possible action that by chance has no effect.
 
         Args:
             plan: the actions.

@@ -24,8 +24,8 @@ from eai.world.vocabulary import Vocabulary
 class _CompiledCheck:
     """A compiled check of an action: its condition, and conditions on earlier states (`eai.world.history`).
 
-    Two compiled checks are equal only if they are the same object. Each belongs to one operator, or to one of
-    an operator's alternatives.
+    Two compiled checks are equal only if they are the same object. Each belongs to one operator, or to one
+    alternative (way to act) of an operator.
     """
 
     check: Check
@@ -42,7 +42,10 @@ class _CompiledOperatorAlternative(NamedTuple):
 
 
 class CheckFailure(NamedTuple):
-    """A failed check; all checks of its operator or alternative; and the indices of the action's objects."""
+    """A failed check, all checks tested with it, and the indices of the action's objects.
+
+    The checks belong to an operator, or to one of the operator's alternatives (ways to act).
+    """
 
     check: _CompiledCheck
     checks: tuple[_CompiledCheck, ...]
@@ -50,7 +53,7 @@ class CheckFailure(NamedTuple):
 
 
 class _FailedOperatorAlternative(NamedTuple):
-    """The condition on which an alternative of an operator is attempted, and the check that failed then."""
+    """A failed alternative (way to act) of an operator: the condition to try it, and its failed check."""
 
     condition: Formula
     check: Check
@@ -62,9 +65,10 @@ class CompiledOperator:
     Attributes:
         operator: the operator.
         checks: the operator's checks, in order.
-        alternatives: the operator's alternatives, in order.
-        is_possible: function that tests whether all checks pass and, if any alternatives are attempted, one
-            of them succeeds.
+        alternatives: other ways in which the operator can act, in order. Each has its own checks, and a
+            condition on which it is tried.
+        is_possible: function that tests whether all checks pass and, if any alternatives are tried, one of
+            them succeeds.
     """
 
     __slots__ = ("_apply", "_frame", "alternatives", "checks", "is_possible", "operator")
@@ -98,8 +102,8 @@ class CompiledOperator:
     def find_failures(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
         """Return the failed checks of an action: () if the action is possible.
 
-        This is the operator's first failed check, or else the first failed check of each attempted
-        alternative.
+        This is the operator's first failed check, or else the first failed check of each alternative (way to
+        act) that is tried.
         """
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
@@ -109,7 +113,7 @@ class CompiledOperator:
     def apply(self, state: State, binding: FrameBinding) -> State:
         """Return the state after the action. The caller has made sure that the operator's checks hold.
 
-        The checks of the operator's alternatives need not hold.
+        The checks of the operator's alternatives (other ways to act) need not hold.
         """
         if self._apply is None and not self.alternatives:
             return state
@@ -127,7 +131,7 @@ class CompiledOperator:
     def find_failed_alternatives_still_due(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedOperatorAlternative, ...]:
-        """Return the alternatives that failed and whose conditions still hold after the action."""
+        """Return the failed alternatives (ways to act) whose conditions still hold after the action."""
         failed_tries = []
         for attempt, compiled in zip(self.operator.alternatives, self.alternatives, strict=True):
             if compiled.is_attempted(before, binding) and compiled.is_attempted(after, binding):
@@ -193,7 +197,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
 
     A check of one parameter is evaluated once, for all objects at once. A check of several parameters is
     evaluated once all but the last of them have values, for all values of the last at once. The
-    operator's alternatives are not evaluated.
+    operator's alternatives (other ways to act) are not evaluated.
     """
     names = [parameter.name for parameter in operator.parameters]
     single: list[list[Formula]] = [[] for _ in names]

@@ -1,4 +1,4 @@
-"""Histories of states; and history rules, which decide whether the fault of a step is a wrong order.
+"""Histories of states; and history rules, which test whether the fault of a step is a wrong order.
 
 A failed check is a wrong order if its condition held in an earlier state. Trajectories with equal beginnings
 share a history.
@@ -77,11 +77,11 @@ class History:
 
 
 HistoryRule: TypeAlias = Callable[[CheckFailure, FrameBinding, History], int | None]
-"""Function that decides whether a failed check is a wrong order.
+"""Function that tests whether a failed check is a wrong order: its condition held in an earlier state.
 
 It takes the failed check, the binding of the action's variables, and the history: the initial state, then
-the state after each executed step. If the check's condition held in an earlier state, the function returns
-the number of that state. None means that the condition never held: a step is missing.
+the state after each executed step. The function returns the number of the earlier state.
+None means that the condition never held: a step is missing.
 """
 
 

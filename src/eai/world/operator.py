@@ -30,8 +30,8 @@ class Check:
         reason: description of the failure; ``{x}`` stands for the name of the object of parameter ``x``.
         history_conditions: formulas by which the history rule recognizes a wrong order: each of them must
             have held in some earlier state. None means ``condition``.
-        id: name of the check in records; by default the words of ``reason`` without the objects. Give the old
-            id here when you reword a reason.
+        id: name of the check in stored verdicts (records); by default the words of ``reason`` without
+            the objects. Give the old id here when you reword a reason.
         witness: a quantified formula. Explanations name the objects that make its body true, because
             ``reason`` does not name them.
 
@@ -111,7 +111,7 @@ class OperatorAlternative:
 
     @property
     def conditions(self) -> tuple[Formula, ...]:
-        """The condition of the alternative, and the conditions of its checks."""
+        """The condition on which this alternative (way to act) is tried, and the conditions of its checks."""
         return (self.condition, *(check.condition for check in self.checks))
 
 
@@ -186,7 +186,7 @@ class Operator:
 
 
 def find_operator_conditions(operator: Operator) -> Iterator[Formula]:
-    """Yield all conditions of an operator: the conditions of its checks, effects and alternatives."""
+    """Yield the conditions of an operator's checks, effects and alternatives (other ways to act)."""
     yield from (check.condition for check in operator.checks)
     yield from _find_effect_conditions(operator.effects)
     for attempt in operator.alternatives:

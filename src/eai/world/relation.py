@@ -49,7 +49,7 @@ class InitialRelation:
 
     @classmethod
     def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> InitialRelation:
-        """Return the base of a relation over ``size`` objects that contains exactly these pairs."""
+        """Return the initial relation over ``size`` objects that contains exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
             rows[source] |= 1 << target
@@ -146,7 +146,10 @@ class Relation:
         return Relation(self._base, self)
 
     def set_row(self, source: int, targets: ObjectMask) -> None:
-        """Give ``source`` exactly these targets (a bit mask). A relation of a state must not change."""
+        """Relate ``source`` to exactly these targets (a bit mask).
+
+        Call this only on a new `copy`, because the relations of states never change.
+        """
         bit = 1 << source
         self._hash = None
         self._rows[source] = targets
@@ -157,7 +160,10 @@ class Relation:
             _write_row_into_changed_columns(self._columns, source, targets)
 
     def set_column(self, target: int, sources: ObjectMask) -> None:
-        """Give ``target`` exactly these sources (a bit mask). A relation of a state must not change."""
+        """Relate exactly these sources (a bit mask) to ``target``.
+
+        Call this only on a new `copy`, because the relations of states never change.
+        """
         bit = 1 << target
         self._hash = None
         self._columns[target] = sources
@@ -168,7 +174,10 @@ class Relation:
             _write_row_into_changed_columns(self._rows, target, sources)
 
     def flip_pair(self, source: int, target: int) -> None:
-        """Add a pair if it is missing, else remove it. A relation of a state must not change."""
+        """Add a pair to the relation if it is missing, else remove it.
+
+        Call this only on a new `copy`, because the relations of states never change.
+        """
         if (
             target in self._columns and source not in self._rows
         ):  # the column is stored already, the row is not
@@ -186,7 +195,7 @@ class Relation:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
 
     def find_changed_sources(self, other: Relation) -> list[int]:
-        """Return the sources, ascending, whose targets differ in another relation on the same base."""
+        """Return the sources, ascending, whose targets differ in another relation of the same episode."""
         changed = self._row_keys | other._row_keys
         for target in self._columns.keys() | other._columns.keys():
             changed |= self.column(target) ^ other.column(target)
@@ -208,7 +217,10 @@ class Relation:
         return True
 
     def __hash__(self) -> int:
-        """Return the sum of 2 to the power of x + y over the pairs (x, y), minus that sum for the base."""
+        """Return the sum of 2 to the power of x + y over the pairs (x, y), minus an initial sum.
+
+        The initial sum is the sum over the pairs of the relation at the start of the episode.
+        """
         if self._hash is None:
             base, other_rows = self._base, ~self._row_keys
             total = 0
@@ -273,7 +285,9 @@ def _compute_row_from_changed_columns(
     changed_columns: Mapping[int, ObjectMask],
     changed_column_indices: ObjectMask,
 ) -> ObjectMask:
-    """Return the row of ``source``, given its row at the start of the episode and all changed columns.
+    """Return the row of ``source`` (the mask of its targets) in a relation, after some columns changed.
+
+    A column is the mask of the sources of one target. ``initial_row`` is the row before the changes.
 
     To compute a column from changed rows, swap rows and columns in the arguments.
     """
@@ -287,7 +301,9 @@ def _compute_row_from_changed_columns(
 def _write_row_into_changed_columns(
     changed_columns: dict[int, ObjectMask], source: int, row: ObjectMask
 ) -> None:
-    """Make the changed columns, which are stored too, agree with the new row of ``source``.
+    """Make the stored columns of a relation agree with the new row of ``source``.
+
+    A row is the mask of the targets of one source, and a column the mask of the sources of one target.
 
     To make changed rows agree with a new column, swap rows and columns in the arguments.
     """

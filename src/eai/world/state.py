@@ -351,7 +351,7 @@ class StateDraft:
         self._replace_tuples(slot, self.tuples[slot].members | {arguments})
 
     def exclude_tuples(self, slot: int, pattern: tuple[int | None, ...]) -> None:
-        """Remove all tuples that match a pattern from a set. None in the pattern matches any object."""
+        """Remove all tuples that match ``pattern`` from a set. None in ``pattern`` matches any object."""
         members = self.tuples[slot].members
         matching = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]
         self._replace_tuples(slot, members.difference(matching))
@@ -361,7 +361,7 @@ class StateDraft:
             self.tuples = (*self.tuples[:slot], TupleSet(members), *self.tuples[slot + 1 :])
 
     def _copy_relation(self, slot: int) -> Relation:
-        """Return the relation in a slot, copied before its first change to protect the old state."""
+        """Return the relation with number ``slot``, copied before its first change to keep the old state."""
         if not self._copied >> slot & 1:
             self._copied |= 1 << slot
             self.binary[slot] = self.binary[slot].copy()

@@ -29,9 +29,9 @@ PlanMoment: TypeAlias = tuple[int, int]
 """Moment during a plan: the number of the state, and how many entries of `PlanningGoal.actions` are done."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
-"""Moments of a plan: one before each entry, up to the first impossible step.
+"""Moments of a plan (state, number of executed operators of the goal's list), up to an impossible step.
 
-If no step is impossible, one more moment is at the end.
+There is one moment before each entry. If no step is impossible, one more moment is at the end.
 """
 
 START: PlanPath = ((0, 0),)
@@ -68,7 +68,7 @@ class PlanStateCache:
         self._missed: dict[int, tuple[Subgoal, ...]] = {}
 
     def take_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
-        """Return the moment after a step, or None if the step is impossible.
+        """Return the moment (`PlanMoment`) after a step, or None if the step is impossible.
 
         The second number of the moment rises if the step executes the next operator that the goal lists.
         """
@@ -134,7 +134,7 @@ class PlanStateCache:
         return tuple(moments)
 
     def count_failed_steps_and_goals(self, steps: PlanSteps, moment: PlanMoment) -> int:
-        """Count the steps that fail from a moment on, plus the goals missed at the end.
+        """Count the steps that fail after a moment (`PlanMoment`), plus the goals missed at the end.
 
         Steps that fail are skipped.
         """
@@ -153,7 +153,7 @@ class PlanStateCache:
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
-        """Whether a plan that begins at the moment ``start`` reaches the goal."""
+        """Whether a plan that begins at ``start`` (see `PlanMoment`) reaches the goal."""
         return self.plan_succeeds(plan, self.compute_path(plan, (start,), 0))
 
 
@@ -208,7 +208,7 @@ class _HelpingEditFinder:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _get_cached_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
-        """Return changes that may make an impossible step possible, or needless, so that it is skipped."""
+        """Return changes of facts that may make an impossible step possible, or needless and so skipped."""
         changes = self._fatal.get((state_number, action))
         if changes is None:
             changes = self._fatal[state_number, action] = self._find_changes_to_enable_step(
@@ -244,7 +244,7 @@ class _HelpingEditFinder:
         return frozenset(changes)
 
     def _find_changes_to_reach_goals(self, state_number: int) -> list[ChangeSet]:
-        """Return a set of changes for each missed goal. One change of each set must happen."""
+        """Return a set of changes of facts for each missed goal. One change of each set must happen."""
         changes = self._lacking.get(state_number)
         if changes is None:
             state, find_changes = (

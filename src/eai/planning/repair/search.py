@@ -73,15 +73,15 @@ _STEPS_PER_EFFORT = 8
 _MANY_EDITS, _LANDMARK_EFFORT = 5_000, 500
 """Two limits of the search for repairs that consist of a single edit.
 
-If more edits than the first number may help, landmarks rule out some of them. The second number is the effort
-for finding these landmarks.
+If more edits than the first number may help, landmarks (sets of actions, see `Cut`) rule out some of these
+edits. The second number is the effort for finding landmarks.
 """
 
 _MAX_CACHED_STATES = 50_000
 """Maximum number of cached states that are kept when the repair of the next plan begins."""
 
 _EASY_EFFORT = 60
-"""Effort up to which a search for a repair computes no landmarks, since many plans need only one edit."""
+"""Effort up to which a search for repairs finds no landmarks (`Cut`), since many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one operation of the search."""
@@ -212,7 +212,8 @@ class Repairer:
     ) -> tuple[Sequence[Action], PlanMoment] | None:
         """Return a step with actions before it that make it possible, and the moment after the step.
 
-        The result is None if the step should be left out.
+        A moment is a state, and how many operators of the goal's list were executed. The result is None if
+        the step should be left out.
 
         Args:
             moment: the moment before the step.
@@ -359,9 +360,9 @@ class Repairer:
         )
 
     def make_landmarks(self, plan: PlanSteps) -> Landmarks:
-        """Return landmarks of plans that succeed.
+        """Return sets of actions (landmarks); every plan that succeeds has an action of each set.
 
-        Landmarks with an action of the given plan are not computed.
+        Sets with an action of the given plan are not computed.
         """
         steps = [step for step in plan if step is not None]
         untaken = [
@@ -388,7 +389,7 @@ class _RepairNode(NamedTuple):
         failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
             for the plan before the last edit.
         cost: the numbers of edits of the plan, by kind of edit.
-        missed_cuts: the landmarks that the plan lacks, as a bit mask.
+        missed_cuts: the landmarks (sets of actions, see `Cut`) without an action of this plan, as a bit mask.
         known_cuts: number of landmarks known when ``missed_cuts`` was computed.
         missing_steps: minimum number of missing steps that the landmarks prove.
         min_edits: another minimum number of edits, known from the conflict or from postponed edits.
