@@ -1,1 +1,1 @@
-"""The paper's four abilities, one folder each, and their shared verdicts, notations and explanations."""
+"""The paper's four abilities (kinds of questions), one folder each, and the code that they share."""

@@ -1,4 +1,4 @@
-"""An attempt at a task, and the usage of an answer: its tokens, cost and time."""
+"""An attempt (one of several answers to a task), and the usage of an answer: its tokens, cost and time."""
 
 from __future__ import annotations
 

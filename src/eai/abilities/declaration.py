@@ -122,7 +122,7 @@ The question is a text, or a mapping from the placeholders of the ability's temp
 
 
 QuestionMaker: TypeAlias = Callable[[DomainAndNotation, Any], QuestionAndAnswer]
-"""Function that takes the parts of a benchmark and a task, and makes the question and a right answer."""
+"""Function that makes the question and a right answer, given a benchmark's declarations and a task."""
 
 SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 """Function that makes the JSON schema of an answer.
@@ -140,15 +140,16 @@ class QuestionAndAnswerDeclaration:
     `lists_are_sets` or `plain_text_prefix` say otherwise.
 
     Attributes:
-        scorers: takes the parts of a benchmark and returns a function that makes the scorer of a task.
+        scorers: takes a benchmark's domain and notation, and returns a function that makes the scorer of a
+            task.
         make_question: makes the question about a task. None if questions are published, or are rendered from
             the template with the ability's name. The data set then has the right answers.
         pictures: returns the pictures before a question, each with its media type.
         answer_form: returns the words for objects in answers to a task, and the function that makes the JSON
             schema of an answer; None if answers have no schema.
-        open_file: opens a file with tasks that only this ability has. It returns the name of their domain in
-            records, and the tasks; None for a file of another kind.
-        features: returns the features of such a task of the ability's own.
+        open_file: opens a file with tasks that only this ability has. It returns the name of their domain and
+            the tasks; None for a file of another kind.
+        features: returns the features of a task that only this ability has.
         task_command: command that writes the ability's own tasks; empty if the ability uses a benchmark's
             tasks.
         uses_operator_tasks: whether the ability uses the published tasks about operators instead of the
@@ -239,8 +240,8 @@ class AbilityDeclaration(Generic[V]):
     def read_episode_settings(self, answer: str) -> Experiment | None:
         """Return the settings under which a model gave an answer over several turns (an episode).
 
-        They are the program around the model (harness) and the rules of the turns. If answers have one turn,
-        return an experiment without settings. If the episode is empty or unreadable, return None.
+        The settings are the program around the model (harness) and the rules of the turns. If answers have
+        one turn, return an `Experiment` without settings. If the episode is empty or unreadable, return None.
         """
         return (
             self.interaction.read_episode_settings(answer)

@@ -30,17 +30,17 @@ _DEFAULT_POSITION = 50
 
 @dataclass(frozen=True, slots=True)
 class StudySettings:
-    """The options of a run that belong to one study, such as the study of several attempts.
+    """The options of a run that belong to one study: a series of runs that vary options of one kind.
 
-    All records of the run have these options.
+    For example, one study varies the number of attempts at a task. The options are stored with all answers of
+    the run.
 
     Attributes:
-        label: a short text for the name of the run's folder. Other settings of the study must have another
-            label.
+        label: a short text for the name of the run's folder. It must differ if the options differ.
         options: the options of the study by name, as JSON.
-        summary: values that the study reports on one answer, by name; empty in the settings of a run.
-        label_position: determines the order of the labels in a folder's name that contains labels of several
-            studies: smaller numbers come first. Files do not store it, but list the studies in this order.
+        summary: values that the study computes for one answer, by name; empty in the settings of a run.
+        label_position: position of the label in the name of a folder for several studies: labels with smaller
+            numbers come first. Files list studies in this order, but do not store the number.
 
     Raises:
         InputError: the label cannot be the name of a folder.
@@ -100,10 +100,11 @@ def make_option_label(label_prefix: str, option_value: str) -> str:
 class Experiment:
     """The settings that distinguish a run from plain questions in a world where every action works.
 
-    All records of a run have the same experiment; a run with plain questions has None instead.
+    An experiment holds for all answers of a run; a run with plain questions has None instead.
 
     Attributes:
-        study: mapping from names of studies to the settings of the run for each study.
+        study: mapping from names of studies (series of runs that vary options) to the run's settings for each
+            study.
         harness: name of the program through which a model acts; None for a plain question, or if unknown.
         effort: the requested reasoning effort; None for the provider's default.
         rules: the rules in the run's games that differ from the standard rules; None for the standard rules.
@@ -127,7 +128,7 @@ class Experiment:
 
     @property
     def is_run_without_study_or_rules(self) -> bool:
-        """Whether neither a study nor game rules are set. Only runs of such experiments are ranked."""
+        """Whether the run has standard game rules and no options of a study. Only such runs are ranked."""
         return not self.study and self.rules is None
 
     def combine(self, other: Experiment) -> Experiment:
@@ -149,9 +150,9 @@ class Experiment:
         return self.replace_study_settings(replace(other, study=study))
 
     def replace_study_settings(self, other: Experiment) -> Experiment:
-        """Return this experiment with the study settings of another experiment.
+        """Return this experiment with the settings of another experiment, which take precedence.
 
-        Earlier settings of the same studies are replaced.
+        Settings for a study replace all settings for the same study.
         """
         study = {**self.study}
         for name, choice in other.study.items():
@@ -167,7 +168,7 @@ class Experiment:
         return {name: value for name, value in values.items() if value is not None}
 
     def drop_options_of_study(self, study: str) -> Experiment | None:
-        """Return the experiment without the settings of one study, or None if nothing is set then."""
+        """Return the experiment without the options that one study varies; None if no settings are left."""
         left = replace(self, study={name: self.study[name] for name in self.study if name != study})
         return None if left == Experiment() else left
 
@@ -188,7 +189,7 @@ class Experiment:
 
     @property
     def study_label(self) -> str:
-        """The label of the experiment without harness and effort; empty for a plain run."""
+        """The label without the program around the model (`harness`) and `effort`; empty for a plain run."""
         return self._join_label_parts({"rules": self.rules} if self.rules is not None else {})
 
     def _join_label_parts(self, agent: Mapping[str, str]) -> str:

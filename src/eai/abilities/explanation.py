@@ -65,7 +65,7 @@ class StepReport:
 
     Attributes:
         action: the action on its objects, as text.
-        outcome: `EXECUTED`, ``slip``, or the kind of the fault.
+        outcome: `EXECUTED`, ``slip`` (the step was possible, but had no effect), or the kind of the fault.
         reason: the failed check in words, or that the step slipped. For an action with alternative effects,
             it states the effects that failed, and why. Otherwise empty.
         earlier: for steps in the wrong order, the earlier step after which the missing condition held.
@@ -140,7 +140,7 @@ class Explanation:
     """The explanation of an answer's verdict.
 
     Attributes:
-        notes: sentences on the answer as a unit: why it could not be executed, or how it was read.
+        notes: sentences on the complete answer: why it could not be executed, or how it was read.
         steps: reports on the steps.
         goals: reports on the goals.
         parts: reports on the parts of the task's temporal goal, if the task has such a goal.

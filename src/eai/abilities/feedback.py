@@ -1,4 +1,4 @@
-"""Feedback on failed attempts: the next question to a model, written from templates.
+"""Feedback on failed answers: the next question to a model about the same task, written from templates.
 
 `eai.abilities.replanning_options.FeedbackLevel` lists the levels of feedback. The folder
 ``templates/feedback`` has a template for each kind of error.
@@ -35,13 +35,13 @@ Restate: TypeAlias = Callable[[BelievedTask], Prompt]
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[BelievedTask, Mapping[str, str]]]
 """Function that perceives the present scene of a task, before the attempt with the given number.
 
-It returns the task as the model sees it, and metadata for the record of the question.
+It returns the task as the model sees it, and metadata to store with the question.
 """
 
 
 @dataclass(frozen=True)
 class QuestionWriter:
-    """Writes the question of each attempt at a task.
+    """Writes the questions to a model that may answer a task several times (in several attempts).
 
     Attributes:
         prompt_of: returns the question of the first attempt, given the task's id.
@@ -176,7 +176,7 @@ class QuestionWriter:
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
     def _get_task_belief_and_metadata(self, trial: Trial) -> tuple[BelievedTask, Mapping[str, str]]:
-        """Return the task as the model sees it now, with the remaining goals, and metadata for the record."""
+        """Return the task as the model sees it now, with the remaining goals, and metadata to store."""
         if self.perceive is None:
             return BelievedTask(trial.next_attempt_task), {}
         return self.perceive(trial.next_attempt_task, len(trial.attempts) + 1)

@@ -1,6 +1,6 @@
 """The names of abilities and of protocols (versioned rules for scoring).
 
-Each suite is the questions of a benchmark for one ability, scored by one protocol.
+A suite is the set of a benchmark's questions for one ability, scored by one protocol.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NAMES: dict[tuple[type[_AbilityOrProtocolName], str], _AbilityOrProtocolName] =
 
 
 class _AbilityOrProtocolName(str):
-    """The name of a registered ability or protocol, as records, files and options write it.
+    """The name of a registered ability (kind of question) or protocol (rules for scoring).
 
     There is only one object for each name, so that programs can compare names by identity.
     """
@@ -42,12 +42,12 @@ class _AbilityOrProtocolName(str):
 
     @classmethod
     def list_names(cls) -> Collection[Self]:
-        """Return all registered names of abilities, or of protocols."""
+        """Return all registered names: of abilities (kinds of questions) or protocols (rules for scoring)."""
         raise NotImplementedError
 
     @classmethod
     def from_name(cls, name: str) -> Self:
-        """Return the registered ability or protocol of the given name.
+        """Return the registered ability (kind of question) or protocol (rules for scoring) of the given name.
 
         Raises:
             InputError: the name is not registered.
@@ -85,7 +85,7 @@ class Protocol(_AbilityOrProtocolName):
 
     @classmethod
     def list_names(cls) -> Collection[Protocol]:
-        """Return `STRICT`, then all registered protocols in the order of their names.
+        """Return `STRICT`, then all other protocols (rules for scoring) in the order of their names.
 
         A protocol is listed even if its module is missing.
         """
@@ -95,20 +95,20 @@ class Protocol(_AbilityOrProtocolName):
 Protocol.STRICT = Protocol("strict")
 
 DEFAULT_PROTOCOL = Protocol.STRICT
-"""Protocol by which answers are scored if the user chooses no other protocol."""
+"""Rules by which answers are scored if the user chooses no other rules."""
 
 PROTOCOL_GROUP = "eai.protocols"
-"""Group of the entry points that register protocols other than ``strict``."""
+"""Group of the entry points that register protocols (rules for scoring) other than ``strict``."""
 
 
 @cache
 def find_protocols() -> Mapping[str, EntryPoint]:
-    """Return a mapping from the names of installed protocols other than ``strict`` to their entry points."""
+    """Return a mapping from names of protocols (rules for scoring) to entry points; without ``strict``."""
     return get_entry_points(PROTOCOL_GROUP)
 
 
 class Ability(_AbilityOrProtocolName):
-    """The name of an ability.
+    """The name of an ability: a kind of question, such as action sequencing.
 
     An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under this name. It contains the
     question, the scorer and the metrics of the ability.

@@ -122,10 +122,11 @@ def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
 
 
 def find_blame_kind_and_step(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return `Repair.blame` and `Repair.blamed`, given all single edits that repair an answer.
+    """Return the kind of an answer's fault, and the number of the faulty step, or None.
 
-    These are a name for the common property of the edits, and the number of the faulty step. Edits without a
-    common property give ``several`` and None.
+    Each given edit is enough to repair the answer. The fault is a step (``step``) if all edits delete,
+    replace or precede one step. It is a missing action (``interval``) if all edits insert one action at
+    different positions. Otherwise the result is ``several`` and None.
     """
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:

@@ -12,7 +12,7 @@ from eai.base.files import to_file_name
 from eai.world.fault import Notice
 
 STUDY = "replanning"
-"""Name of this study in records: several attempts at a task, and actions that slip (have no effect)."""
+"""Name of the study of several attempts at a task, in which actions may slip (have no effect)."""
 
 _LABEL_POSITION = 30
 
@@ -93,7 +93,11 @@ class ReplanningOptions:
 
     @property
     def executes_answers_as_episodes(self) -> bool:
-        """Whether answers are executed as episodes: in several attempts, with slips, or until goals hold."""
+        """Whether answers are executed step by step, as in games.
+
+        This is so with several attempts, with slips (possible actions without effect), or if plans end as
+        soon as all goals hold.
+        """
         return bool(self.replans or self.slip or self.until == "goal")
 
     @property

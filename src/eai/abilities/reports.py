@@ -194,7 +194,7 @@ def fact_text(fact: Fact, scene: Scene) -> str:
 
 
 HIDDEN_HAZARD = "untold hazard"
-"""Kind, in reports, of a goal that forbids a hazard and that prompts do not mention."""
+"""Kind, in reports, of a goal that forbids a hazard (an event to avoid) and that prompts do not mention."""
 
 
 def report_goals(

@@ -119,7 +119,7 @@ class PlanScorer(Scorer):
         Return None if the closeness is unknown, as for tasks with goals over time.
 
         Raises:
-            InputError: the scorer's rules (its protocol) are not ``strict``.
+            InputError: answers are scored by rules other than the paper's (``strict``).
         """
 
 

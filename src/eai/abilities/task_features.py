@@ -1,4 +1,4 @@
-"""Features of a task, such as its number of goals, for the records of answers to the task."""
+"""Features of a task, such as its number of goals, which are stored with each answer to the task."""
 
 from __future__ import annotations
 

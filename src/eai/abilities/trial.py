@@ -1,4 +1,4 @@
-"""Trials: tasks with several attempts, in a world where actions may slip (have no effect)."""
+"""Trials: a model may answer a task several times (in attempts), and actions may slip (have no effect)."""
 
 from __future__ import annotations
 
@@ -21,22 +21,24 @@ from eai.world.episode import Episode, Slip, SlipSampler
 
 
 class Trial:
-    """A task with several attempts. The trial ends when an answer succeeds or no attempts are left.
+    """A task that a model may attempt several times, until an answer succeeds or no attempts are left.
 
-    All attempts share one sequence of random slips, so outcomes depend only on the answers and the arguments.
-    The scorer has the true task. The question may state other goals or another scene.
+    All attempts share one random sequence of slips (possible actions without effect). So outcomes depend only
+    on the answers and the arguments. The scorer has the true task. The question may state other goals or
+    another scene.
 
     Args:
         scorer: the scorer of the task.
         options: the number of attempts, the state in which each begins, and the feedback.
         epoch: number of this trial among the repetitions for the same task, from 1.
-        stated: the task with the goals that questions state; None if questions state the task's own goals.
+        stated: the task with the goals that questions state, which a model may have got wrong; None if
+            questions state the task's own goals.
 
     Attributes:
         attempts: the attempts so far.
         goal_reports: for each attempt, the reports on the goals that questions state.
         scorer: the scorer of the task.
-        slip_sampler: draws which actions slip; None if no action slips.
+        slip_sampler: draws which actions slip; None without slips.
         episode: the world of the present attempt.
     """
 

@@ -189,7 +189,9 @@ def compute_reward_inputs_of_parts(
     faults: Mapping[FaultKind, int],
     meaningless_parts: int = 0,
 ) -> RewardInputs | None:
-    """Return the credit for an answer that is compared part by part, or None if the task asks for no parts.
+    """Return the credit for an answer whose goals or clauses are compared one by one.
+
+    Return None if the task asks for no goals or clauses.
 
     Args:
         right_wrong_missed: numbers of right, wrong and missed parts.
@@ -218,8 +220,8 @@ class Verdict:
         excluded: why all statistics leave the task out; None if the task is scored.
         error: the error that ended the answer, or None.
         repairs: names of the repairs that were needed to read the answer.
-        spans: parts of the answer's text and how each was treated, in order; empty if the protocol does not
-            record them.
+        spans: parts of the answer's text and how each was treated, in order; empty if the rules for scoring
+            (protocol) do not record them.
         repair: the fewest edits that make the answer right; None if no repair was searched for.
     """
 
@@ -230,7 +232,7 @@ class Verdict:
     repair: Repair | None = None
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Return this verdict on an empty answer as one on a missing answer, which fails without an error."""
+        """Turn the verdict on an empty answer into one on a missing answer, which fails without an error."""
         return replace(self, error=None)
 
     @property
@@ -267,7 +269,7 @@ class Verdict:
 
     @property
     def planner_used(self) -> str | None:
-        """Name of the planner that tested the answer; None without a planner and in older records."""
+        """Name of the planner that tested the answer; None without a planner, or in files of old versions."""
         return None
 
     @property
@@ -303,7 +305,7 @@ class PlanVerdict(Verdict):
         goals_satisfied: for each goal of the task, in order, whether the plan reaches it.
         partial: number of met conditions and of all conditions in one option (`eai.tasks.goal_test`): a list
             of conditions that satisfies all goals. The option with the largest share of met conditions
-            counts. None in older records.
+            counts. None if an old version stored the verdict.
         counted: the counts of the answer in a summary; None if they follow from the verdict.
         refused: the reason in the answer why the task is impossible, or the question in the answer; None for
             answers that do not decline the task.
@@ -365,7 +367,7 @@ class PlanVerdict(Verdict):
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Return this verdict as one on a missing answer.
+        """Turn the verdict on an empty answer into one on a missing answer.
 
         No goal counts as reached, even if it holds at the start.
         """

@@ -35,8 +35,8 @@ from eai.logic.trace import iterate_positions
 _MAX_SETS = 2_000
 """Maximum number of sets of common conditions that a search keeps.
 
-Common conditions are about atoms in several parts of a goal. If a search drops a set, the share that it finds
-is only a lower bound.
+Common conditions are about atoms in several parts of a goal. If a search discards a set, the share that it
+finds is only a lower bound.
 """
 
 _MAX_UNPRUNED_SETS = 64
@@ -372,10 +372,11 @@ class _GoalPartCompiler:
     def _order_conjuncts_to_drop_conditions_early(
         self, conjuncts: list[tuple[_BestConditionSetsFinder, Counter[int]]]
     ) -> list[tuple[_BestConditionSetsFinder, _ConditionMask]]:
-        """Order the members of a conjunction so that a search can drop conditions from its sets early.
+        """Order the parts of a conjunction so that the search soon forgets conditions that it has chosen.
 
-        A condition about an atom is dropped after the last member that mentions the atom. Return pairs: a
-        member's function, and the bit mask of the conditions to drop after this member.
+        The search keeps sets of chosen conditions. It forgets a condition on an atom after the last part that
+        mentions the atom. Return pairs: the function that finds the ways to satisfy a part, and the bit mask
+        of the conditions to forget after this part.
         """
         steps = []
         seen: Counter[int] = Counter()

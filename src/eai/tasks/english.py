@@ -27,16 +27,16 @@ class HazardEvent:
     """A hazard: an event that must not happen while a task is done, because people take this for granted.
 
     Attributes:
-        name: name of the hazard in records.
+        name: name of the hazard, as task files write it.
         x: the categories of the object at risk, with the wildcards of file names.
-        formula: the goal over time that forbids the event, as task files write it. ``{x}`` stands for the
+        formula: a temporal formula that forbids the event, as task files write it. ``{x}`` stands for the
             object at risk, and ``{y}`` for a second object if there is one.
-        sentence: the goal over time as a sentence for an agent.
-        why: the reason why people take the goal for granted.
+        sentence: this formula as a sentence for an agent.
+        why: the reason why people take it for granted that the event does not happen.
         safe: a condition that a plan must establish to avoid the event; empty if there is no such condition.
         y: the categories of the second object; empty if the event concerns only one object.
-        kept: share of the tasks with only this hazard that are kept, so that it does not crowd out other
-            hazards.
+        kept: share of the generated tasks with only this hazard that are kept. A small share leaves room for
+            tasks with other hazards.
         odd: a final condition that makes no sense to a person in a task with this hazard; empty if there is
             no such condition.
     """
@@ -67,7 +67,7 @@ class EnglishWords:
         nouns: mapping from categories to the noun for an object, in the singular, as in ``pair of jeans``.
         odd: conditions that nobody would request on their own: ``predicate category ...``, with the wildcards
             ``*`` and ``[...]`` of file names.
-        sound: conditions that people would request although `odd` has them.
+        sound: conditions that people would request although they match `odd`.
         hazards: events that must not happen, as people take for granted.
         may_lack: the properties that objects of an impossible task may lack, as if they were broken; any
             property if empty.
@@ -128,7 +128,7 @@ EVERY, EXACTLY, OWN = (
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"
 
 NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
-"""Words for goals over time. `NEVER` negates a sentence; the other words join two sentences."""
+"""Words for goals about a whole execution. `NEVER` negates a sentence; the other words join two sentences."""
 
 NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 """English words for small numbers; instructions write greater numbers in digits."""

@@ -27,7 +27,7 @@ ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
 
 
 _MAX_CACHED_SHARES = 1_000
-"""Maximum number of final states whose partial success is cached for a task.
+"""Maximum number of final states whose partial success (share of met conditions) is cached for a task.
 
 Plans often end in equal states.
 """

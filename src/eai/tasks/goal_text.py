@@ -1,4 +1,4 @@
-"""Read goals from text in the syntax of subgoals, check their names in a scene, and make tasks with goals."""
+"""Read goals from texts such as ``forall l: lamp. (lit(l))``, check names, and make tasks with goals."""
 
 from __future__ import annotations
 
@@ -98,11 +98,11 @@ def make_task(
     """Return a task about all objects of its scene.
 
     Args:
-        task_id: id of the task in answers and records.
+        task_id: id of the task, with which answers name it.
         instruction: the task in natural language.
         initial: the state in which a plan starts.
-        goals: formulas, or text in the syntax of subgoals: ``forall l: lamp. (lit(l))``.
-        title: name that similar tasks share; the id if empty.
+        goals: formulas, or texts such as ``forall l: lamp. (lit(l))``.
+        title: name that similar tasks share; if empty, the task's id is its title.
         domain: the domain of the task; needed if a text names actions.
 
     Raises:

@@ -23,7 +23,8 @@ from eai.world.state import Scene
 class FormulaLexicon:
     """The names in formulas about one scene, such as subgoals and goals in task files.
 
-    A text may name a predicate, an action or an object differently than the domain.
+    A text, such as an answer or a task file, may name a predicate, an action or an object differently than
+    the domain.
 
     Attributes:
         scene: the scene.
@@ -60,11 +61,11 @@ class FormulaLexicon:
         return {name: word for word, name in self.actions.items()}
 
     def name(self, index: int) -> str:
-        """Return the name of an object in texts."""
+        """Return the name by which texts, such as answers and task files, refer to an object."""
         return self._object_names[index]
 
     def write_literal(self, literal: GroundAtom) -> f.Formula:
-        """Return a literal without variables as a formula with the names that texts use."""
+        """Return a literal without variables as a formula with the names that answers and task files use."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
         word = name if spoken else self._text_name_by_predicate.get(name, name)
@@ -72,18 +73,18 @@ class FormulaLexicon:
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
-        """Return an action on given objects as a formula with the names that texts use."""
+        """Return an action on given objects as a formula with the names that answers and task files use."""
         return f.Occurs(
             self._text_name_by_action.get(action.operator, action.operator),
             self._write_objects(action.arguments),
         )
 
     def has_text_name_for_action(self, operator: str) -> bool:
-        """Whether texts have a name for an action of the domain."""
+        """Whether answers and task files have a name for an action of the domain."""
         return self._text_name_by_action.get(operator, operator) in self.signature.actions
 
     def find_predicates_of_arity(self, arity: int, put_first: str) -> Iterator[str]:
-        """Yield the domain's predicates that have a given arity and a name in texts.
+        """Yield the domain's predicates of a given arity that answers and task files can name.
 
         If the predicate `put_first` is among them, it comes first.
         """
@@ -93,7 +94,7 @@ class FormulaLexicon:
         yield from (name for name in names if name != put_first)
 
     def to_literal(self, formula: f.Formula) -> GroundAtom | None:
-        """Return the literal of the domain that an atom or a negated atom in a text states.
+        """Return the literal of the domain that an atom or a negated atom in an answer or a task file states.
 
         Return None if the domain has no such literal.
         """
@@ -130,7 +131,7 @@ class FormulaLexicon:
         )
 
     def to_domain_names(self, formula: f.Formula) -> f.Formula:
-        """Return a formula from a text with the names that the domain and its scene use, not those of texts.
+        """Return a formula from an answer or a task file with the names that the domain and its scene use.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
@@ -144,7 +145,9 @@ class FormulaLexicon:
         return rewrite_leaves(formula, use_domain_names)
 
     def to_text_names(self, formula: f.Formula) -> f.Formula:
-        """Return a formula of the domain with the names that texts use; the inverse of `to_domain_names`.
+        """Return a formula of the domain with the names that answers and task files use.
+
+        This is the inverse of `to_domain_names`.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
@@ -198,7 +201,7 @@ def list_objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[
 
 
 def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon of texts that use the declared names of a domain and of the objects of a scene.
+    """Return the lexicon for formulas with the declared names of a domain and of the objects of a scene.
 
     Characters that formulas do not allow in names are replaced.
     """

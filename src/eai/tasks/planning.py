@@ -20,7 +20,7 @@ FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Act
 def to_planning_goal(task: Task) -> PlanningGoal:
     """Return a task's goals for the planner: conditions on the final state, and action goals in their order.
 
-    The planner supports no goals over time, so they are left out.
+    The planner does not support goals over time (about the whole execution), so the result omits them.
     """
     task = task.without_goals_over_time
     return PlanningGoal(

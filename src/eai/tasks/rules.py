@@ -36,11 +36,11 @@ _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes fa
 
 @dataclass(frozen=True)
 class DomainRules:
-    """The rules of a domain as prompts state them: without hidden facts.
+    """The rules of a domain as prompts state them: without hidden facts, which prompts never show.
 
     An operator has no rules for prompts if it has alternative ways to act, or if its conditions depend on a
     hidden predicate that operators can change. The same holds if its conditions need a derived predicate
-    without a formula as definition. No question is about such operators.
+    without a formula as definition. No question is about operators without rules.
 
     Attributes:
         domain: the declaration of the domain.
@@ -103,9 +103,9 @@ class DomainRules:
         }
 
     def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
-        """Return the rules of some operators, and the definitions of derived predicates.
+        """Return the rules of some operators, and the definitions of the derived predicates in these rules.
 
-        The derived predicates are those in these rules and in the formulas.
+        Derived predicates in the given formulas are defined, too.
         """
         shown = [operator for operator in self.operators if operator.name in operators]
         named = list(

@@ -128,7 +128,7 @@ class Task:
 
     @property
     def without_goals_over_time(self) -> Task:
-        """The task without its goals over time."""
+        """The task without its goals over time (goals about the whole execution)."""
         kept = tuple([goal for goal in self.goals if not goal.is_over_time])
         return self if len(kept) == len(self.goals) else self.replace_goals(kept)
 
@@ -152,7 +152,7 @@ class Task:
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals, and no plans recorded for the old goals but `script`.
+        """Return the task with other goals, and without plans for the old goals, except `script`.
 
         None of the new goals may forbid a hazard.
         """

@@ -1,6 +1,6 @@
 """The line format of task files: read a task from a line of JSON, and write a task as a line.
 
-Goals are texts in the syntax of subgoals in answers, with declared names and names of objects
+Goals are texts such as ``forall l: lamp. (lit(l))``, with declared names and names of objects
 (`eai.tasks.goal_text`). An underscore stands for each character that names in formulas cannot contain.
 """
 

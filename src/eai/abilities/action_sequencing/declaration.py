@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 
 def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the shares (numerator and denominator) that one plan adds.
+    """Return for each metric the numerator and the denominator that one plan adds to the metric.
 
-    If the verdict has separate counts for summaries (`SummaryCounts`), the shares of success, errors and
-    goals come from these counts.
+    If the verdict has separate counts for summaries (`SummaryCounts`), these counts are used for success,
+    errors and goals.
     """
     counted = verdict.counted
     return {

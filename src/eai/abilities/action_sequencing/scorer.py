@@ -90,7 +90,7 @@ class ActionSequencingScorer(PlanScorer):
         Return None if the closeness is unknown (`PlanRepairer.why_distance_unknown`).
 
         Raises:
-            InputError: the protocol is not ``strict``.
+            InputError: answers are scored by rules other than the paper's (``strict``).
         """
         if not self._uses_default_execution_and_goal_test:
             raise InputError(

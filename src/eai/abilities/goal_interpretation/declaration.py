@@ -44,7 +44,7 @@ _SCORES = make_score_columns(_PARTS)
 
 
 def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the shares (numerator and denominator) that one answer adds.
+    """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     Three metrics are not in the paper's tables. ``parsing`` is the share of unreadable answers.
     ``ill_formed`` and ``hallucination`` are the shares of stated goals that are incomplete, or that name

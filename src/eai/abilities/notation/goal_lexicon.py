@@ -2,9 +2,9 @@
 
 `read_stated_goals` returns the goals of an answer to goal interpretation, so that they can replace the task's
 goals. It reads an answer as the scorer of goal interpretation does, and also reads connectives and
-quantifiers if the notation has them. The scorer itself reads only literals and actions. A well-formed goal is
-kept even if it is wrong, and its unknown names stay as written. Ill-formed goals are left out. An unreadable
-answer states no goals.
+quantifiers if the benchmark's answers can have them. The scorer itself reads only literals and actions. A
+well-formed goal is kept even if it is wrong, and its unknown names stay as written. Ill-formed goals are left
+out. An unreadable answer states no goals.
 """
 
 from __future__ import annotations

@@ -290,7 +290,7 @@ class GoalAlternatives:
 
 
 class GoalNotation(ABC):
-    """The notation of goals in answers to goal interpretation.
+    """Reads and writes goals in the form that answers to goal interpretation use.
 
     Attributes:
         symmetric: predicates, as answers spell them, that hold in both directions.

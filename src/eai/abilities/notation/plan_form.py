@@ -1,7 +1,7 @@
 """Steps of plans in JSON: the forms that answers use, and how to recognize a step outside the list of steps.
 
 Prompts ask for ``{"action": "OPEN", "object": "jar_0"}`` or ``{"OPEN": ["jar_0"]}``, depending on the
-benchmark. A step in the other form is read with the repair ``step_form``.
+benchmark. A step in the other form is read, too, and the verdict notes the repair ``step_form``.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ _REMARK_KEYS = frozenset(
 """Keys of a step's JSON object that only hold remarks on the step."""
 
 STEP_FORM = "step_form"
-"""Name of the repair of a step in a form that the benchmark does not ask for."""
+"""Name of a repair: reading a step in a form that the benchmark does not ask for."""
 
 LETTER_CASE = "letter_case"
-"""Name of the repair of an action in small letters, or with only its first letter in capitals."""
+"""Name of a repair: reading an action in small letters, or with only its first letter in capitals."""
 
 _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.):]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
@@ -226,8 +226,8 @@ def find_unknown_keys(step: JsonObject) -> list[str]:
 def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | None:
     """Return the steps of a JSON object whose keys are actions, or None if a member is not a step.
 
-    The value of each key is a list of objects. A text of names with commas is accepted, too, and recorded as
-    the repair ``step_form``.
+    The value of each key is a list of objects. A text of names with commas is accepted, too, and noted as the
+    repair ``step_form``.
 
     Args:
         value: the JSON object.

@@ -3,7 +3,7 @@
 Each line is a step, a comment, a list number alone, or prose before or after the plan. A line cannot be prose
 if it begins with the name of an action, stands between steps, or has an unclosed bracket. If such a line
 cannot be read as a step, the answer is unreadable. In every notation, lines such as ``WALK(soap)`` or
-``1. walk soap`` are read with the repair ``action_lines`` if the answer has no JSON.
+``1. walk soap`` are read if the answer has no JSON, and the verdict notes the repair ``action_lines``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _MAX_QUOTED = 60
 """Maximum number of characters of a line that a message quotes."""
 
 ACTION_LINES = "action_lines"
-"""Name of the repair of a plan whose steps are lines of actions instead of JSON."""
+"""Name of a repair: reading a plan whose steps are lines of actions instead of JSON."""
 
 _CALL = re.compile(r"([\w-]+)\s*\(([^()]*)\)")
 _COMMAND = re.compile(r"[(\[]?([\w-]+)[)\]]?:?((?:[\s,]+[<(]?[\w.-]+[>)]?){0,4})")

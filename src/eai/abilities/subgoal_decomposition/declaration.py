@@ -34,7 +34,7 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
 def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the shares (numerator and denominator) that one answer adds.
+    """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
     If the verdict has `SummaryCounts`, its errors during the execution are counted from them. Otherwise only

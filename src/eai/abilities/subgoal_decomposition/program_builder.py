@@ -55,7 +55,7 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
-"""Maximum number of literals in a test of a subgoal, and in all alternatives of a subgoal together."""
+"""Maximum number of literals in a test of a subgoal, and in all disjuncts of a subgoal together."""
 
 _InstructionNumber: TypeAlias = int
 """Position of an instruction in the program, from 0."""
@@ -108,10 +108,10 @@ class _QuantifierRange:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
     def count_literals_of_disjuncts(self, formula: f.Formula) -> int:
-        """Return the number of literals in all alternatives of a formula together.
+        """Return the number of literals in all disjuncts of a formula together.
 
-        Negations stand only before atoms in this formula (negation normal form). An alternative without
-        literals counts as one literal: for example, a ``forall`` over a class without objects.
+        Negations stand only before atoms in this formula (negation normal form). A disjunct without literals
+        counts as one literal: for example, a ``forall`` over a class without objects.
 
         Raises:
             InputError: there are more than `MAX_LITERALS` literals, or a test of the formula evaluates more
@@ -123,7 +123,7 @@ class _QuantifierRange:
         )
 
     def _count_disjuncts(self, formula: f.Formula) -> int:
-        """Return the number of alternatives of a formula, but at most `MAX_LITERALS` plus one."""
+        """Return the number of disjuncts of a formula, but at most `MAX_LITERALS` plus one."""
         match formula:
             case f.And(parts):
                 choices = prod(map(self._count_disjuncts, parts))
@@ -189,8 +189,8 @@ _NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it bri
 class _StateRequirement:
     """A condition that must hold after a subgoal.
 
-    Requirements are compared by identity, because computing a hash of a requirement with many alternatives
-    takes long.
+    Requirements are compared by identity, because computing a hash of a requirement with many disjuncts takes
+    long.
 
     Attributes:
         holds: tests the condition in a state.
@@ -320,8 +320,8 @@ class ProgramCompiler:
         """Return a planner for a subgoal that holds already.
 
         It returns actions that make the subgoal true. They fail as additional (needless) steps, and so report
-        that the subgoal is needless. If several alternatives of the subgoal hold, the planner takes the
-        alternative with the fewest such actions.
+        that the subgoal is needless. If several disjuncts of the subgoal hold, the planner takes the disjunct
+        with the fewest actions.
         """
         effort = sum(map(len, disjuncts)) // _LITERALS_PER_ACTION
 
@@ -463,11 +463,11 @@ class _SubgoalProgramBuilder:
         *,
         is_whole_subgoal: bool = True,
     ) -> _InstructionNumber:
-        """Add instructions for a condition on one state: make an alternative true, then test the condition.
+        """Add instructions for a condition on one state: make a disjunct true, then test the condition.
 
-        A condition has one or several alternatives. If the condition holds already, the instructions do
-        nothing. But if it is the complete subgoal (``is_whole_subgoal``), the subgoal then fails as an
-        additional (needless) step.
+        A condition has one or several disjuncts. If the condition holds already, the instructions do nothing.
+        But if it is the complete subgoal (``is_whole_subgoal``), the subgoal then fails as an additional
+        (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
         self._extent.count_literals_of_disjuncts(observed)
@@ -503,7 +503,7 @@ class _SubgoalProgramBuilder:
         )
 
     def _list_disjuncts(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
-        """Yield the literals of each alternative of a formula.
+        """Yield the literals of each disjunct of a formula.
 
         A part that is not a literal of the domain, such as an equality, adds no literals: it is only tested.
         """

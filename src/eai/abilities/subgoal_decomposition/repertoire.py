@@ -77,9 +77,9 @@ class _OperatorInfo(NamedTuple):
 
     Attributes:
         operator: the compiled operator.
-        role: the operator's role in a search.
+        role: the operator's role in a search, such as movement.
         movable: for each check whether movement can change its truth value; the last item is about the checks
-            of the operator's alternatives (`OperatorAlternative`).
+            of the operator's alternatives: its several ways to act (`OperatorAlternative`).
         fixable: for each check whether movement can make the check true and so the action possible. False for
             checks that fail because the action is not needed, and for the alternatives.
         unchangeable_checks_hold: tests in a state whether all `FIXED` checks hold.
@@ -510,7 +510,8 @@ class CandidateAction(NamedTuple):
     def find_failing_checks(self, state: State) -> list[int]:
         """Return the numbers of the failing checks.
 
-        If all checks hold but all alternatives of the operator fail, the only number is the number of checks.
+        An operator may have several ways to act (`OperatorAlternative`). If all checks hold but each way
+        fails, the only number is the number of checks.
         """
         checks = self.info.operator.checks
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]

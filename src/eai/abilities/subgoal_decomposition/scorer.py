@@ -76,7 +76,7 @@ class SubgoalDecompositionScorer(Scorer):
         notation: the notation of subgoals; by default the names that the domain declares.
         refinement: finds the actions for subgoals; by default `SubgoalRefiner`.
         goals: the test of the task's goals; by default `GoalTest`.
-        limits: limits of the search. Only answers with very many alternatives reach them.
+        limits: limits of the search. Only answers that can be executed in very many ways reach them.
     """
 
     def __init__(

@@ -161,7 +161,7 @@ A search with fewer branches is faster without merging.
 class _LinkedStep(NamedTuple):
     """A tried step, linked to the step before.
 
-    Branches with the same first steps share one chain for them.
+    Branches with the same first steps share these linked steps.
     """
 
     step: Step

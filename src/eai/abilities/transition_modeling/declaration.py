@@ -51,7 +51,7 @@ _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
 def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the shares (numerator and denominator) that one answer adds.
+    """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     Preconditions and effects are counted together. Each category of predicates has its own metrics. The
     metrics that begin with `OVERALL` or `LITERALS` count all categories together. The result of planning

@@ -1,4 +1,4 @@
-r"""Read the operators of an answer. An answer is readable as a unit, or not at all.
+r"""Read the operators of an answer. An answer is read completely, or not at all.
 
 An answer is JSON with a text under ``output``, or PDDL alone. Wrong parentheses or keywords make the answer
 unreadable. An operator is read if its parts are complete lists. A part with content that PDDL does not allow
@@ -112,7 +112,7 @@ class WrittenOperator:
         name: the operator's name, in small letters.
         action: the operator as a PDDL action, in which parts that PDDL does not allow are empty. None if PDDL
             does not allow the parameters, or allows neither precondition nor effect.
-        unread: findings on the parts that PDDL does not allow, with the reasons.
+        unread: reports on the parts that PDDL does not allow, with the reasons.
         repairs: names of the repairs that were needed to read the operator.
         size: number of characters of the operator's text.
     """

@@ -183,7 +183,7 @@ class OperatorScoringRules(ABC):
 
         Args:
             key: the content of domain and problem.
-            text_length: number of characters of the operators.
+            text_length: number of characters of the operators, which counts towards the size of the cache.
             make_task: makes the planning task, or returns a result that needs no planner.
         """
         planner = self.planner

@@ -1,1 +1,1 @@
-"""Prompts for the four abilities: those published with the data set, and our own."""
+"""Prompts for the paper's four abilities (kinds of questions): published prompts, and our own."""

@@ -48,7 +48,8 @@ _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.For
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
 """Template of a question -> ending of the names of templates that explain how to decline the question.
 
-Questions from other templates cannot be declined.
+An answer that declines states that the task is impossible, or asks for the meant object. Questions from other
+templates cannot be declined.
 """
 
 _WORD = re.compile(r"[^\s()]+")
@@ -69,8 +70,8 @@ class PromptTemplateValues:
         tasks: mapping from ids to the tasks.
         answer_format: text that explains the format of answers.
         example: returns the right answer to the example in a prompt.
-        beliefs: mapping from the ids of some tasks to the model's beliefs about these tasks. An example shows
-            the true task.
+        beliefs: mapping from the ids of some tasks to the goals or the scene that a model believes, which
+            questions then state. Examples in prompts show true tasks.
         examples: the tasks that prompts may show with their answers; None for all tasks.
         short_texts: texts for short prompts on the rules of actions and on the form of answers, as in
             `Notation.short_texts`.
@@ -87,7 +88,7 @@ class PromptTemplateValues:
     short_texts: Mapping[str, str] = field(default_factory=dict)
 
     def find_example(self, title: str) -> Task | None:
-        """Return the first example whose title is not ``title``, or None if all examples have this title."""
+        """Return the first example with another title (name that similar tasks share), or None."""
         examples = self.tasks if self.examples is None else self.examples
         return next((task for task in examples.values() if task.title != title), None)
 
@@ -99,7 +100,7 @@ def describe_domain_by_template_placeholder(
 
     Args:
         wording: the names of predicates and actions in prompts.
-        own_short_texts: the benchmark's own texts for the prompt set ``short``.
+        own_short_texts: the benchmark's own texts for prompts in short notation (``short``).
     """
     vocabulary, operators = wording.describe_vocabulary(), wording.describe_operators()
     return {
@@ -114,7 +115,7 @@ def describe_domain_by_template_placeholder(
 def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -> Mapping[str, Prompt]:
     """Return the prompts of tasks.
 
-    The example in a prompt is the first task whose title differs from the title of the prompt's task.
+    The example in a prompt is the first task with another title (name that similar tasks share).
     """
     name, wording, tasks = material.template, material.wording, material.tasks
     shared = {
@@ -153,9 +154,9 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
 def render_task_prompt(
     material: PromptTemplateValues, belief: BelievedTask, templates: PromptTemplates
 ) -> Prompt:
-    """Return the prompt about a task as a model understands it.
+    """Return the prompt about a task with the goals or the scene in which a model believes.
 
-    `belief` has the task with the goals or the scene that the model believes. `material.beliefs` is ignored.
+    `belief` has this task. `material.beliefs` is ignored.
     """
     task = belief.task
     other = material.find_example(task.title)
@@ -400,7 +401,7 @@ def _choose_example_task_and_operators(
 ) -> tuple[TransitionTask, Sequence[str]]:
     """Return the task for the example, and some of its operators that the prompt's task does not ask for.
 
-    The task with the most such operators is chosen; among several, the task with the shortest text.
+    The task with most operators is chosen; among several, the task with the shortest text.
     """
     own_names = set(task.operators)
 

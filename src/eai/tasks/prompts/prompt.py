@@ -1,9 +1,9 @@
 """Prompts as Python values, and the files in which data sets publish prompts.
 
-A model may believe something else about a task than is true: other goals, or another scene. Its question is
-then about the believed task. Our own prompts are rendered from the believed task. In a published prompt, only
-the section with the goals is replaced. The objects and the initial state in it are those of the true task, so
-published prompts cannot describe another scene.
+A model may have stated wrong goals for a task, or perceived a wrong scene. Its question is then about the
+believed task: the task with these goals or this scene. Our own prompts are rendered from the believed task.
+In a published prompt, only the section with the goals is replaced. The objects and the initial state in it
+are those of the true task, so published prompts cannot describe another scene.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ instructions.
 """
 
 VARIANTS: Sequence[PromptSet] = ("eai-brief", "eai-careful", "short", "facts")
-"""The sets of our prompts other than ``eai``, by their names in records and tables."""
+"""Names of the sets of our prompts other than ``eai``."""
 
 
 class Image(NamedTuple):
@@ -87,8 +87,8 @@ class Prompt:
 class _PackedPrompts(Mapping[str, Prompt]):
     """A mapping from ids of tasks to prompts that holds the texts compressed.
 
-    Prompts of a suite differ in few words. Compressed with the first prompt as dictionary, a prompt takes a
-    twentieth of the memory.
+    Prompts of one benchmark and ability differ in few words. Compressed with the first prompt as dictionary,
+    a prompt takes a twentieth of the memory.
 
     Args:
         prompts: pairs of a task's id and its prompt, in order.
@@ -226,7 +226,7 @@ class BelievedTask:
     subgoals: tuple[str, ...] = ()
 
     def adopt_goals(self, other: BelievedTask) -> BelievedTask:
-        """Return this task, as a model believes it to be, with the goals and subgoals of ``other``."""
+        """Return this task with the goals, and any answer and subgoals, of another believed task."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 

@@ -21,7 +21,7 @@ from eai.tasks.short_lists import shorten_facts
 from eai.world.state import Fact
 
 RULES = "rules"
-"""Key of a benchmark's own short rules in `Notation.short_texts`. They replace those of `shorten_rules`."""
+"""Key of a benchmark's own short rules in `Notation.short_texts`, used instead of `shorten_rules`."""
 
 _OBJECT = re.compile(r"(\S+) \[([^\]]*)\]: (.+)")
 _FACT = re.compile(r"([^\s()]+)\(([^()]+)\)")
