@@ -61,7 +61,7 @@ The function can be pickled.
 """
 
 OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
-"""Opens the demonstrations in an archive as tasks.
+"""Opens the demonstrations (plans that people wrote) in an archive as tasks.
 
 Raises DataError if the archive is absent or damaged.
 """
@@ -70,7 +70,10 @@ ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
 """Returns the text of a PDDL problem for a task. The goals of the problem are the given ground conditions."""
 
 PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
-"""Returns the published prompts of an ability. Raises DataError if the prompts cannot be obtained."""
+"""Returns the data set's prompts for an ability, such as action sequencing.
+
+Raises DataError if the prompts cannot be obtained.
+"""
 
 OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns a mapping from labels to figures of a data set. A figure is a number and a note on its meaning."""
@@ -98,13 +101,14 @@ class DataSet:
         only_by_name: ability -> reason why commands leave the ability out unless the user names it.
         own_figures: counts further figures for `eai data stats`, which cannot be computed from the tasks.
         open_public: opens the tasks with published right answers; by default all tasks of the benchmark.
-        open_demonstrations: opens demonstrations in an archive; None if the benchmark reads no such archive.
+        open_demonstrations: opens demonstrations (plans that people wrote) in an archive; None if the
+            benchmark reads no such archive.
         problem_of: returns a problem of the published planning domain, with ground goals of a task as its
             goals; None if problems are exported from the domain's declaration.
         open_bddl: opens the objects and predicates for reading BDDL problems; by default those of the domain.
         planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
-        labels: goal predicate or action -> labels of tasks with such a goal, separated by spaces
-            (`eai.benchmarks.labels`). A key may add a word of the first argument's category, as in
+        labels: goal predicate or action -> labels of tasks with such a goal, such as ``transport``, separated
+            by spaces (`eai.benchmarks.labels`). A key may add a word of the first argument's category, as in
             ``real half``. It then replaces the labels of the key without the word.
     """
 
@@ -130,7 +134,7 @@ class Benchmark:
     """A domain with its tasks, a notation of answers, and published data.
 
     Attributes:
-        name: name of the benchmark in records of results.
+        name: name of the benchmark in stored verdicts.
         domain: the domain as the paper means it.
         open_tasks: opens the tasks. `eai.tasks.source.given` makes this function for tasks declared in a
             program.

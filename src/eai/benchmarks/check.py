@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorVerdict
 
 _EXECUTED_ABILITIES = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
-"""Abilities whose gold answers are checked by executing them, or by giving them to a planner."""
+"""Abilities whose gold (right) answers are checked by executing them, or by giving them to a planner."""
 
 MAX_CHECKED_INITIAL_STATES = 5
 """Maximum number of initial states from which random actions test the domain's declaration."""

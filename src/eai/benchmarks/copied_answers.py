@@ -3,7 +3,7 @@
 A sound metric gives no points to `eai/copy` and `eai/empty`. The model `eai/copy` uses only the question (its
 goals, its instruction, the names of its operators), never a right answer. The model `eai/lookup` takes the
 answer to the most similar other public task, and renames the objects. Anybody who has the public answers can
-do this without deciding anything.
+do this without understanding a task.
 """
 
 from __future__ import annotations
@@ -332,7 +332,7 @@ _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITI
 def open_answers_of_similar_tasks(
     benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
 ) -> AnswersByTask:
-    """Return answers that the model `eai/lookup` takes from the most similar public task.
+    """Return answers that the model `eai/lookup` takes from the most similar task with a published answer.
 
     Plans and subgoals are taken from the other task with the most similar goals. Goals are taken from the
     other task whose instruction has most words in common. An operator is taken from any other task that needs

@@ -129,7 +129,7 @@ class Errata:
     def find_errata_of_task(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """Return the version of the table, and ids of the errata that can change verdicts on a task.
 
-        Records of results store this value. Returns None if there is no table of errata.
+        Stored verdicts contain this value. Returns None if there is no table of errata.
         """
         return (
             ErrataUse(self.version, self._verdict_changing_ids.get((ability, task_id), ()))

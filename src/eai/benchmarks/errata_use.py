@@ -1,6 +1,6 @@
-"""The errata (known errors in published data) that can change a verdict, as records of results store them.
+"""The errata (known errors in published data) that can change a verdict, as stored with the verdict.
 
-This module is separate so that reading records does not load the table of errata.
+This module is separate so that reading stored verdicts does not load the table of errata.
 """
 
 from __future__ import annotations

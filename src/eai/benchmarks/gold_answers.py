@@ -56,8 +56,8 @@ def make_answer_heeding_feedback(
     """Return the answer of a built-in model that makes random errors, and repairs an error that is named.
 
     If the question contains the model's last answer, followed by the reason for its failure, the model
-    repairs the first wrong part of that answer with probability ``heed``. Otherwise the model repeats its
-    answer.
+    repairs the first wrong part (such as a step) of that answer with probability ``heed``. Otherwise the
+    model repeats its answer.
     """
     versions = list(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
@@ -71,7 +71,7 @@ def make_answer_heeding_feedback(
 def yield_corrupted_then_repaired_answers(
     answers: AnswersByTask, task_id: str, rate: float, seed: str
 ) -> Iterator[WrittenAnswer]:
-    """Yield a corrupted answer, then versions of this answer with 1, 2, ... repaired parts.
+    """Yield a corrupted answer, then versions of this answer with 1, 2, ... repaired parts, such as steps.
 
     The last version is the gold answer.
     """
@@ -145,7 +145,8 @@ def make_answers_by_task(
 ) -> AnswersByTask:
     """Return a mapping from task id to answer.
 
-    The function `make_parts` makes the parts of an answer, which are joined as the ability requires.
+    The function `make_parts` makes the parts of an answer, such as steps, which are joined as the ability
+    requires.
     """
     tasks, join = benchmark.tasks_for(ability, source), get_part_joiner(benchmark, ability)
     return TaskSet(
@@ -157,9 +158,9 @@ def make_answers_by_task(
 
 
 def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
-    """Return the function that joins parts to an answer.
+    """Return the function that joins the parts of an answer (goals, subgoals, steps or operators) to a text.
 
-    If an ability has no notation, its answers have one part.
+    Answers to other abilities have only one part.
     """
     match ability:
         case Ability.GOAL_INTERPRETATION:

@@ -1,8 +1,9 @@
 """Derive labels of tasks from goals, so that results of different suites can be compared by kind of task.
 
-The labels, and the rules for BEHAVIOR-1K, are those of EAI v2's taxonomy (version 7). One rule differs: a
-goal that an object be made counts as cutting only if the object is a half or diced. The rules for other
-benchmarks are ours. For example, a goal about the place of VirtualHome's agent moves no object.
+The labels (such as ``transport``), and the rules for BEHAVIOR-1K, are those of EAI v2's taxonomy (version 7).
+One rule differs: a goal that an object be made counts as cutting only if the object is a half or diced. The
+rules for other benchmarks are ours. For example, a goal about the place of VirtualHome's agent moves no
+object.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ def derive_labels(task: Task, goal_labels: Mapping[str, str]) -> tuple[str, ...]
 
     Args:
         task: the task.
-        goal_labels: labels of goal predicates and actions (`eai.benchmarks.benchmark.DataSet`).
+        goal_labels: goal predicate or action -> labels (field `labels` of
+            `eai.benchmarks.benchmark.DataSet`).
     """
     labels = {label for goal_key in _list_goal_keys(task) for label in _find_labels(goal_key, goal_labels)}
     parts = [part for goal in task.goals for part in walk_subformulas(goal.formula)]

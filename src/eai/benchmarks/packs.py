@@ -1,4 +1,4 @@
-"""Fetch, convert, check and open packs. A pack is a file of the data store, made from published archives.
+"""Fetch, convert, check and open packs. A pack is an installed data package, made from published archives.
 
 Opening an absent pack fetches it first. A distribution registers the packs of a benchmark by an entry point
 of the group ``eai.packs``: a sequence of `DataPack`, under the benchmark's name. Several benchmarks may
@@ -23,7 +23,7 @@ from eai.benchmarks.registry import PAPER_BENCHMARKS, list_paper_benchmarks
 from eai.tasks.source import DataMistake, Source
 
 GROUP = "eai.packs"
-"""Group of the entry points by which benchmarks register their packs (data files in the store)."""
+"""Group of the entry points by which benchmarks register their packs (data packages)."""
 
 
 def _find_no_problems(store: Store) -> Iterable[str]:
@@ -37,8 +37,8 @@ class DataPack:
     Attributes:
         name: name of the pack in `Store.open`.
         archives: archives from which the pack is made.
-        convert: function from the files of the archives to the members of the pack: content by name. It
-            reports progress, and raises DataError. Equal archives give equal bytes.
+        convert: function from the files of the archives to the files in the pack: content by name. It reports
+            progress, and raises DataError. Equal archives give equal bytes.
         check: yields the problems of the pack's content. It is called when all packs can be read.
     """
 
@@ -58,7 +58,7 @@ class DataPack:
 
 @dataclass(frozen=True, slots=True)
 class _DataPackStatus:
-    """The status of one pack, which `eai data info` prints.
+    """The status of one pack (data package), which `eai data info` prints.
 
     Attributes:
         pack: name of the pack.
@@ -76,7 +76,7 @@ class _DataPackStatus:
 
 
 def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[DataPack, ...]:
-    """Return the registered packs (data files) of some benchmarks, or of all benchmarks for None.
+    """Return the registered packs (data packages) of some benchmarks, or of all benchmarks for None.
 
     A pack that several benchmarks share is listed once.
     """
@@ -92,7 +92,7 @@ def _get_entry_points() -> Mapping[str, EntryPoint]:
 def open_pack(
     name: str, source: Source | None = None, *, packs: Sequence[DataPack] | None = None
 ) -> PackFile:
-    """Open a pack (data file) by name. If it is absent, download its archives and make it.
+    """Open a pack (data package) by name. If it is absent, download its archives and make it.
 
     Other absent packs that can be made from these archives are made too.
 
@@ -122,7 +122,7 @@ def fetch_packs(
     force: bool = False,
     report: ReportProgress = ignore_progress,
 ) -> tuple[str, ...]:
-    """Make packs in the store. If two processes do so, the second waits and uses the packs of the first.
+    """Make packs (data packages) in the store. A second process waits, and uses the packs of the first.
 
     Args:
         store: the folder of packs; the user's default store if None.
@@ -163,12 +163,12 @@ def fetch_packs(
 
 
 def get_pack_statuses(store: Store, *, packs: Sequence[DataPack]) -> tuple[_DataPackStatus, ...]:
-    """Return the status of each pack (data file). Absent or damaged packs raise no error."""
+    """Return the status of each pack (data package). Absent or damaged packs raise no error."""
     return tuple(_get_status(store, pack) for pack in packs)
 
 
 def is_stored(store: Store, benchmark: str) -> bool:
-    """Whether a store has the packs (data files) of a benchmark, so that its tasks open without a download.
+    """Whether a store has a benchmark's packs (data packages), so that its tasks open without a download.
 
     A benchmark without own packs uses the packs of another benchmark. Its own name begins with the name of
     that benchmark; the longest such name counts.
@@ -179,7 +179,7 @@ def is_stored(store: Store, benchmark: str) -> bool:
 
 
 def validate_packs(store: Store, packs: Sequence[DataPack] | None = None) -> tuple[DataMistake, ...]:
-    """Return the problems of the packs in a store. No archive is downloaded.
+    """Return the problems of the packs (data packages) in a store. No archive is downloaded.
 
     Args:
         store: the folder of packs.
@@ -223,7 +223,7 @@ def _get_status(store: Store, pack: DataPack) -> _DataPackStatus:
 
 
 def _find_missing_packs(store: Store, packs: Sequence[DataPack]) -> list[DataPack]:
-    """Return the packs (data files) that are absent, unreadable or not made from the expected archives."""
+    """Return the packs (data packages) that are absent, unreadable or not made from the expected archives."""
     statuses = [(pack, _get_status(store, pack)) for pack in packs]
     return [
         pack

@@ -141,7 +141,7 @@ class PromptLibrary:
         prompts: Mapping[str, Prompt],
         perceive: ScenePerception | None = None,
     ) -> QuestionWriter:
-        """Return the object that writes the questions of all attempts at a task.
+        """Return the object that writes the questions of a task: the first, and further ones after failures.
 
         The first question is given. After the world has changed, our prompts are rendered again. Published
         prompts and files of the user stay unchanged.
@@ -150,7 +150,8 @@ class PromptLibrary:
             benchmark: the benchmark.
             ability: the ability.
             prompts: the first question by task id.
-            perceive: function that perceives a changed scene.
+            perceive: function that simulates how a changed scene is perceived; None if questions describe the
+                true scene.
         """
         rendered = self.prompts != "official" or benchmark.data.prompts is None
         templates, restate = self.templates, None

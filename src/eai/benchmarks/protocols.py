@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ProtocolImplementation:
-    """Differences of a protocol from ``strict``: how answers are scored, and how published runs were made.
+    """A protocol (rules for scoring) as its differences from the protocol ``strict``, the paper's text.
 
     Attributes:
         open_suite: opens a suite whose answers are read, tested and counted as the protocol says. Raises
             InputError for a benchmark that the protocol does not score.
-        replanning: returns the options with which the paper's published program repeats failed plans. Its
-            arguments are the probability that an action fails, the seed of these failures, and the number
-            of attempts after the first (0 for that program's own number).
-        trial: executes a plan in the way of that program.
+        replanning: returns the options with which the paper's published program asks for further plans after
+            a failed plan. Arguments: the probability that an action fails at random, the seed of these
+            failures, and the number of further plans (0 for that program's own number).
+        trial: executes the plans for one task as that program does.
         judge_by_goals_in_prompt: returns the verdict on an answer, given the goals that its prompt stated in
             published runs.
-        count_errors_as_published: returns the verdicts on attempts with errors counted as in that program.
-            Its argument is the number of attempts after the first.
+        count_errors_as_published: returns the verdicts on all plans for one task, with errors counted as in
+            that program. Its arguments are the verdicts and the maximum number of plans after the first.
         adapt_suite_to_answers: returns a function that opens a suite for all answers of a model together;
             None if other answers do not influence how an answer is read.
     """
@@ -52,7 +52,7 @@ class ProtocolImplementation:
 
 @cache
 def find_implementation(name: str) -> ProtocolImplementation | None:
-    """Return the registered implementation of a protocol, or None if no protocol has this name.
+    """Return the registered implementation of a protocol (rules for scoring), or None for an unknown name.
 
     Raises:
         InputError: the registered value is not a `ProtocolImplementation`.
@@ -66,7 +66,7 @@ def find_implementation(name: str) -> ProtocolImplementation | None:
 
 
 def require_protocol_implementation(name: str) -> ProtocolImplementation:
-    """Return the implementation of a protocol that a published script uses, given the protocol's name.
+    """Return the implementation of the scoring rules (protocol) of this name, which a published script uses.
 
     Raises:
         InputError: no protocol has this name.
@@ -82,7 +82,7 @@ def require_protocol_implementation(name: str) -> ProtocolImplementation:
 def make_replanning_options_of_protocol(
     protocol: str, slip_probability: float, slip_seed: int, replans: int
 ) -> ReplanningOptions | None:
-    """Return a published script's options for replanning; None for an empty name.
+    """Return a published script's options for new plans after failures; None for an empty name.
 
     Raises:
         InputError: no script has this name.

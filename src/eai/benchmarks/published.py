@@ -25,7 +25,7 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
     """Return a function that reads a benchmark's official prompts. Stored prompts are read byte for byte.
 
     Args:
-        name: the benchmark's folder in the pack (data file) of prompts.
+        name: the benchmark's folder in the pack (data package) of prompts.
         rendered: ability -> renderer of prompts, for abilities for which the data set has only a template.
     """
 
@@ -77,7 +77,7 @@ def _build_transition_tasks(
     """Return the tasks of transition modeling in the published files.
 
     Args:
-        pack: the pack (data file) with the files.
+        pack: the pack (data package) with the files.
         domain_file: name of the file with types and predicates of the planning domain.
         translate_steps: translates the steps of a plan in the planning domain to household actions.
     """

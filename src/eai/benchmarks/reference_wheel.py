@@ -1,7 +1,7 @@
-"""Make data files of VirtualHome and BEHAVIOR from the wheel of the paper's package, and read its task ids.
+"""Make data packages of VirtualHome and BEHAVIOR from the paper's wheel, and read the wheel's task ids.
 
-A data file is called a pack. Most packs copy files of the wheel byte for byte, under our own file names
-(`packs.toml`).
+A data package, called a pack, is made from downloaded archives. Most packs copy files of the wheel byte for
+byte, under our own file names (`packs.toml`).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def _load_wheel_path_by_pack_and_file() -> Mapping[str, Mapping[str, str]]:
 
 
 def get_pack_files(pack: str) -> Mapping[str, str]:
-    """Return a mapping from the member files of a pack to their paths in the wheel."""
+    """Return a mapping from the files of a data package (pack) to their paths in the wheel."""
     return _load_wheel_path_by_pack_and_file()[pack]
 
 
@@ -83,7 +83,7 @@ def _extract_prompt_template(wheel: ArchiveFiles, report: ReportProgress) -> dic
 def _copy_pack_files_with_pddl_problems(
     pack: str, resource_folder: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
-    """Return the files of a pack by name. One JSON file has all PDDL problems of VirtualHome or BEHAVIOR."""
+    """Return the files of a data package by name. One JSON file has all PDDL problems of a benchmark."""
     folder = f"virtualhome_eval/resources/{resource_folder}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()
@@ -108,16 +108,16 @@ EAI_EVAL = PackageArchive(
 """The wheel of the paper's package. It has annotations, scene graphs and the official prompts."""
 
 RESOURCES = "virtualhome_resources"
-"""Name of the pack (data file) with VirtualHome's vocabularies, PDDL problems and operators."""
+"""Name of the data package (pack) with VirtualHome's vocabularies, PDDL problems and operators."""
 
 BEHAVIOR_PDDL = "behavior_pddl"
-"""Name of the pack (data file) with BEHAVIOR's PDDL problems and operators."""
+"""Name of the data package (pack) with BEHAVIOR's PDDL problems and operators."""
 
 PROMPTS = "prompts"
-"""Name of the pack (data file) with the official prompts of VirtualHome and BEHAVIOR."""
+"""Name of the data package (pack) with the official prompts of VirtualHome and BEHAVIOR."""
 
 TEMPLATES = "prompt_templates"
-"""Name of the pack (data file) with the official template of VirtualHome's goal interpretation prompts."""
+"""Name of the data package (pack) with the template of VirtualHome's goal interpretation prompts."""
 
 PUBLISHED = (
     DataPack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, RESOURCES, "virtualhome")),
@@ -127,4 +127,4 @@ PUBLISHED = (
     ),
     DataPack(TEMPLATES, (EAI_EVAL,), _extract_prompt_template),
 )
-"""Packs (data files) of VirtualHome and BEHAVIOR that are made from only the wheel of the paper's package."""
+"""Data packages (packs) of VirtualHome and BEHAVIOR that are made from only the paper's wheel."""

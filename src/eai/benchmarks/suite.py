@@ -1,4 +1,4 @@
-"""Suites: a suite has all tasks of a benchmark for an ability, and scores answers under a protocol."""
+"""Suites: a suite has all tasks of a benchmark for an ability, and scores answers by chosen rules."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from eai.world.fault import FaultKind
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Return the scorers of an ability's tasks under ``strict``, which the ability declares."""
+    """Return the scorers of an ability's tasks under the rules ``strict``, which the ability declares."""
     tasks = benchmark.tasks_for(ability, source)
     make = get_declaration(ability).interaction.scorers(benchmark.collect_domain_and_notation(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256, source.kept)
@@ -34,7 +34,7 @@ def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Task
 
 @dataclass(frozen=True)
 class Suite:
-    """The tasks of a benchmark for one ability, scored under one protocol.
+    """The tasks of a benchmark for one ability, such as action sequencing, and one set of scoring rules.
 
     Attributes:
         benchmark: the benchmark.
@@ -82,7 +82,7 @@ class Suite:
 
     @property
     def domain(self) -> str:
-        """Name of the benchmark, as records of results contain it."""
+        """Name of the benchmark, as stored verdicts contain it."""
         return self.benchmark.name
 
     @property
@@ -100,9 +100,9 @@ class Suite:
         return self.benchmark.get_errata(self.source)
 
     def adapt_suite_to_answers(self, answers: Iterable[str]) -> Suite:
-        """Return the suite with which to score these answers of a model: this suite, or a suite reopened.
+        """Return the suite with which to score these answers of a model: this suite, or a reopened suite.
 
-        Some protocols look at all answers of a model to choose how they are read.
+        Some scoring rules (protocols) look at all answers of a model to choose how they are read.
         """
         implementation = find_implementation(self.protocol.value)
         if implementation is None or implementation.adapt_suite_to_answers is None:
@@ -133,7 +133,7 @@ class Suite:
         return features_of_task
 
     def assess(self, task_id: str, text: str) -> Assessment:
-        """Return the assessment of an answer to a task. An exception in the scorer makes the answer fail.
+        """Return the verdict on an answer with an explanation. If the scorer raises, the answer fails.
 
         Raises:
             InputError: there is no such task.
@@ -144,9 +144,9 @@ class Suite:
         )
 
     def add_cause_if_unread(self, text: str, assessment: Assessment) -> Assessment:
-        """Return an assessment to which the reason is added why the answer cannot be read.
+        """Return a verdict with its explanation, and with the added reason why the answer cannot be read.
 
-        No reason is added for readable answers, or under protocols other than ``strict``.
+        No reason is added for readable answers, or under scoring rules other than ``strict``.
         """
         error = assessment.verdict.error
         is_unread = error is not None and error.kind is FaultKind.PARSING and error.step is None
@@ -175,7 +175,7 @@ def open_suite(
     source: Source | None = None,
     opener: Opener | None = None,
 ) -> Suite:
-    """Open a suite; download the data set first if it is missing.
+    """Open a suite (tasks of a benchmark for an ability); download the data set first if it is missing.
 
     Args:
         benchmark: the benchmark, or a reference for `find_benchmark`.
@@ -237,7 +237,7 @@ def find_ability_answered_instead(benchmark: Benchmark, asked: Ability, answer: 
 
 
 def _get_suite_opener(protocol: Protocol) -> Opener:
-    """Return the function that opens scorers under a protocol.
+    """Return the function that opens scorers under a protocol (rules for scoring).
 
     Raises:
         InputError: the protocol is not implemented.

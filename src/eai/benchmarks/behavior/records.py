@@ -1,7 +1,7 @@
-"""The BEHAVIOR tasks as records of the data store: one line of text a task, decoded on first use.
+"""The published data of each BEHAVIOR task (record): a line of text in the data store, decoded on first use.
 
 Records have only facts of published files. The module `evidence` has facts that no published file states. The
-module `tasks` makes scenes and goals from both modules.
+module `tasks` makes scenes and goals from the data of both modules.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from eai.pddl.model import PddlProblem
 from eai.tasks.source import TaskSet
 
 PACK = "behavior"
-"""Name of the pack (file of the data store) with the records of BEHAVIOR."""
+"""Name of the data package (pack) with the published data of BEHAVIOR's tasks."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Name of the file in the pack `PACK` with one task a line, in data set order."""
+"""Name of the file with one task a line, in data set order. The file is in the data package `PACK`."""
 
 OPTIONS_MEMBER = "goal_options.jsonl"
-"""Name of the file in the pack `PACK` with the right goals for goal interpretation.
+"""Name of the file with the right goals for goal interpretation, one task a line, in data set order.
 
-It has one task a line, in data set order.
+The file is in the data package `PACK`.
 """
 
 FLOOR = "room_floor"
@@ -93,8 +93,9 @@ class BehaviorRecord:
         objects: objects in the order of the problem file, without the agent.
         problem: the problem file, which names objects by instance.
         plan: a human's plan from the data set, as actions with objects. One action is misspelt.
-        goal_options: for each goal of goal interpretation, all its options in the published order. For three
-            tasks, the options were made from an earlier version of the problem file than `problem`.
+        goal_options: for each goal of goal interpretation, all options (sets of conditions that reach the
+            goal), in the published order. For three tasks, the options were made from an earlier version of
+            the problem file than `problem`.
     """
 
     id: str
@@ -109,7 +110,7 @@ class BehaviorRecord:
 
 
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
-    """Return the records of a pack by task id, in data set order. Each record is decoded on first use."""
+    """Return the published data of each task (record) by task id, in data set order, decoded on first use."""
     lines, options = (
         _map_task_ids_to_json(pack.read(TASKS_MEMBER)),
         _map_task_ids_to_json(pack.read(OPTIONS_MEMBER)),

@@ -1,4 +1,4 @@
-"""BEHAVIOR tasks as states and goals, built from records and unpublished facts on first use."""
+"""BEHAVIOR tasks as states and goals, built from published data and unpublished facts on first use."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ RELATIONS = frozenset(p.STORED)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BehaviorTask(Task):
-    """A task of BEHAVIOR with its data set record.
+    """A task of BEHAVIOR, with the published data (record) from which the task was made.
 
     Attributes:
         record: the task as published; its problem names objects by instance, as in ``rag.n.01_1``.
@@ -65,13 +65,16 @@ BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
 
 
 def build_tasks(records: TaskSet[BehaviorRecord], evidence: FactsMissingInDataSet) -> BehaviorTasks:
-    """Return the tasks made from records. Their digest covers the records and the unpublished facts."""
+    """Return BEHAVIOR's tasks, made from published data (records) and unpublished facts (evidence).
+
+    The digest of the tasks covers both.
+    """
     sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
     return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
 
 
 def build_task(record: BehaviorRecord, evidence: FactsMissingInDataSet) -> BehaviorTask:
-    """Return the task made from a record.
+    """Return the task made from its published data (record) and unpublished facts (evidence).
 
     Args:
         record: the facts of published files.

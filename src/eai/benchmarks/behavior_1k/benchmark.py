@@ -46,7 +46,7 @@ def _load_english() -> EnglishWords:
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
     """Return the names of objects and predicates that prompts of an ability use.
 
-    Prompts that ask for plans also state hidden facts of the scene, such as recipes.
+    For plans and subgoals, the result also has a function that describes hidden facts, such as recipes.
     """
     plain = SuiteWording(build_domain(), p.GOAL_PREDICATES, hands=("held",))
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
@@ -102,7 +102,10 @@ GOAL_LABELS: Mapping[str, str] = {
     "real half": "cutting irreversible",
     "real diced": "cutting irreversible",
 }
-"""Goal predicate -> labels of tasks with such a goal, separated by spaces (`eai.benchmarks.labels`)."""
+"""Predicate of a goal -> labels of tasks with such a goal, such as ``transport``, separated by spaces.
+
+The labels are defined in `eai.benchmarks.labels`.
+"""
 
 
 def behavior_1k() -> Benchmark:

@@ -59,7 +59,7 @@ def load_amendments() -> _Amendments:
 
 
 def open_challenge_2026(source: Source | None) -> tuple[Definitions, DefinitionSupplement]:
-    """Return the definitions of the challenge's activities, and what is known about amended ones."""
+    """Return the definitions of the challenge's activities, and facts on amended ones, such as plans."""
     amendments = load_amendments()
     packed = split_by_activity(open_pack(PACK, source).read(ACTIVITIES))
     supplement = DefinitionSupplement(amendments.kinds, read_plans(PLANS_2026), amendments.left_out)
@@ -70,7 +70,7 @@ def amend_definitions(packed: Definitions) -> Definitions:
     """Return the definitions of the challenge's 100 activities, in its order.
 
     Raises:
-        DataError: a definition lacks a fact that its amendment drops.
+        DataError: a definition lacks a fact that its amendment removes.
     """
     amendments = load_amendments()
     amended = {

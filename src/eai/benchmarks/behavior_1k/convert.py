@@ -1,8 +1,8 @@
-"""Convert the source distribution of ``bddl`` 3.6.0 to the pack (file of the data store) `behavior_1k`.
+"""Convert the source distribution of ``bddl`` 3.6.0 to the data package (pack) `behavior_1k`.
 
 No code of the distribution is imported. The distribution has the definitions of the activities, the abilities
 of each kind of object (synset of WordNet) with parameters, and rules that turn objects of one kind into
-another kind. The pack contains only kinds and rules that some activity can use.
+another kind. The package contains only kinds and rules that some activity can use.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ _PLAIN_ABILITIES = {
     *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
     *("sceneObject", "substance", "liquid", "visualSubstance", "flammable", "freezable"),
 }
-"""Names of the abilities that have no parameters in the annotations."""
+"""Abilities of objects, such as ``openable``, that have no parameters in the annotations."""
 
 _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
-"""Ability -> name of the parameter with its minimum temperature, and the default value in degrees Celsius."""
+"""Ability of objects -> name of the parameter with the minimum temperature for it, and default in Celsius."""
 
 
 def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
-    """Return the files of the pack `behavior_1k`: name -> content. No progress is reported.
+    """Return the files of the data package (pack) `behavior_1k`: name -> content. No progress is reported.
 
     Raises:
         DataError: the distribution lacks a file, or a file has an unexpected form.

@@ -13,10 +13,10 @@ from pydantic import TypeAdapter
 from eai.base.grouping import group_pairs
 
 PACK = "behavior_1k"
-"""Name of the pack (file of the data store) with the activities and annotations of BEHAVIOR-1K."""
+"""Name of the data package (pack) with the activities and annotations of BEHAVIOR-1K."""
 
 ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", "plans.txt"
-"""Names of three files in the pack, and of `PLANS` in this package.
+"""Names of data files: three in the data package `PACK`, and `PLANS` in the folder of this module.
 
 `ACTIVITIES` and `PLANS` have one line per activity.
 """
@@ -145,8 +145,8 @@ class ObjectKinds:
     """The kinds of objects with their abilities, and the rules that turn objects into other kinds.
 
     Args:
-        values: content of the file `KINDS` in the pack `PACK`.
-        rules: content of the file `RULES` in the pack.
+        values: content of the file `KINDS` in the data package `PACK`.
+        rules: content of the file `RULES` in this package.
     """
 
     def __init__(self, values: Mapping[str, Any], rules: object) -> None:

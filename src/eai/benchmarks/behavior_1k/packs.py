@@ -1,4 +1,4 @@
-"""The pack (file of the data store) of BEHAVIOR-1K."""
+"""The data package (pack) of BEHAVIOR-1K, which is fetched and installed on first use."""
 
 from __future__ import annotations
 
@@ -17,4 +17,4 @@ BDDL = PackageArchive(
 """Archive with definitions, annotations and rules of BEHAVIOR-1K (license: MIT)."""
 
 PACKS = (DataPack(PACK, (BDDL,), convert_tasks),)
-"""The pack of BEHAVIOR-1K, which `eai.benchmarks.packs.find_packs` finds by an entry point."""
+"""The pack (data package) of BEHAVIOR-1K. An entry point registers it."""

@@ -1,4 +1,4 @@
-"""The activities of BEHAVIOR-1K as tasks, made from the pack on first use.
+"""The activities of BEHAVIOR-1K as tasks, made from the stored data on first use.
 
 The definitions have no instructions in English. Instructions are therefore written from the goals.
 """
@@ -83,8 +83,8 @@ def open_tasks(
 ) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
-    The digest of the tasks covers the data, the plans, the evidence, and the name of the decisions on points
-    that the data leave open (`READING`).
+    The digest of the tasks covers the data, the plans and the reasons for exclusion. It also covers the name
+    of the decisions on points that the data leave open (`READING`).
 
     Args:
         english: English sentences for predicates.

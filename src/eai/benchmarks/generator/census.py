@@ -120,7 +120,7 @@ _APPROACH_ROLES = (OperatorRole.TAKES, OperatorRole.MOVEMENT)
 """Roles of operators by which the agent takes or approaches an object without using it."""
 
 _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
-"""Weights that a goal, an effect of a plan, and an initial fact add to a pattern.
+"""Weights that a goal, an effect of a plan, and an initial fact add to a form of goal (pattern).
 
 A pattern is a literal with categories in place of objects.
 """
@@ -347,7 +347,7 @@ def _is_about_agent(pattern: LiteralPattern, scene: Scene) -> bool:
 def _find_changed_patterns(
     before: Mapping[LiteralPattern, None], after: Mapping[LiteralPattern, None]
 ) -> Iterator[LiteralPattern]:
-    """Yield patterns of facts that became true, then negated patterns of facts that became false."""
+    """Yield facts that became true and negations of facts that became false, with categories for objects."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
@@ -355,9 +355,9 @@ def _find_changed_patterns(
 def _make_all_patterns_of_predicates(
     signed_predicates: Iterable[tuple[str, bool]], states: Sequence[State]
 ) -> Iterator[LiteralPattern]:
-    """Yield a pattern of goals for every combination of a predicate, its truth value and categories.
+    """Yield a pattern (form of goal) for every combination of a predicate, its truth value and categories.
 
-    These patterns replace the patterns in public goals, if the data set has no plans.
+    If the data set has no plans, they are used instead of the patterns of its goals.
     """
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)

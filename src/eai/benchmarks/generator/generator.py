@@ -87,7 +87,7 @@ _MAX_FAILURES_IN_A_ROW = 5
 """Number of failed searches in a row for a plan to a goal, after which a scene gets no more goals."""
 
 _MAX_THEMES = 3
-"""Maximum number of titles of public tasks whose goals one task combines, except in `_RICH_TIERS`."""
+"""Maximum number of titles of published tasks whose goals a new task combines, except in `_RICH_TIERS`."""
 
 _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
@@ -108,7 +108,7 @@ _PROPOSALS_FOR_HIDDEN = 40
 """Number of random goals that are tried until one is about a hidden object. It becomes the first goal."""
 
 _OFFER_WEIGHT = 2
-"""Weight added to a public task, from which new tasks are made, if its objects can be hidden.
+"""Weight added to a task of the data set, from which new tasks are made, if its objects can be hidden.
 
 The same weight is added again if objects share a category.
 """
@@ -121,7 +121,7 @@ _TASKS_PER_PLANNER = 200
 
 
 class _RejectionFinder:
-    """Finds reasons to reject a task, such as an inexact instruction, or goals that a public task has, too.
+    """Finds reasons to reject a new task, such as an inexact instruction, or the goals of a published task.
 
     Args:
         domain: the domain of the tasks.
@@ -165,7 +165,7 @@ class _RejectionFinder:
     def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
         """Return digests of a task's goals and, if splits may share goals, of its initial state.
 
-        A task with the digests of a public task is rejected as a copy.
+        A new task with the digests of a task of the data set is rejected as a copy.
         """
         fingerprint = sets.fingerprint_task(task, self._held_out)
         return fingerprint if self._held_out == "starts" else fingerprint[:1]
@@ -253,11 +253,11 @@ class TaskGenerator:
         self._free_planner = Planner(self.benchmark.domain)
 
     def _compute_draw_weights_of_public_tasks(self) -> Iterator[float]:
-        """Yield the weight with which each public task is drawn, to base a new task on it.
+        """Yield the weight with which each task of the data set is drawn, to base a new task on it.
 
-        All weights are 1 if the data set has quantified goals. Otherwise every title has about the same total
-        weight. Among the tasks of a title, tasks weigh more if objects can be hidden, or if several objects
-        have one category.
+        All weights are 1 if the data set has quantified goals. Otherwise the tasks of each title together
+        have about the same weight. Among these, tasks weigh more if objects can be hidden, or if several
+        objects have one category.
         """
         several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
@@ -267,7 +267,10 @@ class TaskGenerator:
             yield (1 + more) / numbers[task.title] if self.prior.countable_categories else 1.0
 
     def _draw_order_of_task_titles(self, first_title: str, rng: random.Random) -> list[str]:
-        """Return the titles in random order after the first. Titles with many usual goals come early."""
+        """Return the titles of the data set's tasks in random order after a given first title.
+
+        Titles whose tasks have many plausible goals tend to come early.
+        """
         keys = {title: rng.random() ** (1 / weight) for title, weight in self._title_weights.items()}
         return sorted(keys, key={**keys, first_title: 1.0}.__getitem__, reverse=True)
 
@@ -382,7 +385,7 @@ class TaskGenerator:
     ) -> GenerationOutcome:
         """Return a task with additional goals over time (orders, hazards), or the reason why there are none.
 
-        The returned task also records a temptation: a plan that reaches all goals except these.
+        The returned task also has a temptation: a plan that reaches only the other goals.
         """
         tempting = {"temptation": list_plan(task)}
         if self.spec.kind is TaskKind.ORDER:
@@ -461,7 +464,7 @@ class TaskGenerator:
     ) -> tuple[State, frozenset[int]]:
         """Return a scene after random actions, and the indices of its hidden objects.
 
-        The objects come from the public task `base`. If the data set has no quantified goals, objects of
+        The objects come from the data set's task `base`. If the data set has no quantified goals, objects of
         random tasks with the titles after the first are added. After the random actions, the agent holds no
         further objects.
         """
@@ -507,7 +510,7 @@ class TaskGenerator:
     def _draw_hiding_relation_and_objects(
         self, base: Task, rng: random.Random
     ) -> tuple[LiteralPattern | None, Sequence[int]]:
-        """Return a random way to hide an object: the pattern of the hiding relation, and two objects for it.
+        """Return a random way to hide an object: a relation between two categories, and two objects for it.
 
         If no object is to be hidden, return None and no objects.
         """
@@ -553,9 +556,9 @@ class TaskGenerator:
     ) -> GoalByGoalPlan:
         """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
-        Goals are drawn from the public tasks of one title, then of the next title. If the scene has objects
-        of several tasks, goals of the first title are drawn twice: first for a random share of the steps, and
-        again at the end. If possible, the first goal is about a hidden object.
+        Goals are drawn from the data set's tasks of one title, then of the next title. If the scene has
+        objects of several tasks, goals of the first title are drawn twice: first for a random share of the
+        steps, and again at the end. If possible, the first goal is about a hidden object.
         """
         growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
@@ -595,7 +598,7 @@ class TaskGenerator:
         wanted_length: int,
         hidden_objects: frozenset[int],
     ) -> None:
-        """Add actions that reach goals as in public tasks of one title.
+        """Add actions that reach goals as in the data set's tasks of one title.
 
         Stop when the sequence is long enough, or when too many goals in a row cannot be reached.
         """

@@ -96,7 +96,7 @@ class GoalProposals:
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
     def draw_agent_goals(self, goals_of_title: UsualGoalsOfTaskTitle, rng: random.Random) -> list[f.Formula]:
-        """Return goals about the agent that a random public task of one title has. The list may be empty."""
+        """Return the goals about the agent of a random task of the data set with one title, if it has any."""
         here = _list_categories(self.scene)
         fitting = {
             e: n
@@ -136,7 +136,7 @@ class GoalProposals:
     def _draw_pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
     ) -> LiteralPattern | None:
-        """Return a random pattern, or None if no pattern fits.
+        """Return a random pattern (a literal of categories, not objects), or None if no pattern fits.
 
         First a predicate is drawn by its frequency in goals, and then one of its patterns by weight.
         """
@@ -155,7 +155,7 @@ class GoalProposals:
         return list(iterate_bits(self.scene.get_category_mask(category)))
 
     def _draw_ground_literal(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
-        """Return the literal of a pattern with random objects, or None if an object was drawn twice."""
+        """Return a literal about random objects of the categories, or None if it would repeat an object."""
         chosen = [rng.choice(self._list_category_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
@@ -195,8 +195,8 @@ class GoalProposals:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
         If the literal has a second argument, it is one random object of the second category. With
-        ``several``, the literal sometimes asks for any object of this category instead. Returns None if the
-        pattern cannot be quantified.
+        ``several``, the literal sometimes asks for any object of this category instead. Returns None if no
+        goal may quantify over the objects of the first category.
         """
         if not pattern.categories:
             return None
@@ -241,8 +241,9 @@ class GoalProposals:
     def _make_goal_pairing_two_categories(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
-        Returns None if the pattern does not relate two categories, or if goals of public tasks do not pair or
-        quantify them. The first category needs two objects or more, the second at least as many as the first.
+        Returns None if the given literal (pattern) does not relate two categories, or if goals of the data
+        set do not pair or quantify them. The first category needs two objects or more, the second at least as
+        many as the first.
         """
         kinds = pattern.categories
         if (
@@ -269,7 +270,10 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
 
 
 def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
-    """Return the patterns whose first category has several objects and can be quantified in goals."""
+    """Return the patterns (literals of categories) whose first category goals may quantify over.
+
+    The scene has several objects of this category.
+    """
 
     def has_several_objects_to_count(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
@@ -279,10 +283,10 @@ def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: Usual
 
 
 def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bool:
-    """Whether literals of a pattern may be goals.
+    """Whether goals may have the form of a pattern: a literal with categories in place of objects.
 
-    Such literals are usual goals (`is_usual_goal`) with at most two arguments, and are not about the agent or
-    a part of an object.
+    Such goals are plausible (`is_usual_goal`), have at most two arguments, and are not about the agent or a
+    part of an object.
     """
     if len(pattern.categories) > 2:
         return False
@@ -294,7 +298,7 @@ def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bo
 
 
 def is_usual_goal(pattern: LiteralPattern, prior: UsualGoals) -> bool:
-    """Whether literals of a pattern are plausible goals of a generated task.
+    """Whether a pattern, a literal with categories in place of objects, is the form of a plausible goal.
 
     A relation is plausible if plans of the data set take objects of its first category in hand, and use
     objects of its other categories. All other literals are plausible, and so are all if the data set has no

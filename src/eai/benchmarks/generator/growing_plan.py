@@ -39,7 +39,7 @@ _SHORTENING_LIMITS = Limits(300)
 """Limits of the search for a plan that reaches all goals of a growing plan in fewer steps."""
 
 _MIN_STEPS_TO_SHORTEN = 25
-"""Minimum number of steps of a growing plan for which the planner searches a shorter plan."""
+"""Minimum number of steps of a plan for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
 """Maximum number of random reorderings of the solving plan that are tried to find a goal over time.
@@ -54,7 +54,7 @@ _MAX_TIDY_POSITIONS = 3
 
 
 class _PlanCheckpoint(NamedTuple):
-    """The state and the lengths of the lists of a `GoalByGoalPlan` at one time."""
+    """The state of a growing plan (`GoalByGoalPlan`) and the lengths of its lists at one time."""
 
     state: State
     conditions: int
@@ -219,7 +219,10 @@ def find_min_plan_length(task: Task, domain: Domain, depth: int) -> int:
 
 @dataclass(frozen=True)
 class _TemporalGoal:
-    """A goal over time, a plan that fulfils it, and a temptation: a plan that reaches all goals but this."""
+    """A goal about an order or forbidden facts, a plan that fulfils it, and its `temptation`.
+
+    The temptation is a plan that reaches all other goals, but not this goal.
+    """
 
     goal: f.Formula
     plan: Sequence[Action]
@@ -255,7 +258,7 @@ class _ExecutedPlan:
 
 @dataclass(frozen=True)
 class TemporalGoalFinder:
-    """Finds a goal over time for a task.
+    """Finds a goal over time for a task: facts in a certain order, or facts that must never hold together.
 
     Attributes:
         task: a task with a plan.
@@ -275,7 +278,7 @@ class TemporalGoalFinder:
     begin: Callable[[], GoalByGoalPlan]
 
     def find_temporal_goal(self) -> _TemporalGoal | None:
-        """Return a goal over time with two plans, or None if no such goal is found.
+        """Return a goal over time (an order, forbidden facts) with two plans, or None if none is found.
 
         Both plans reach the task's final goals. Only the first plan fulfils the goal over time.
         """
@@ -446,7 +449,7 @@ class TemporalGoalFinder:
 def _make_goal_if_only_first_fulfils(
     goal: f.Formula, first_plan: _ExecutedPlan, second_plan: _ExecutedPlan
 ) -> _TemporalGoal | None:
-    """Return a goal over time if the first plan fulfils it and the second plan does not; else None."""
+    """Return a goal over time (order, forbidden facts) that only the first of two plans fulfils, or None."""
     is_kept, is_kept_by_other = [
         semantics.holds(goal, course.trace_of_execution) for course in (first_plan, second_plan)
     ]

@@ -1,8 +1,8 @@
-"""Make tasks with hazards, and a safe plan for each task.
+"""Make tasks with hazards (dangers, such as a fridge left open), and a safe plan for each task.
 
-The shortest plan for such a task, its temptation, breaks a safety rule that people take for granted. A safe
-plan is this plan with additional actions that avoid the danger, or a plan by a planner that avoids dangerous
-states. The shorter plan is kept.
+The shortest plan for such a task breaks a safety rule that people take for granted. A safe plan is this plan
+with additional actions that avoid the danger, or a plan by a planner that avoids dangerous states. The
+shorter plan is kept.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _SAFE_PLAN_LIMITS = Limits(100)
 
 
 class _HazardGoal(NamedTuple):
-    """A hazard that certain objects may cause, with the goal over time that forbids it.
+    """A danger (hazard) that certain objects may cause, with the goal over time that forbids it.
 
     Attributes:
         name: name of the hazard.
@@ -91,7 +91,7 @@ class _HazardGoal(NamedTuple):
 def find_hazard_goals(
     hazards: Sequence[HazardEvent], domain: Domain, words: InstructionWriter
 ) -> Iterator[_HazardGoal]:
-    """Yield, for each hazard and each combination of scene objects that may cause the hazard, its goal."""
+    """Yield a goal against each danger (hazard), for each combination of objects that may cause it."""
     scene = words.scene
     lexicon = make_goal_lexicon(domain, scene)
     for hazard in hazards:
@@ -111,12 +111,12 @@ def find_hazard_goals(
 
 
 def may_hazard_occur(hazards: Sequence[HazardEvent], scene: Scene) -> bool:
-    """Whether a scene has objects that may cause at least one of the hazards."""
+    """Whether a scene has objects that may cause at least one of the dangers (hazards)."""
     return any(all(_find_objects_of_variables(hazard, scene)) for hazard in hazards)
 
 
 def _find_objects_of_variables(hazard: HazardEvent, scene: Scene) -> list[list[int]]:
-    """Return, for each variable of a hazard, the scene objects that the variable may stand for."""
+    """Return, for each variable in a hazard's definition, the objects that the variable may stand for."""
     return [
         [
             i
@@ -129,7 +129,7 @@ def _find_objects_of_variables(hazard: HazardEvent, scene: Scene) -> list[list[i
 
 
 class _HazardousTask(NamedTuple):
-    """A task with hazards.
+    """A task with hazards: dangers that its shortest plan causes.
 
     Attributes:
         task: the task. Its script is a plan that avoids the hazards.
@@ -158,10 +158,10 @@ def add_goals_against_hazards(
 
     Args:
         task: the task. Its goals are about states.
-        start: the task's initial state in the domain that contains only usual actions, those of public plans.
+        start: the task's initial state in the domain of `planner_of_usual_actions`.
         hazard_goals: the hazards of the scene.
         planner_of_all_actions: finds plans with any actions.
-        planner_of_usual_actions: finds plans with actions such as those in public plans only.
+        planner_of_usual_actions: finds plans with only actions such as occur in the benchmark's own plans.
         rng: the random generator.
         untold: whether the instruction must not mention the hazards.
     """
@@ -200,13 +200,13 @@ def add_goals_against_hazards(
 
 @dataclass(frozen=True)
 class _SafePlanFinder:
-    """Finds plans for a task that avoid hazards.
+    """Finds plans for a task that avoid hazards (dangers, such as a fridge left open).
 
     Attributes:
         task: the task. Its goals are about states.
-        start: the task's initial state in the domain that `usual` searches.
+        start: the task's initial state in the domain of the planner `usual`.
         planner: a planner with all actions.
-        usual: a planner with usual actions only: actions such as those in plans of public tasks.
+        usual: a planner with only actions such as occur in the benchmark's own plans.
     """
 
     task: Task

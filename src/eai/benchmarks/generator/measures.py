@@ -1,10 +1,10 @@
 """Measure a task: counts of its goals, objects and plan steps, and its expected difficulty.
 
-A ridge regression predicts the difficulty of a task from its plan and goals. It was fitted to public tasks of
-a household (by ``tools/task_difficulty.py``): their difficulty in action sequencing for nine of the paper's
-models (`eai.extensions.adaptive.difficulties`), in logits relative to the models' mean ability. A single
-estimate is uncertain. Its error is estimated by the root mean squared error for titles that were left out of
-the fit.
+A ridge regression predicts the difficulty of a task from its plan and goals. It was fitted to the published
+tasks of a household (by ``tools/task_difficulty.py``): their difficulty in action sequencing for nine of the
+paper's models (`eai.extensions.adaptive.difficulties`), in logits relative to the models' mean ability. A
+single estimate is uncertain. Its error is estimated by the root mean squared error for titles that were left
+out of the fit.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ class _DifficultyModel:
         intercept: difficulty of a task whose features are all zero.
         weights: change of difficulty per unit of each feature.
         error: root mean squared error of an estimate for a task whose title was not used in the fit.
-        r_squared: share (0 to 1) of the variance of the public tasks' difficulties that the estimates
+        r_squared: share (0 to 1) of the variance of the published tasks' difficulties that the estimates
             explain.
-        rank_correlation: Spearman correlation of the estimates with the public tasks' difficulties.
+        rank_correlation: Spearman correlation of the estimates with the published tasks' difficulties.
     """
 
     intercept: float

@@ -33,8 +33,9 @@ _LIMITS = Limits(100, thorough=False)
 def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
-    A pattern is listed only if public tasks usually put such an object in such a container, and their plans
-    open the container. Public tasks with the same title must also have another goal about such an object.
+    A pattern is listed only if tasks of the data set usually put such an object in such a container, and
+    their plans open the container. Those with the same title must also have another goal about such an
+    object.
     """
     decisive = find_stored_predicates(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_visibility_predicates(domain)}
@@ -94,7 +95,7 @@ def hide_object(
 K = TypeVar("K")
 
 MIN_OBJECTS = 16
-"""Minimum number of objects in a generated scene. A smaller public scene keeps all its objects."""
+"""Minimum number of objects in a generated scene. A smaller scene of the data set keeps all its objects."""
 
 
 def make_reduced_scene(
@@ -283,8 +284,9 @@ class _ComposedScene:
         Args:
             other_state: the other scene.
             other_object: index of the object in the other scene.
-            counterparts: object of the other scene -> object of this scene. The relations of place between
-                these objects and the object must be the same in both scenes.
+            counterparts: object of the other scene -> object of this scene that stands for it. The result
+                must be related by place to these objects as `other_object` is to the objects for which they
+                stand.
         """
         thing = other_state.scene.objects[other_object]
         fitting = [i for i, other in enumerate(self._objects) if other.category == thing.category]
@@ -341,13 +343,13 @@ class _ComposedScene:
         )
 
     def make_state(self) -> State:
-        """Return the scene as a other_state."""
+        """Return the scene as a state."""
         reduced_state = self._reduced_state.scene
         return Scene(reduced_state.vocabulary, self._objects, reduced_state.agent).state(self._facts)
 
 
 MentionedObjectsByCategory: TypeAlias = Mapping[str, Sequence[tuple[State, int]]]
-"""Category -> initial states of public tasks with an object of this category that the task mentions."""
+"""Category -> initial states of published tasks with an object of this category that the task mentions."""
 
 
 def list_mentioned_objects_by_category(tasks: Iterable[Task]) -> MentionedObjectsByCategory:
@@ -490,9 +492,9 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
 
 
 def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects that the goals of public tasks need, in random order. Objects can repeat.
+    """Yield objects that goals of the data set's tasks need, in random order. Objects can repeat.
 
-    A goal of public tasks names categories. Each category gives a random object of the scene.
+    Such a goal names categories. Each category gives a random object of the scene.
     """
     for pattern in list_in_random_order(
         [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng

@@ -1,4 +1,4 @@
-"""Judge seeds in worker processes, and send the results to the process that chooses the tasks."""
+"""Make tasks from seeds (random texts) in worker processes, for the process that chooses among the tasks."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def make_tasks_from_seed_batch(
     generator: TaskGenerator,
     seeds: Sequence[str],
 ) -> list[bytes]:
-    """Return the outcomes of seeds, pickled for `load_seed_result`.
+    """Return, for each seed, its task or the reason why it gives none, pickled for `load_seed_result`.
 
     Args:
         add_reference_plan: adds the reference plan to a generated task, given its benchmark.
@@ -97,10 +97,10 @@ def _dump_seed_result(result: TaskSeedOutcome, vocabulary: Vocabulary) -> bytes:
 
 
 def load_seed_result(content: bytes, vocabulary: Vocabulary) -> TaskSeedOutcome:
-    """Return the outcome of a seed that another process pickled (`make_tasks_from_seed_batch`).
+    """Return the task of a seed, or why it gives none, as pickled by `make_tasks_from_seed_batch`.
 
     Args:
-        content: the pickled outcome.
+        content: the pickled `TaskSeedOutcome`.
         vocabulary: the vocabulary of the benchmark.
     """
     result: TaskSeedOutcome = _TaskUnpickler(io.BytesIO(content), vocabulary).load()

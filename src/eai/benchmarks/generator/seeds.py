@@ -44,7 +44,7 @@ _MAX_FAILED_SEEDS_WITH_FEW_GOALS = 100
 
 @dataclass(frozen=True, slots=True)
 class TaskSeedOutcome:
-    """The outcome of a seed, before its task is compared with the tasks of earlier seeds.
+    """The task of a seed or the reason for rejection, before comparison with the tasks of earlier seeds.
 
     Attributes:
         outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks.
@@ -81,7 +81,7 @@ def select_tasks(
     """Yield, for each seed, the generated task or the reason for rejection, until there are `number` tasks.
 
     Args:
-        judged: endless outcomes, one for each seed, in the order of the seeds.
+        judged: for each seed in order, without end, its task or the reason for rejection.
         spec: the specification of the tasks.
         number: number of tasks.
         known_fingerprints: fingerprints of earlier tasks. Those of the generated tasks are added.

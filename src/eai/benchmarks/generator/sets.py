@@ -154,7 +154,7 @@ def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: 
 
 
 def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
-    """Return a pattern's predicate and its first category other than the agent's category, if any."""
+    """Return the predicate of a form of goal, and the first category that is not the agent's, if any."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
@@ -162,7 +162,7 @@ def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[
 def select_public_tasks_of_split(
     tasks: Sequence[Task], split: TaskSplit, held_out: HeldOut
 ) -> Sequence[Task]:
-    """Return the public tasks from which the tasks of a split are made.
+    """Return the data set's tasks from which the tasks of a split are made.
 
     If splits must not share titles or scenes, the titles or scenes are sorted by hash and divided by the
     splits' shares. With a random draw for each title, the splits would miss their shares, because titles and

@@ -71,7 +71,7 @@ CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c
 SHUT_LAST = "safe_if_shut_last"
 """Key in `GeneratedTask.about`, the values written to a task file.
 
-The value is true if a plan that ignores hazards becomes safe when the agent shuts and switches off all
+The value is true if a plan that ignores dangers becomes safe when the agent shuts and switches off all
 objects at the end.
 """
 
@@ -79,7 +79,7 @@ objects at the end.
 class PlanLengthTier(str, Enum):
     """A range of numbers of plan steps, such as `S` for 3 to 6 steps (`LENGTHS`).
 
-    For `DATA`, a generated task has a plan about as long as the plan of the public task on which it is based.
+    For `DATA`, a new task has a plan about as long as the plan of the data set's task on which it is based.
     """
 
     DATA = "data"
@@ -119,7 +119,7 @@ class TaskKind(str, Enum):
     HAZARDS = "hazards"
     """Makes tasks whose shortest plan is unsafe: it breaks a safety rule that people take for granted."""
     UNTOLD = "untold-hazards"
-    """Makes tasks with hazards whose instruction does not mention the safety rule."""
+    """Makes tasks whose shortest plan breaks a safety rule that the instruction does not mention."""
     PAIRS = "pairs"
     """Makes pairs of tasks. One task of a pair has no plan, because a fact is missing."""
     AMBIGUOUS = "ambiguous"
@@ -153,8 +153,8 @@ HeldOut: TypeAlias = Literal["goals", "starts", "pairs", "titles", "scenes"]
   names. So a world with few goals has many tasks.
 - ``pairs``: each task of the later split has a goal whose pair of predicate and category no goal of the
   earlier split has.
-- ``titles``: the splits share neither goals nor titles of the public tasks from which tasks are made.
-- ``scenes``: the splits share neither goals nor the public tasks whose scenes are used.
+- ``titles``: the splits share neither goals nor titles of the data set's tasks from which tasks are made.
+- ``scenes``: the splits share neither goals nor the data set's tasks whose scenes are used.
 """
 
 

@@ -1,6 +1,6 @@
-"""The usual goals, places of objects and actions in public tasks, counted by categories of objects.
+"""The usual goals, places of objects and actions in a data set's tasks, counted by categories of objects.
 
-Generated tasks avoid combinations of goals that no public task has.
+Generated tasks avoid combinations of goals that no task of the data set has.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Usual
 
     - Both goals may be about the place of one object, or about the same state of one object.
     - One action may reach both goals.
-    - One goal is about the state of an object, the other about its place, and no public task has such goals.
-    - One goal puts an object on a second object, the other moves the second, and no public task has such
+    - One goal is about the state of an object, the other about its place, and no published task has such
+      goals.
+    - One goal puts an object on a second object, the other moves the second, and no published task has such
       goals.
     - One goal puts objects of a category beside each other, and the other puts such an object elsewhere.
     """
@@ -86,7 +87,7 @@ def _is_unseen_combination(
     scene: Scene,
     usual_goals: UsualGoals,
 ) -> bool:
-    """Whether two goals combine as in no public task. Example: food on a plate, this plate in a cupboard."""
+    """Whether no published task combines two such goals, as in: food on a plate, this plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms
@@ -158,7 +159,7 @@ def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool
 
 
 def restrict_to_categories(patterns: Patterns, categories: Collection[str]) -> Patterns:
-    """Return the patterns whose categories are all among the given categories."""
+    """Return the patterns (literals of categories) whose categories are all among the given categories."""
     about = frozenset(categories)
     return filter_patterns(patterns, lambda pattern: about.issuperset(pattern.categories))
 
@@ -169,7 +170,7 @@ ArgumentUse: TypeAlias = tuple[str, int, str]
 
 @dataclass(frozen=True)
 class UsualGoalsOfTaskTitle:
-    """The usual goals of public tasks with one title, called a theme.
+    """The usual goals of the data set's tasks with one title, called a theme.
 
     Attributes:
         categories: categories of objects that a goal or plan of these tasks needs, and categories that most
@@ -189,11 +190,11 @@ class UsualGoals:
     """The usual goals, places of objects and actions in the tasks of a benchmark.
 
     Attributes:
-        patterns: predicate and truth value -> pattern -> weight, which says how often the pattern is a goal
-            or an effect of plans.
+        patterns: predicate and truth value -> pattern (a literal of categories) -> weight, which says how
+            often such literals are goals or effects of plans.
         goal_counts: predicate and truth value -> number of such literals in goals. Literals about the agent
             are not counted.
-        themes: title of public tasks -> usual goals of tasks with this title.
+        themes: title of the data set's tasks -> usual goals of tasks with this title.
         shape_counts: class name of a goal's formula (its shape) -> number of such goals.
         pair_patterns: patterns in goals that relate each object of a category to a different object of
             another category.

@@ -1,4 +1,4 @@
-"""The benchmark VirtualHome, its official prompts, and a comparison of its records with published counts.
+"""The benchmark VirtualHome, its official prompts, and a comparison of the stored data with published counts.
 
 For goal interpretation, the data set has a template instead of prompts. The paper's package prints Python
 sets into the template, whose order changes from run to run. Here the values of each set have the order of the
@@ -203,7 +203,7 @@ NAME = "virtualhome"
 
 
 def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) -> TaskSet[VirtualHomeTask]:
-    """Return all 518 demonstrations from the wheel of the paper's package, or a folder with its files.
+    """Return all 518 demonstrations (plans that people wrote) in the paper's wheel or its unpacked files.
 
     The data store has only 342 demonstrations. Reading all of them takes a minute.
 
@@ -279,7 +279,7 @@ GOAL_LABELS: Mapping[str, str] = {
     "WIPE": "surface-treatment",
     "POUR": "fluid-granular",
 }
-"""Labels of tasks by goal predicate or action (`eai.benchmarks.labels`)."""
+"""Goal predicate or action -> labels of tasks, such as ``transport`` (`eai.benchmarks.labels`)."""
 
 
 def virtualhome() -> Benchmark:
@@ -389,10 +389,10 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
 def list_unexpected_figures(
     store: Store, expected_figures: Mapping[str, int | float] | None = None
 ) -> Iterator[str]:
-    """Yield a line for each stored figure that differs from the expected figure. All packs must exist.
+    """Yield a line for each stored figure that differs from the expected figure. All data must be installed.
 
     Args:
-        store: the folder of packs.
+        store: the folder of packs (data packages).
         expected_figures: expected figures by label; if None, those of the published data set.
     """
     expected_figures = PUBLISHED_COUNTS if expected_figures is None else expected_figures

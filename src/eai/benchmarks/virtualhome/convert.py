@@ -1,4 +1,4 @@
-"""Convert the published wheel to the pack `virtualhome`: the shared scene, and one line of text a task.
+"""Convert the published wheel to the data package (pack) `virtualhome`: the shared scene, and a line a task.
 
 The wheel contains 376 MB of scene graphs. The 342 graph files of the tasks are read one after the other,
 without unpacking them to disk.

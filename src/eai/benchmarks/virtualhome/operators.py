@@ -1,6 +1,6 @@
 """The actions of VirtualHome, each with its ordered checks and its effects.
 
-The operators describe the simulator as the paper means it (protocol `strict`). Defects of the paper's
+The operators describe the simulator as the paper means it (scoring rules `strict`). Defects of the paper's
 package are listed in `eai.extensions.reference.virtualhome_quirks`. The source is its module
 ``execution.py``.
 """

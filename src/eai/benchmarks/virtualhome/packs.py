@@ -1,4 +1,4 @@
-"""The packs (files of the data store) of VirtualHome."""
+"""The data packages (packs) of VirtualHome, which are fetched and installed on first use."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.benchmarks.virtualhome.records import PACK
 
 PACKS = (DataPack(PACK, (EAI_EVAL,), convert_tasks, list_unexpected_figures), *PUBLISHED)
-"""All packs (files of the data store) of VirtualHome. An entry point registers them."""
+"""All packs (data packages) of VirtualHome. An entry point registers them."""

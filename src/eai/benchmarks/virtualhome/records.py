@@ -1,4 +1,4 @@
-"""The VirtualHome data set as plain records: no world state, no checks, no interpretation.
+"""The published data of VirtualHome's tasks (records), without interpretation.
 
 Records are read from the data store. A task is one line of text, decoded on first use. The scene is stored
 once. A task stores the difference of its initial graph from the scene, and the difference of its final graph
@@ -25,10 +25,10 @@ _ROOMS = "Rooms"
 """Category of nodes that are rooms."""
 
 PACK = "virtualhome"
-"""Name of the pack (file of the data store) with the records of VirtualHome."""
+"""Name of the data package (pack) with the published data of VirtualHome."""
 
 TASKS_MEMBER = "tasks.jsonl"
-"""Name of the file of tasks in the pack `PACK`.
+"""Name of the file of tasks in the data package `PACK`.
 
 The first line has the base scene, and tables of objects and relations. Each other line is a task, which
 refers to these by number and stores only its differences from the base scene.
@@ -83,7 +83,8 @@ class TaskRecord:
         script: the annotated (gold) plan: an action for each step, with class name and id of its objects.
         node_goals: required states: id and class name of an object, and the state.
         edge_goals: required relations of two objects.
-        action_goals: actions to be taken. Each goal lists alternatives, such as `LOOKAT` or `WATCH`.
+        action_goals: actions to be taken. Each goal lists actions, such as `LOOKAT` and `WATCH`. Any one of
+            them reaches the goal.
         tl_goal: the goal as a temporal-logic text; None for the four tasks without goals.
         initial: the difference from the base scene to the initial graph.
         final: the difference from the initial to the final graph.
@@ -155,7 +156,7 @@ class _SharedObjectsAndRelations(NamedTuple):
 
 
 class VirtualHomeRecords(TaskSet[TaskRecord]):
-    """Records of tasks by task id, in data set order. The record of a task is decoded once, on first use.
+    """Published data of tasks (records) by task id, in data set order. Each is decoded once, on first use.
 
     Attributes:
         base: the base scene, as a difference from an empty graph. It has the objects and edges that occur in
@@ -180,7 +181,7 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
 
     @classmethod
     def from_pack(cls, pack: PackFile) -> VirtualHomeRecords:
-        """Return the records in the pack (file of the data store) of VirtualHome."""
+        """Return the published data (records) in the data package (pack) of VirtualHome."""
         return cls(pack.read(TASKS_MEMBER), pack.sha256)
 
 
@@ -189,9 +190,9 @@ CHARACTER_ID = 65
 
 
 def open_records(source: Source | None = None) -> VirtualHomeRecords:
-    """Return the records of the VirtualHome tasks; download them first if they are missing.
+    """Return the published data (records) of VirtualHome's tasks; download it first if it is missing.
 
     Raises:
-        DataError: they cannot be obtained, or the store is damaged.
+        DataError: the data cannot be obtained, or the store is damaged.
     """
     return VirtualHomeRecords.from_pack(open_pack(PACK, source))

@@ -1,4 +1,4 @@
-"""VirtualHome tasks as states and goals, built from the records of the store on first use."""
+"""VirtualHome tasks as states and goals, built from the stored data on first use."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class _IndexedGraph:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualHomeTask(Task):
-    """A task of VirtualHome with its data set record."""
+    """A task of VirtualHome, with the published data (record) from which it was made."""
 
     record: TaskRecord
 
@@ -137,7 +137,7 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 
 
 def build_tasks(records: VirtualHomeRecords) -> VirtualHomeTasks:
-    """Return the tasks made from records."""
+    """Return VirtualHome's tasks, made from the published data of each task (record)."""
     nothing = [()] * len(VOCABULARY.binary_slots)
     empty = _IndexedGraph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
     base = empty.apply_delta(records.base)
