@@ -186,7 +186,7 @@ def find_verified_archive(archive: PackageArchive, path: Path) -> Path | None:
         path: an existing file or folder.
 
     Returns:
-        The path of the verified archive or unpacked wheel; None if neither is there.
+        The path of the verified archive or unpacked wheel; None if there is no archive.
 
     Raises:
         DataError: the path does not exist, or the archive or unpacked wheel there differs from the published

@@ -1,4 +1,4 @@
-"""Reader of formulas in the syntax of the paper's goals and subgoals.
+"""Reader of formulas in the syntax of goals and subgoals of the paper "Embodied Agent Interface".
 
 Operators from the loosest to the tightest: then, implies, or, and, until; then the prefixes not, next,
 eventually and always. Blanks may stand between any two words, and are never needed: ``p(x)thenq(y)`` is a

@@ -31,7 +31,7 @@ TakenAction: TypeAlias = tuple[str, tuple[str, ...]]
 
 
 class Trace:
-    """A finite, nonempty sequence of states with the actions between them (paper, section on LTL goals).
+    """A finite, nonempty sequence of states with the actions between them.
 
     Action i is taken in state i and leads to state i + 1. So a formula about action i is true at position i,
     and no action is taken at the last position. All states have the same objects. Truth values are computed

@@ -1,8 +1,8 @@
 """Execute operators on explicit states with the plain semantics of PDDL, to check every plan.
 
-A state is the set of the true atoms of predicates that are not derived. A quantifier tests only objects whose
-test can decide its truth. An index of the state finds these objects from the atoms in the quantifier's body.
-Derived predicates that depend on themselves are computed as least fixpoints. The search (`grounding`,
+A state is the set of the true atoms of predicates that are not derived. A quantifier skips objects that
+cannot affect its truth. An index of the state finds the other objects, from the atoms in the quantifier's
+body. Derived predicates that depend on themselves are computed as least fixpoints. The search (`grounding`,
 `search`) has separate code for conditions and effects. So a mistake in the search is found when its plans are
 executed here.
 """

@@ -1,4 +1,4 @@
-"""Compare operators with gold operators, as the paper does.
+"""Compare operators with gold operators (the data set's), as the paper "Embodied Agent Interface" does.
 
 Clauses are compared. If a condition or effect is a list with a connective, each of its parts is a clause;
 otherwise all of it is one clause. A clause matches an identical clause, including everything nested in it;

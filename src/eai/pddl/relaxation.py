@@ -35,7 +35,7 @@ The depth grows by 1 if such an action needs another literal that was lost.
 """
 
 _MAX_RULES = 2_000
-"""Maximum number of rules (effects of actions) that one lookahead tries."""
+"""Maximum number of rules (effects of actions) that one lookahead (`_RelaxedPlanFollower`) tries."""
 
 
 class _RelaxedEffect(NamedTuple):
@@ -210,7 +210,7 @@ def _map_goals_to_destroyed_goals(problem: GroundProblem) -> dict[int, int]:
 _ActionNumber: TypeAlias = int
 
 _LookaheadPoint: TypeAlias = tuple[int, StateMask, LiteralMask]
-"""A point of a lookahead to return to: the number of actions so far, the state, and its literals."""
+"""A point to which a lookahead may return: the number of actions so far, the state, and its literals."""
 
 
 class _MissingGoalCounts(NamedTuple):

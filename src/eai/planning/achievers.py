@@ -47,7 +47,7 @@ class _UnboundVariable(NamedTuple):
 
 
 class _BindingProcedure(NamedTuple):
-    """A procedure that finds values for an achiever's open variables, which the atom does not determine.
+    """A procedure that finds values for an effect's open variables, which its atom does not determine.
 
     Attributes:
         first: the conditions that must hold and that mention no open variables.
@@ -61,7 +61,7 @@ class _BindingProcedure(NamedTuple):
 
 
 class _PartialBinding(NamedTuple):
-    """An incomplete binding of an achiever's variables, and the procedure that completes the binding."""
+    """An incomplete binding of the variables of an effect, and the procedure that completes the binding."""
 
     binding: FrameBinding
     join: _BindingProcedure
@@ -446,14 +446,14 @@ _MAX_BINDINGS = 100_000
 
 
 class _CandidateAction(NamedTuple):
-    """A ground action that an achiever offers in a state: its arguments, and its failing conditions."""
+    """A ground action with a wanted effect: its arguments, and its conditions that fail in a state."""
 
     arguments: tuple[int, ...]
     failing: Sequence[_GroundCondition]
 
 
 class _CandidateActions:
-    """The ground actions that an achiever offers in a state. Each is tested when it is first needed."""
+    """The ground actions with a wanted effect in a state. Each action is tested when it is first needed."""
 
     __slots__ = ("_rest", "_tested")
 

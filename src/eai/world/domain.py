@@ -44,8 +44,9 @@ class Simulator(Protocol):
             state_by_declared_effects: the state that the declared effects lead to.
 
         Returns:
-            The state after the action, in which its intended effects hold; or a fault if the action failed
-            and changed nothing. The fault may have a check that the domain does not declare.
+            The state after the action, in which its intended effects (changes that it always makes) hold; or
+            a fault if the action failed and changed nothing. The fault may have a check that the domain does
+            not declare.
         """
 
 

@@ -40,8 +40,8 @@ class SlipSampler:
     """Draws at random whether possible actions slip (have no effect), in one answer to one task.
 
     There is no draw for an impossible action. So the n-th possible action gets the same draw under any
-    policy. Episodes that share a sampler continue its sequence of draws (paper, appendix on replanning with
-    stochastic actions).
+    policy. Episodes that share a sampler continue its sequence of draws (paper "Embodied Agent
+    Interface", appendix on replanning with stochastic actions).
 
     Args:
         probability: probability that a possible action slips, from 0 to 1, independent of other actions.

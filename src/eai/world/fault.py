@@ -1,4 +1,4 @@
-"""The kinds of fault that a step of a plan may have, and whether the agent notices a slip."""
+"""The kinds of fault that a step may have, and whether agents notice slips (actions without effect)."""
 
 from __future__ import annotations
 

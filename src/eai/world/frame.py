@@ -25,7 +25,7 @@ AGENT = Constant("agent")
 """Name that stands for the acting object in any formula of a domain."""
 
 UNBOUND = -1
-"""Value of a slot that holds no object."""
+"""Value of a slot (a position in a binding) that holds no object."""
 
 
 class SlotAllocator:
@@ -41,7 +41,7 @@ class SlotAllocator:
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 
     def add_slot(self) -> int:
-        """Add a slot, and return its number."""
+        """Add a slot (a position in each binding), and return its number."""
         self._others.append(UNBOUND)
         return self._first_other + len(self._others) - 1
 

@@ -204,7 +204,7 @@ def _find_effect_conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
 
 
 def sort_operator_checks(operator: Operator) -> Operator:
-    """Return a copy of an operator, with its checks in the paper's order of errors.
+    """Return a copy of an operator, with its checks in the order of the paper "Embodied Agent Interface".
 
     The order is affordance, additional step, missing step. Checks of one kind keep their order.
     """

@@ -233,7 +233,7 @@ class Relation:
 
 
 class TupleSet:
-    """The facts of a predicate of three or more arguments, as tuples. A change makes a new set."""
+    """The facts of a predicate of three or more arguments, as tuples. A `TupleSet` never changes."""
 
     __slots__ = ("_by_others", "members")
 

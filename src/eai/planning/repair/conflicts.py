@@ -165,7 +165,7 @@ The action None stands for the deletion of the entry at the position.
 
 
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
-"""Function from an edited plan and its path to edits. Every repair contains at least one such edit."""
+"""Function from an edited plan and its `PlanPath` to edits. Every repair contains at least one of them."""
 
 
 def make_edits_finder(states: PlanStateCache) -> EditsFinder:
@@ -177,7 +177,7 @@ def make_edits_finder(states: PlanStateCache) -> EditsFinder:
 
 
 class _HelpingEditFinder:
-    """Finds the conflicts of edited plans, and the edits that may resolve them.
+    """Finds the conflict (the first failure) of an edited plan, and the edits that may resolve the conflict.
 
     Args:
         states: the states that plans for the task lead to.

@@ -1,8 +1,8 @@
 """Repair: the fewest edits that make a plan succeed.
 
 An edit inserts, deletes or replaces a step. Every repair has an edit that may resolve the plan's conflict
-(`conflicts`). The search first expands the edited plan with fewest edits, by the edits that may resolve its
-conflict. So it finds a repair with fewest edits. Effort counts operations, never time.
+(its first failure, see `conflicts`). The search first expands the edited plan with fewest edits, by the edits
+that may resolve its conflict. So it finds a repair with fewest edits. Effort counts operations, never time.
 """
 
 from __future__ import annotations
@@ -87,10 +87,10 @@ _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one operation of the search."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Two numbers that measure the effort for a conflict in operations of the search.
+"""Two numbers that measure the effort for a conflict (first failure of a plan) in operations of the search.
 
-Finding the edits that may resolve it counts as ``_CONFLICT_EFFORT`` operations for each step of the plan.
-Trying ``_EDITS_PER_EFFORT`` edits counts as one operation.
+Finding the edits that may resolve the conflict counts as ``_CONFLICT_EFFORT`` operations for each step of the
+plan. Trying ``_EDITS_PER_EFFORT`` edits counts as one operation.
 """
 
 
@@ -392,7 +392,7 @@ class _RepairNode(NamedTuple):
         missed_cuts: the landmarks (sets of actions, see `Cut`) without an action of this plan, as a bit mask.
         known_cuts: number of landmarks known when ``missed_cuts`` was computed.
         missing_steps: minimum number of missing steps that the landmarks prove.
-        min_edits: another minimum number of edits, known from the conflict or from postponed edits.
+        min_edits: another minimum number of edits, from the plan's first failure or from postponed edits.
         edits: the edits that were postponed, because they cost more than other edits.
     """
 
@@ -506,8 +506,8 @@ class _RepairSearch:
     def _expand_node(self, node: _RepairNode) -> None:
         """Queue the plan with each helping edit that adds no cost, and postpone costlier edits.
 
-        An edit helps if it may resolve the plan's conflict. Most postponed edits are never needed (partial
-        expansion, Yoshizumi, Miura and Ishida 2000).
+        An edit helps if it may resolve the plan's conflict (its first failure). Most postponed edits are
+        never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
         edits = node.edits or self._find_edits(node.plan, node.path)
         self.effort.used += 0 if node.edits else _CONFLICT_EFFORT * len(node.path)
