@@ -131,14 +131,14 @@ class DataSet:
 
 @dataclass(frozen=True, eq=False)
 class Benchmark:
-    """A domain with its tasks, a notation of answers, and published data.
+    """A domain with its tasks, the form of answers (notation), and published data.
 
     Attributes:
         name: name of the benchmark in stored verdicts.
         domain: the domain as the paper means it.
         open_tasks: opens the tasks. `eai.tasks.source.given` makes this function for tasks declared in a
             program.
-        notation: the notation of answers and the names of objects and predicates.
+        notation: how answers are written, and the names of objects and predicates.
         data: the published data.
         reference: text for which `eai.benchmarks.registry.find_benchmark` returns the benchmark; may be
             empty.

@@ -411,7 +411,7 @@ def _adapt_subgoals_of_similar_task(
 ) -> Sequence[str]:
     """Return the subgoals of the most similar task, with objects renamed to this task's objects.
 
-    A subgoal is dropped if an object in it has no match in this task.
+    A subgoal is left out if one of its objects has no match in this task.
     """
     nearest = similar_tasks.find_most_similar_task(task)
     if nearest is None:
@@ -478,7 +478,7 @@ def _compute_fraction_of_shared_texts(texts: Counter[str], others: Counter[str])
 def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
     """Yield the steps of one task's plan, with objects replaced by matching objects of another task.
 
-    A step is dropped if an object in it has no match.
+    A step is left out if one of its objects has no match.
     """
     counterparts = _match_objects(
         source, target, [index for action in source.script for index in action.arguments]

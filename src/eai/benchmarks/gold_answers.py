@@ -38,8 +38,8 @@ _GoldAndCorruptedParts: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 def make_noisy_answer(book: AnswersByTask, task_id: str, rate: float, seed: str) -> WrittenAnswer:
     """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
-    Parts are steps, goals, subgoals or operators. Corruption drops or repeats a part, swaps it with the next
-    part, or replaces it by a part of another task's answer. Parts are corrupted independently.
+    Parts are steps, goals, subgoals or operators. Corruption deletes or repeats a part, swaps it with the
+    next part, or replaces it by a part of another task's answer. Parts are corrupted independently.
 
     Args:
         book: the gold answers.
@@ -137,7 +137,7 @@ class WrittenAnswer:
 
 
 AnswersByTask: TypeAlias = Mapping[str, WrittenAnswer]
-"""Mapping from task id to answer, in the order of a suite. Each answer is made on first use."""
+"""Mapping from task id to answer, in the order of the benchmark's tasks. Each answer is made on first use."""
 
 
 def make_answers_by_task(
@@ -239,7 +239,7 @@ def open_answers_of_planner(
 
 
 def make_no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
-    """Return the error to raise if a built-in model has no answers to a suite."""
+    """Return the error to raise if a built-in model has no answers to a benchmark's tasks for an ability."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 

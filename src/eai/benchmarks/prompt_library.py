@@ -1,4 +1,4 @@
-"""Open the prompts of a suite from a set of prompts, such as the official prompts.
+"""Open the prompts of a suite (a benchmark and an ability) from a set, such as the official prompts.
 
 Files of the user may replace prompts of the set. `make_answer_schema` returns the schema of the answer to a
 question, for providers that enforce a schema. The schema allows only words that occur in the question.
@@ -95,7 +95,7 @@ class PromptLibrary:
     def open(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask] | None = None
     ) -> Mapping[str, Prompt]:
-        """Return the prompts of a suite by task id, in the order of the data set.
+        """Return the prompts of a benchmark for an ability by task id, in the order of the data set.
 
         If a benchmark has no published prompts, our prompts are rendered from its domain.
 

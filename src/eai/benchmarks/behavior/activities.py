@@ -73,7 +73,7 @@ def _build_state_and_condition_translator(
 
     Args:
         problem: the problem.
-        published_record: the data set's record of the problem with this name, or None.
+        published_record: the data set's task that is made from the problem with this name, or None.
         usual_object_by_category: category -> the most frequent model, synset and abilities of its objects.
     """
     published_objects = {
@@ -148,7 +148,8 @@ _AGENT = "agent"
 _SAME = "same_obj"
 """Predicate that relates each object to itself.
 
-Published operators test by this predicate whether two parameters are the same object. Our states lack it.
+Published operators test by this predicate whether two parameters are the same object. Our states lack the
+predicate.
 """
 
 

@@ -163,7 +163,7 @@ class _RejectionFinder:
         return None
 
     def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
-        """Return digests of a task's goals and, if splits may share goals, of its initial state.
+        """Return digests of a task's goals and, if training and test may share goals, of its initial state.
 
         A new task with the digests of a task of the data set is rejected as a copy.
         """
@@ -195,8 +195,8 @@ class TaskGenerator:
         benchmark: the benchmark whose domain and scenes the tasks use.
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        is_given_away: function that tells whether a task and a task of another split have a plan in common
-            (`eai.benchmarks.generator.sets.make_shared_plan_test`).
+        is_given_away: function that tells whether a task and a task of another split (training, validation or
+            test set) have a plan in common (`eai.benchmarks.generator.sets.make_shared_plan_test`).
         reopen: opens an equal generator, for example in another process.
 
     Raises:

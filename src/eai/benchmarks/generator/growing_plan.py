@@ -133,7 +133,7 @@ class GoalByGoalPlan:
     def follow_plan(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
         """Append the actions of another plan if it reaches the given goals about states.
 
-        Return whether it does. Otherwise nothing changes.
+        Return whether the plan reaches them. Otherwise nothing changes.
         """
         course = execute_plan(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.goal_holds(goal, course.final_state) for goal in goals):

@@ -151,7 +151,7 @@ def add_goals_against_hazards(
     *,
     untold: bool,
 ) -> _HazardousTask | None:
-    """Return a copy of a task with goals that forbid the hazards of its plan, and with a safe plan.
+    """Return a copy of a task with goals against the hazards (dangers) of its plan, and with a safe plan.
 
     Returns None if the plan causes no hazard, or if no safe plan is found. It also returns None at random:
     the probability that the task is kept is the greatest `kept` among the hazards of the plan.

@@ -111,8 +111,8 @@ def make_reduced_scene(
     """Return a state with some objects of a task: relevant objects, and objects for further goals.
 
     If an object is kept, the objects that contain or support it are kept too, and so are its parts and its
-    whole. Facts of a relation between an object and many others are dropped, unless they are about the agent.
-    If each of two objects is in the other, both facts are dropped.
+    whole. Facts of a relation between an object and many others are left out, unless they are about the
+    agent. If each of two objects is in the other, both facts are left out.
 
     Args:
         task: the task.

@@ -29,8 +29,8 @@ def open_generator(
     Args:
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        earlier: task files of earlier splits.
-        later: task files of later splits.
+        earlier: task files of splits (such as the training set) that are made earlier.
+        later: task files of splits that are made later.
 
     Raises:
         InputError: a line of a file is not a task, or the benchmark cannot meet the specification.

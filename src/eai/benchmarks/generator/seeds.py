@@ -24,9 +24,10 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import ImpossibleTaskSurplus, TaskPairChooser
 
 _MAX_FAILED_SEEDS = 300
-"""Number of rejected seeds in a row after which generation fails.
+"""Number of seeds in a row without an accepted task after which generation fails.
 
-For a split, it is divided by the smallest share in `SHARES`, because many seeds belong to other splits.
+For a split (such as the training set), the number is divided by the smallest share in `SHARES`, because many
+seeds belong to other splits.
 """
 
 _PAIRS_FACTOR = 4
@@ -39,7 +40,7 @@ _MAX_FEW_GOALS = 10
 """Maximum number of different lists of goals in a world with few goals."""
 
 _MAX_FAILED_SEEDS_WITH_FEW_GOALS = 100
-"""Number of rejected seeds in a row after which generation fails in a world with few goals."""
+"""Number of seeds in a row without an accepted task after which generation fails if goals are few."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +63,7 @@ class TaskSeedOutcome:
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            surplus: counts of the tasks in earlier pairs. A new pair is added to them.
+            surplus: counts of the tasks in earlier pairs. A new pair is added to the counts.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY

@@ -137,7 +137,7 @@ def _get_split_at_share(position: float) -> TaskSplit:
 
 
 def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: HeldOut) -> TaskSplit:
-    """Return the split of a task with these goals and this initial state.
+    """Return the split (such as training or test) of a task with these goals and this initial state.
 
     The split does not depend on names of objects, except if `held_out` is ``starts``. Tasks of two splits
     then may have equal goals, but not equal goals and equal initial states.
@@ -162,7 +162,7 @@ def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[
 def select_public_tasks_of_split(
     tasks: Sequence[Task], split: TaskSplit, held_out: HeldOut
 ) -> Sequence[Task]:
-    """Return the data set's tasks from which the tasks of a split are made.
+    """Return the data set's tasks from which the tasks of a split (such as the training set) are made.
 
     If splits must not share titles or scenes, the titles or scenes are sorted by hash and divided by the
     splits' shares. With a random draw for each title, the splits would miss their shares, because titles and
@@ -179,7 +179,7 @@ def select_public_tasks_of_split(
 def make_shared_plan_test(
     domain: Domain, earlier_tasks: Iterable[Task] = (), later_tasks: Iterable[Task] = ()
 ) -> Callable[[Task], bool]:
-    """Return a function that tells whether a task shares a plan with a task of another split.
+    """Return a function that tells whether a task shares a plan with a task of another split (such as test).
 
     A plan is shared if the plan of the most similar task of the earlier splits solves the task, or if the
     task's plan solves a task of a later split. Objects of plans are renamed for this.
@@ -235,7 +235,7 @@ def estimate_number_of_tasks(fingerprint_log: Iterable[tuple[str, str]]) -> int 
 
 
 def is_earlier_split(one: str, other: str) -> bool:
-    """Whether both names are names of splits, and the first split is made before the second."""
+    """Whether both names are names of splits (such as training and test), and the first is made earlier."""
     return one in _ORDER and other in _ORDER and _ORDER.index(TaskSplit(one)) < _ORDER.index(TaskSplit(other))
 
 

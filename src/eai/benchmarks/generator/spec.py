@@ -19,7 +19,7 @@ from eai.tasks.task import Task
 
 
 class SeedRejectionReason(str, Enum):
-    """The reason why a seed gives no task."""
+    """The reason why a seed of the task generator gives no task."""
 
     NO_GOALS = "no goal was reached"
     TOO_SHORT = "the certificate is too short"
@@ -146,7 +146,7 @@ class TaskSplit(str, Enum):
 
 
 HeldOut: TypeAlias = Literal["goals", "starts", "pairs", "titles", "scenes"]
-"""The property of tasks that two splits never have in common.
+"""The property of tasks that two splits, such as training and test set, never have in common.
 
 - ``goals``: no tasks of the two splits have equal sets of goals, if categories replace objects.
 - ``starts``: no tasks of the two splits have equal goals and equal initial states. Objects count by their
@@ -177,7 +177,7 @@ class TaskSpecification:
         difficulty: minimum and maximum expected difficulty (`eai.benchmarks.generator.measures`); None for
             any.
         at_least: minimum values of measures, as pairs of a measure and its minimum.
-        split: the split to which tasks belong.
+        split: the split (such as training or test) to which tasks belong.
         held_out: the property that two splits never have in common.
         disturbances: maximum number of facts that random actions make true in a scene before a task begins.
         version: version of the generator.

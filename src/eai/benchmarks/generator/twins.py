@@ -163,7 +163,7 @@ def _find_removable_facts(
 def _make_fact_similarity_key(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     """Return a key that is equal for facts with one property if goals mention their objects in the same way.
 
-    It tells whether goals name the object, and whether they quantify over the object's category.
+    The key tells whether goals name the object, and whether they quantify over the object's category.
     """
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))

@@ -181,7 +181,7 @@ class _TaskEncoder:
     def compute_common_graph(self, tasks: Sequence[_UnconvertedTask]) -> _HomeGraph:
         """Return the graph of the object ids and edges that all initial graphs have.
 
-        Each id has the record that is most frequent in these graphs.
+        Each object has the description that is most frequent in these graphs.
         """
         counts = Counter(record for source in tasks for record in source.initial.objects)
         variants = group_pairs((record.id, record) for record in counts)

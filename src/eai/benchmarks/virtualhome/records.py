@@ -142,7 +142,7 @@ class _SharedObjectsAndRelations(NamedTuple):
         )
 
     def read_task(self, values: Mapping[str, Any]) -> TaskRecord:
-        """Return the record for the JSON value of a line."""
+        """Return the published data of a task from the JSON value of its line."""
         flat = ("relevant_from_nodes", "relevant_from_edges")
         nested = ("node_goals", "edge_goals", "action_goals")
         read: dict[str, Any] = {
