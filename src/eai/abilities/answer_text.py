@@ -16,7 +16,7 @@ repairs are:
 * ``json_in_string``: the value is JSON inside a string;
 * ``wrapper_key``: the value is a member of an object whose other members are neither lists nor objects;
 * ``json_lines``: the parts of the value follow each other without a list around them;
-* ``numbered``: such parts have numbers.
+* ``numbered``: parts that follow each other have numbers.
 """
 
 from __future__ import annotations

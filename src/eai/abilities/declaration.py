@@ -407,8 +407,8 @@ def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
 def count_additional_steps(verdict: PlanVerdict) -> int:
     """Return how many additional (needless) steps one answer adds to the sum over many answers.
 
-    This is 1 if the answer has such steps, however many, else 0. If the verdict has `SummaryCounts`, their
-    number counts instead.
+    This is 1 if the answer has one or more additional steps, else 0. If the verdict has `SummaryCounts`,
+    their number counts instead.
     """
     if verdict.counted is not None:
         return count_faults(verdict, FaultKind.ADDITIONAL_STEP)

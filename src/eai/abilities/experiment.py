@@ -22,10 +22,10 @@ MAX_STEPS = 1_000_000
 """Maximum number of actions in an episode. A longer episode is cut off."""
 
 MAX_SEED = 2**63 - 1
-"""Maximum random seed of slips, which are actions without effect."""
+"""Maximum random seed of slips, which are possible actions that by chance have no effect."""
 
 _DEFAULT_POSITION = 50
-"""Default of `StudySettings.label_position`, which orders the labels of several studies in one name."""
+"""Default of `StudySettings.label_position`, which orders labels in the name of a folder."""
 
 
 @dataclass(frozen=True, slots=True)

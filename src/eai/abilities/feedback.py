@@ -46,8 +46,8 @@ class QuestionWriter:
     Attributes:
         prompt_of: returns the question of the first attempt, given the task's id.
         wording: the names of predicates and objects in questions.
-        restate: makes the question about a task in its present state. None if there is no such question; a
-            description of the present state is then added to the first question.
+        restate: makes the question about a task in its present state. If it is None, a description of the
+            present state is added to the first question.
         templates: the templates of feedback.
         perceive: perceives the present scene; None if questions describe the true scene.
     """
@@ -59,7 +59,7 @@ class QuestionWriter:
     perceive: ScenePerception | None = None
 
     def describe_scene_metadata(self, trial: Trial) -> Mapping[str, str]:
-        """Return metadata about the scene in the next question; empty if it describes no new scene."""
+        """Return metadata about the scene in the next question; empty if the scene is not new."""
         return (
             self._get_task_belief_and_metadata(trial)[1]
             if self.perceive is not None and _describes_state_after_attempts(trial)

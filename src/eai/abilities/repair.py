@@ -2,8 +2,8 @@
 
 The distance of an answer from success is the minimum number of steps that must be inserted, deleted or
 replaced. Often several repairs have the fewest edits. Then one such repair is reported. It need not show the
-mistake that the model made. A step is blamed only if a single edit is enough for success and every such edit
-concerns this step.
+mistake that the model made. A step is blamed only if a single edit is enough for success, and all sufficient
+edits concern this step.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ class Repair:
         at_least: lower bound of the number of edits.
         at_most: number of edits in a repair that was found; None if no repair was found.
         why_null: why the distance is unknown: ``unreadable``, ``unsolvable`` (no plan succeeds),
-            ``over_time`` (the task has a goal over time), or ``order`` (in this domain the fault of a step
-            depends on more than the present state).
+            ``over_time`` (the task has a goal about the whole execution), or ``order`` (in this domain the
+            fault of a step depends on more than the present state).
         edits: the edits of a smallest repair, in order; their number is ``at_most``.
         ties: number of different single edits that are enough for success, if the distance is one.
         kinds: kinds of the edits in ``ties``.

@@ -37,14 +37,16 @@ EndCondition: TypeAlias = Literal["goal", "done"]
 
 @dataclass(frozen=True, slots=True)
 class ReplanningOptions:
-    """Options of replanning. By default a task has one attempt, in which every action works.
+    """Options of replanning: a model may attempt a task several times.
+
+    By default a task has one attempt, in which every action works.
 
     Attributes:
         replans: maximum number of further attempts after a failure.
         world: the state in which a further attempt begins.
         feedback: the feedback on earlier attempts.
         form: the position of the feedback.
-        slip: probability that a possible action has no effect.
+        slip: probability that a possible action slips: by chance, it has no effect.
         slip_seed: random seed that decides which actions slip; None if no action slips.
         notice: whether the agent notices that an action slipped.
         until: the condition that ends an attempt.
@@ -79,7 +81,7 @@ class ReplanningOptions:
 
     @classmethod
     def from_experiment(cls, experiment: Experiment | None) -> ReplanningOptions | None:
-        """Return an experiment's options of replanning, or None if the experiment has no replanning."""
+        """Return an experiment's options of replanning (several attempts at a task), or None."""
         choice = None if experiment is None else experiment.study.get(STUDY)
         if choice is None:
             return None

@@ -134,7 +134,12 @@ def _report_executed(
 
 
 def _describe_failed_effects(domain: Domain, action: Action, before: State, after: State) -> str:
-    """Return a text on the failed alternatives of an executed operator, and why; empty if none failed."""
+    """Return a text on the ways to act in which an executed action failed, and why.
+
+    An operator may have several ways to act, each with its own condition and checks (`OperatorAlternative`).
+    A way failed if one of its checks failed, and its condition still holds. The text is empty if no way
+    failed.
+    """
     operator = domain.compiled_operators[action.operator]
     if not operator.alternatives:
         return ""

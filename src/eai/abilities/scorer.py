@@ -116,7 +116,7 @@ class PlanScorer(Scorer):
     def compute_closeness_to_success(self, text: str) -> float | None:
         """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
 
-        Return None if the closeness is unknown, as for tasks with goals over time.
+        Return None if the closeness is unknown, as for tasks with goals about the whole execution.
 
         Raises:
             InputError: answers are scored by rules other than the paper's (``strict``).

@@ -17,7 +17,7 @@ class TaskFeatures:
         name: name of the task. Tasks with the same name are almost equal.
         annotated_steps: number of steps of the plan in the data set; None if there is no such plan.
         goals: number of goals.
-        hazards: names of the hazards that the task forbids (`HazardousTaskMark`).
+        hazards: names of the hazards (events) that the task forbids (`HazardousTaskMark`).
         missing: the facts whose absence makes the goals unreachable; None if answers to the task may not be a
             refusal.
         fits: the objects that fit the instruction; None if answers to the task may not be a question.

@@ -189,7 +189,7 @@ def _is_list_of_texts(body: str, actions: Collection[str]) -> bool:
 def _is_cut_off(body: str, *, is_json: bool) -> bool:
     """Whether the end of an answer is missing.
 
-    Programs may have appended closing brackets to such an answer.
+    Programs may have appended closing brackets to an answer that was cut off.
     """
     if is_json and has_unclosed_bracket(body):
         return True

@@ -127,8 +127,8 @@ class RewardInputs:
 def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bool]) -> float | None:
     """Return how much of the possible gain in goals was reached, from 0 to 1; None if no goal can be gained.
 
-    A goal that holds at the start earns nothing. If the answer undoes such a goal, the gain is reduced by one
-    goal.
+    A goal that holds at the start earns nothing. If the answer undoes a goal that holds at the start, the
+    gain is reduced by one goal.
 
     Args:
         goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
@@ -274,7 +274,7 @@ class Verdict:
 
     @property
     def outcome_of_second_planner(self) -> str | None:
-        """Outcome of the second planner, which runs if the first does not decide; else None."""
+        """Outcome of the second planner; None if the first planner gave the result, or if no planner ran."""
         return None
 
 

@@ -40,14 +40,14 @@ finds is only a lower bound.
 """
 
 _MAX_UNPRUNED_SETS = 64
-"""Maximum number of sets of conditions that a search keeps without dropping dominated sets.
+"""Maximum number of sets of conditions that a search keeps without discarding dominated sets.
 
 Common conditions are about atoms in several parts of a goal. A set of them is dominated if another set is
 never worse, whichever other conditions are chosen.
 """
 
 _MAX_DOMINATING_SETS = 8
-"""Number of the best sets of conditions with which all other sets are compared, to drop dominated sets."""
+"""Number of the best sets of conditions with which all other sets are compared, to discard worse sets."""
 
 
 class _ShareOfMetConditions(NamedTuple):
@@ -56,7 +56,8 @@ class _ShareOfMetConditions(NamedTuple):
     Attributes:
         met: number of conditions of the option that hold.
         total: number of conditions of the option.
-        is_exact: whether it is proved that no option has a larger share; False if the search dropped options.
+        is_exact: whether it is proved that no option has a larger share; False if the search discarded
+            options.
     """
 
     met: int
@@ -104,7 +105,7 @@ class _BestGoalOptionFinder:
     def __call__(self, true_atoms: int, further_conditions_met: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of met conditions among all lists of conditions that satisfy the goal.
 
-        It is 0 of 1 if there is no such list.
+        It is 0 of 1 if no list of conditions satisfies the goal.
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
@@ -178,7 +179,7 @@ class _GoalOptionSearch:
 
     Attributes:
         values: the value of each condition by number: how much it adds to the sum that the search maximizes.
-        is_cut: whether the search dropped sets of conditions because there were too many.
+        is_cut: whether the search discarded sets of conditions because there were too many.
     """
 
     __slots__ = ("is_cut", "values")
@@ -399,8 +400,8 @@ class _GoalPartCompiler:
     def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
         """Return the conditions on common atoms that only some parts of the goal mention, as a bit mask.
 
-        `mention_counts` says how often each atom occurs in these parts. An atom is common if several parts of
-        the goal mention it.
+        `mention_counts` has the number of times that each atom occurs in these parts. A common atom occurs in
+        several parts of the goal.
         """
         atoms = [
             atom

@@ -127,11 +127,11 @@ class GoalTest:
 
     @property
     def has_goals_over_time(self) -> bool:
-        """Whether the task has goals over time."""
+        """Whether the task has goals about the whole execution."""
         return bool(self._over_time)
 
     def meets_goals_over_time(self, trajectory: Trajectory) -> bool:
-        """Whether an execution meets the task's goals over time."""
+        """Whether an execution meets those goals of the task that are about the whole execution."""
         trace = to_trace(trajectory)
         return all(holds(formula, trace) for formula in self._over_time.values())
 
@@ -223,8 +223,7 @@ class _PartialSuccessFinder:
 
         Args:
             final: the state in which the conditions are tested.
-            reached: whether each goal, in order, is reached. It decides about goals that count as a single
-                condition.
+            reached: whether each goal, in order, is reached; used for goals that count as a single condition.
             action_goals_met: whether all action goals are met. Together they count as one condition.
         """
         binding = self._binding.copy()  # derived predicates write into it, so each call needs a copy

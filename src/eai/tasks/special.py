@@ -1,4 +1,4 @@
-"""Special tasks: tasks that may be impossible or ambiguous, and tasks whose goals forbid hazards."""
+"""Special tasks: tasks that may be impossible or ambiguous, and tasks whose goals forbid some events."""
 
 from __future__ import annotations
 
@@ -46,4 +46,4 @@ class HazardousTaskMark:
 
 
 SpecialTaskMark: TypeAlias = ImpossibleTaskMark | AmbiguousTaskMark | HazardousTaskMark
-"""The kinds of special tasks: a task that answers may decline, or a task whose goals forbid hazards."""
+"""The kinds of special tasks: a task that answers may decline, or a task whose goals forbid events."""

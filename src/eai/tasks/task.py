@@ -81,14 +81,14 @@ class Task:
         relevant: indices of the objects that matter to the task, in the order of the data set.
         script: the plan for the task in the data set; empty if there is no such plan.
         temporal_goal: the goals as one formula of temporal logic, as text; None without such a formula.
-        annotated_final: the final state that the data set records for its plan; None if it records none.
+        annotated_final: the final state of the plan, as the data set states it; None if it states none.
         unsolvable: the reason why no plan reaches the goals; None if no such reason is known.
         unnamed: indices of objects that operators use but that answers never name, such as recipes.
-        special: whether the task may be impossible or ambiguous, or has hazards (`eai.tasks.special`); None
-            for other tasks.
-        shortest_plan: the shortest known plan; empty if the task does not record it.
+        special: whether the task may be impossible or ambiguous, or forbids events (`eai.tasks.special`);
+            None for other tasks.
+        shortest_plan: the shortest known plan; empty if the task does not state it.
         reference_plan: actions that win a game of the task in the standard setting of `eai.agents`; empty if
-            the task does not record them.
+            the task does not state them.
     """
 
     id: str
@@ -147,14 +147,14 @@ class Task:
 
     @property
     def goals_without_hazards(self) -> tuple[Goal, ...]:
-        """The goals of the task except those that forbid hazards."""
+        """The goals of the task except goals that forbid hazards (events that must not happen)."""
         hazards = len(self.special.hazards) if isinstance(self.special, HazardousTaskMark) else 0
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
         """Return the task with other goals, and without plans for the old goals, except `script`.
 
-        None of the new goals may forbid a hazard.
+        None of the new goals may forbid a hazard (an event that must not happen).
         """
         special = None if isinstance(self.special, HazardousTaskMark) else self.special
         return replace(self, goals=goals, special=special, shortest_plan=(), reference_plan=())
@@ -182,7 +182,7 @@ class Task:
 
 
 def goal(formula: Formula) -> Goal:
-    """Return the goal of a formula. The formula decides the kind of the goal.
+    """Return the goal of a formula. The kind of the goal depends on the formula.
 
     A formula with actions makes an action goal, and a formula with relations a relation goal. Any other
     formula makes a state goal. A goal over time is never an action goal.

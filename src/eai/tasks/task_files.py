@@ -223,7 +223,7 @@ def _find_mistakes_in_plan(
 ) -> Iterator[str]:
     """Yield a message for each step that fails or is needless, and for each goal that is not reached.
 
-    Steps may be needless if ``member`` is ``reference``. Such a plan may contain actions for finding objects.
+    Steps may be needless if ``member`` is ``reference``. This plan may contain actions for finding objects.
     """
     trajectory = execute_plan(domain, task.initial, plan)
     for number, step in enumerate(trajectory.steps):
@@ -243,7 +243,7 @@ def _find_mistakes_in_plan(
 
 
 def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
-    """Yield a message for each goal over time that the initial state already breaks."""
+    """Yield a message for each goal about the whole execution that the initial state already violates."""
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):
         if goal.is_over_time and is_refuted_by_initial_state(goal.formula, start):

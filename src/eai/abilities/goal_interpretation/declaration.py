@@ -48,7 +48,7 @@ def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
 
     Three metrics are not in the paper's tables. ``parsing`` is the share of unreadable answers.
     ``ill_formed`` and ``hallucination`` are the shares of stated goals that are incomplete, or that name
-    something that does not exist. Precision and F1 leave such goals out.
+    something that does not exist. Precision and F1 leave these goals out.
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}

@@ -39,7 +39,7 @@ class _GoalsByValidity(NamedTuple):
 
     Attributes:
         known: well-formed goals without an unknown name, each with its number of occurrences.
-        unknown: pairs of a well-formed goal with an unknown name, and the first such name in the goal.
+        unknown: pairs of a well-formed goal with an unknown name, and the first unknown name in the goal.
         ill_formed: ill-formed goals, each once.
     """
 
@@ -113,7 +113,7 @@ class _GoldGoals:
 class GoalInterpretationScorer(Scorer):
     """The scorer of goal interpretations for one task.
 
-    It leaves out goals over time, because answers cannot state them.
+    It leaves out goals about the whole execution, because answers cannot state them.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:

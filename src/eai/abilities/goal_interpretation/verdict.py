@@ -29,7 +29,7 @@ class GoalVerdict(Verdict):
             them).
         predicted: number of goals that the answer states, including goals that are not counted.
         ill_formed: number of ill-formed goals in the answer.
-        hallucinated: for each goal with an unknown name, the first such name.
+        hallucinated: for each goal with an unknown name, the first unknown name.
         unknown_predicates: predicates in the answer that do not exist.
         matched: right goals as texts, each as often as it counts.
         wrong: wrong goals as texts, each as often as it counts. Incomplete entries come first, as the answer

@@ -86,7 +86,7 @@ def read_nested_formula(
 
 
 def unwrap_operands(operands: Sequence[object]) -> Sequence[object]:
-    """Return the operands of a connective without the list around them, if an answer writes such a list."""
+    """Return the operands of a connective without the list around them, if an answer writes a list."""
     match operands:
         case [[[*_], *_] as inner]:
             return inner

@@ -26,9 +26,9 @@ class Notation:
         subgoals: notation of subgoals; None for formulas with the names of the domain.
         formats: mapping from abilities to prompt texts that describe the answer. For other abilities, prompts
             describe the default notation.
-        short_texts: texts of the prompt set ``short`` by key. The text ``rules`` states the rules of actions;
-            the text with an ability's name describes the form of its answers. If a text is missing, prompts
-            have shortened rules, or describe the default notation.
+        short_texts: texts for prompts in short notation (``short``), by key. The text ``rules`` states the
+            rules of actions; the text with an ability's name describes the form of its answers. If a text is
+            missing, prompts have shortened rules, or describe the default notation.
         wordings: returns the names in the prompts of an ability; None for the names of the domain.
         also_observed: predicates that observations list after the predicates in prompts of action sequencing.
         english: the words with which instructions are written, and the role of the agent.

@@ -231,7 +231,7 @@ def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | 
 
     Args:
         value: the JSON object.
-        actions: names of the actions whose objects may be such a text.
+        actions: names of the actions whose objects may be a text with commas.
     """
     steps: list[WrittenStep] = []
     repairs: tuple[str, ...] = ()

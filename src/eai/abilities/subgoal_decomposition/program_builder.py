@@ -1,13 +1,13 @@
 """Translate the subgoals of an answer into a program. A search then explores all executions of the program.
 
 A subgoal is a formula. If a part of the formula is about a single state, actions first make this part true,
-and then a test follows. All alternatives are tried: each operand of an ``or``, each object of an ``exists``.
-A ``forall`` requires all objects of its class. The name of a class stands for any of the task's objects of
-that class. An action in the formula is executed.
+and then a test follows. All disjuncts are tried: each operand of an ``or``, each object of an ``exists``. A
+``forall`` requires all objects of its class. The name of a class stands for any of the task's objects of that
+class. An action in the formula is executed.
 
-A short formula can require millions of literals, because quantifiers and alternatives multiply. So literals
-are counted before a formula is expanded. A subgoal with too many literals is rejected. The limit is the same
-on every machine.
+A short formula can require millions of literals, because quantifiers and disjuncts multiply. So literals are
+counted before a formula is expanded. A subgoal with too many literals is rejected. The limit is the same on
+every machine.
 """
 
 from __future__ import annotations

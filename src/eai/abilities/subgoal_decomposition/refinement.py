@@ -161,7 +161,7 @@ class SubgoalRefiner:
     ) -> ActionSequence | None:
         """Return needless actions: they would make the literals true, but the literals hold already.
 
-        Each action fails as an additional (needless) step. The result has the first such action for each
+        Each action fails as an additional (needless) step. The result has the first needless action for each
         literal. It is None if a literal does not hold.
         """
         if not all(self._repertoire.make_literal_test(literal, state.scene)(state) for literal in literals):

@@ -252,7 +252,7 @@ class OperatorIndex:
     ) -> list[tuple[int, ...]]:
         """Return the tuples of arguments with which an operator's fixed checks hold.
 
-        ``decided_arguments`` has an object for each decided argument, and None for every other argument.
+        ``decided_arguments`` has the object of each chosen argument, and None for all other arguments.
         """
         taken = self._taking(operator)
         scope = {
@@ -349,8 +349,8 @@ class OperatorIndex:
     ) -> list[Operator]:
         """Return the candidates that can make some operators, ``enabled_operators``, possible.
 
-        A candidate can do so if it changes a predicate in a condition of such an operator. Candidates that
-        make a returned candidate possible are returned, too.
+        A candidate can make an operator possible if it changes a predicate in the operator's conditions. The
+        result also has candidates that make a returned candidate possible.
         """
         supporting: list[Operator] = []
         asking = list(enabled_operators)
@@ -401,7 +401,7 @@ def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | 
 
 
 def _get_agent_number_in_pattern(constant: Constant) -> int | None:
-    """Return `_AGENT`, which stands for the agent in patterns, if a constant names the agent; else None."""
+    """Return the agent's number in an `_OperatorPattern` if a constant names the agent; else None."""
     return _AGENT if constant == AGENT else None
 
 

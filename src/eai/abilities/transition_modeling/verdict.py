@@ -127,7 +127,7 @@ class OperatorVerdict(Verdict):
 
     @property
     def outcome_of_second_planner(self) -> str | None:
-        """Outcome of the planner that ran after the built-in search; None if the built-in search decided."""
+        """Outcome of the planner that ran after the built-in search; None if that search gave the result."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value

@@ -199,12 +199,12 @@ def _write_goals(wording: SuiteWording, belief: BelievedTask, templates: PromptT
 
 
 def write_initial_state(wording: SuiteWording, belief: BelievedTask) -> str:
-    """Return the text that states the initial state of a task as the model believes it to be."""
+    """Return a text on the initial state of a task: the true state, or the state that a model perceived."""
     return Template(belief.initial).safe_substitute(initial=wording.describe_initial(belief.task))
 
 
 def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTemplates) -> list[str]:
-    """Return explanations of the notations in the goals of tasks: actions, quantifiers and goals over time.
+    """Return explanations of the signs in the goals of tasks: actions, quantifiers and temporal operators.
 
     Args:
         name: name of the template that explains goals about actions, usually the name of an ability.
@@ -257,8 +257,8 @@ def render_operator_prompts(
     """Return the prompts of transition modeling.
 
     The example in a prompt shows operators that the task does not ask for. If a domain has very many types,
-    the prompt shows only the predicates in the operators and the goals of the task and of the example, and in
-    the definitions of these predicates.
+    the prompt shows only the predicates that occur in the operators and goals of task and example, and the
+    predicates in their definitions.
 
     Raises:
         InputError: a template of the user cannot be used.

@@ -29,7 +29,7 @@ def list_template_names() -> frozenset[str]:
 
 @cache
 def _read_packaged_template(name: str, variant: str) -> str:
-    """Return the text of a template of this package: the text in the prompt set `variant`, if it has one."""
+    """Return the text of a template of this package, in the wording `variant` if there is one."""
     file = _FOLDER / _VARIANTS / variant / name
     file = file if variant and file.is_file() else _FOLDER / name
     return file.read_text(encoding="utf-8").removesuffix("\n")
