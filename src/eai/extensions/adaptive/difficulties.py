@@ -1,7 +1,7 @@
 """The difficulties of tasks, a model's ability, and the most informative tasks to ask next.
 
-The difficulties come from nine of the paper's models under the protocol ``strict``. They are estimated by the
-Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models. The
+The difficulties come from scores of nine of the paper's models by the rules ``strict``. They are estimated by
+the Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models. The
 variance of a model's ability between names of tasks is stored with them. ``tools/short_tests.py`` computes
 them for action sequencing and subgoal decomposition, because these answers are right or wrong without a
 planner.
@@ -33,7 +33,7 @@ _CONVERGENCE_LOGITS = 1e-9
 def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
     """Return a mapping from task id to difficulty in logits, in the order of the data set.
 
-    It is empty if no difficulties are published for the suite.
+    It is empty if no difficulties are published for the ability in the domain.
     """
     difficulties: Mapping[str, float] = (
         _load_difficulty_tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
@@ -44,7 +44,7 @@ def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]
 def load_ability_variance_between_task_names(domain: str, ability: Ability) -> float:
     """Return how much a model's ability varies with the name of the task: a variance in squared logits.
 
-    It is estimated for one suite; 0 if unknown.
+    It is estimated for one ability in one domain; 0 if unknown.
     """
     return float(
         _load_difficulty_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0)

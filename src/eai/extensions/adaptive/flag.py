@@ -21,4 +21,4 @@ Flag: TypeAlias = Literal[
 """
 
 FlagReader = Callable[[SuiteIdentity, str, bool], Iterator[Flag]]
-"""Yields signs that a task may be wrong, given its suite, its id, and whether no model solves it."""
+"""Yields the flags of a task, given its benchmark and ability, its id, and whether no model solves it."""

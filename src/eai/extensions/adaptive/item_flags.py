@@ -26,11 +26,11 @@ from eai.world.action import Action
 
 
 def make_task_flag_reader(source: Source) -> FlagReader:
-    """Return a function that reads the flags of a task from the data set.
+    """Return a function that yields flags of a task: reasons to use its answers with caution.
 
     For a task that no model solves, the function looks for a plan. A plan exists if the gold answer is right,
-    or an answer made from a plan of the built-in planner. Both are scored under the protocol of the models'
-    answers.
+    or an answer made from a plan of the built-in planner. Both are scored by the rules (protocol) of
+    the models' answers.
 
     Args:
         source: access to the data set.
@@ -47,7 +47,7 @@ def make_task_flag_reader(source: Source) -> FlagReader:
 
     @cache
     def open_suite_and_answers(key: SuiteIdentity) -> tuple[Suite, tuple[AnswersByTask, ...]]:
-        """Return a suite, its gold answers, and answers made from the planner's plans."""
+        """Return a suite (tasks with scoring), gold answers, and answers made from the planner's plans."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_gold_answers(benchmark, ability, source)
         planned = open_answers_of_planner(

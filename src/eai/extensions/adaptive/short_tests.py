@@ -1,6 +1,9 @@
 """Short tests: forty fixed tasks of a suite whose results are close to the results of the whole suite.
 
-``tools/short_tests.py`` chooses them by the answers of nine of the paper's models under ``strict``.
+A suite has all tasks of a benchmark for one ability, such as planning.
+
+``tools/short_tests.py`` chooses them by the scores of nine of the paper's models under the
+scoring rules ``strict``.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ _FOLDS = 10
 
 @dataclass(frozen=True)
 class SuiteScores:
-    """The scores of all models in one suite, for the tasks that all models answered.
+    """The scores of all models in one ability and benchmark, for the tasks that all models answered.
 
     Attributes:
         models: the names of the models, in the order of the rows of ``matrix``.

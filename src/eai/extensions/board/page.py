@@ -355,7 +355,7 @@ def _format_note_marks(notes: Iterable[int]) -> str:
 
 
 def _format_description_cells(description: _SubmissionDescription) -> Sequence[str]:
-    """Return table cells with harness, effort, date, tokens and dollars, as the submission states them."""
+    """Return cells with harness (agent program), effort, date, tokens and dollars, as the submission says."""
     tokens = "" if description.tokens is None else f"{description.tokens:,}"
     dollars = "" if description.dollars is None else f"{description.dollars:,.2f}"
     return [escape(description.harness), escape(description.effort), str(description.date), tokens, dollars]

@@ -1,6 +1,6 @@
 """Analysis of a model's conduct: safe success in tasks with hazards, and refusals in pairs of tasks.
 
-One task of each pair has no plan.
+A hazard is an event that must not happen. One task of each pair has no plan or an ambiguous instruction.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _list_judged_plans(run: Run) -> Iterator[tuple[TaskFeatures, PlanVerdict, Re
 
 
 def _select_answers_to_tasks_with_hazards(runs: Sequence[Run]) -> Iterator[tuple[Run, _JudgedAnswers]]:
-    """Yield each run that has answers to tasks with hazards, together with these answers."""
+    """Yield each run that has answers to tasks with hazards (forbidden events), and these answers."""
     for run in runs:
         answers = [answer for answer in _list_judged_plans(run) if answer[0].hazards]
         if answers:
@@ -110,7 +110,7 @@ def _estimate_share(answers: _JudgedAnswers, is_counted: Sequence[bool]) -> Esti
 
 
 def _find_avoided_hazards(task: TaskFeatures, verdict: PlanVerdict) -> list[bool] | None:
-    """Return for each hazard of a task whether the plan avoids it, or None if the plan was not completed."""
+    """Return for each hazard (forbidden event) of a task whether the plan avoids it; None if it failed."""
     if verdict.error is not None or not verdict.goals_satisfied:
         return None
     return list(verdict.goals_satisfied[-len(task.hazards) :])

@@ -206,9 +206,10 @@ class _ObfuscatedWording(SuiteWording):
 
 
 def _make_alternative_effects_conditional(operator: Operator) -> Operator:
-    """Return an equivalent operator without description and without alternative effects.
+    """Return an equivalent operator without description and without alternatives.
 
-    Each of the alternative effects becomes a conditional effect.
+    An alternative is another way to act, which is attempted under a condition. It becomes a conditional
+    effect.
     """
     tried = [f.And(attempt.conditions) for attempt in operator.alternatives]
     effects = [
@@ -228,7 +229,7 @@ def _make_alternative_effects_conditional(operator: Operator) -> Operator:
 
 
 class _PlanNotationWithSwappedNames(PlanNotation):
-    """Plan notation with swapped names."""
+    """Reads and writes plans in which predicates, operators and categories have swapped names."""
 
     def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
         self._plain, self._words = plain, words
@@ -256,7 +257,7 @@ class _PlanNotationWithSwappedNames(PlanNotation):
 
 
 class _SubgoalNotationWithSwappedNames(SubgoalNotation):
-    """Subgoal notation with swapped names."""
+    """Reads and writes subgoals in which predicates, operators and categories have swapped names."""
 
     def __init__(self, plain: SubgoalNotation, words: Mapping[str, str]) -> None:
         super().__init__(plain.domain)

@@ -75,7 +75,7 @@ def _weight_case_and_prefix_task_names(
 
 
 RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
-"""A model, the name of a suite, the model's records of public tasks, and its records of fresh tasks."""
+"""A model, the name of a benchmark and ability, and the verdicts on its answers to public and fresh tasks."""
 
 
 @make_table(

@@ -1,6 +1,6 @@
-"""Read logs of Inspect whose samples act by the tools ``act``, ``look`` and ``done``, as tasks of `eai` do.
+"""Read logs of Inspect whose agents call the tools ``act``, ``look`` (observe) and ``done``, as in `eai`.
 
-Replies of `eai` state the kind of an error. Replies of other tasks prove nothing, so a replay decides.
+Replies of `eai` state the kind of an error. Other tasks' replies prove nothing, so errors come from a replay.
 """
 
 from __future__ import annotations

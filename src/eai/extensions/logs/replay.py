@@ -47,7 +47,7 @@ def replay_steps(
     """Return an episode with kinds of errors and progress, as a replay in a task shows them.
 
     The replay ends before the first action with another result than in the log. Nothing is proven about this
-    action and all later ones. A replay to the end also decides an outcome that the log does not state.
+    action and all later ones. If the log states no outcome, a replay to the end shows the outcome.
 
     Args:
         episode: the episode.

@@ -1,4 +1,4 @@
-"""`eai analyze logs`: outcomes, first errors and best moments of episodes in other projects' logs."""
+"""`eai analyze logs`: outcomes, first errors and most goals at once of episodes in other projects' logs."""
 
 from __future__ import annotations
 
@@ -154,7 +154,10 @@ def _to_percent(share: float | None) -> float | None:
 
 
 def _draw_outcomes(groups: _Groups) -> Figure:
-    """Draw, for each group of episodes, a bar of outcomes and marks at the best moments of lost episodes."""
+    """Draw a bar of outcomes for each group of episodes, and a mark for each episode that is not won.
+
+    The mark is at the largest percentage of the goal's conditions that held at once.
+    """
     figure = make_figure(2 * COLUMN, 1.1 + 0.4 * len(groups))
     left, right = figure.subplots(1, 2, sharey=True)
     for row, episodes in enumerate(groups.values()):

@@ -21,7 +21,7 @@ from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""Values of the field `harness` in the record of a game that a person played.
+"""Values of the field `harness` (the means of playing) in the record of a person's game.
 
 `PROMPTED` is the value if the person asked which actions are possible. `HARNESS` is the value otherwise.
 """

@@ -364,7 +364,7 @@ class QuestionContent:
         depth: number of actions to consider.
         right: texts that can be the right choice. Texts that readers are least likely to believe come
             first.
-        wrong: texts that can be a wrong choice, most tempting first.
+        wrong: texts that can be a wrong choice. Texts that readers are most likely to believe come first.
         answer: the gold answers in open form.
         accept: whether an answer must name all gold answers, or only one.
         values: further values that the templates of prompts insert, by the name of the field.

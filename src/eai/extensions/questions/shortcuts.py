@@ -163,7 +163,8 @@ class SurfaceCueCounts:
     def compute_shortcut_bias_above_limit(self, question: ClosedQuestion) -> int:
         """Return by how much the bias after a question would exceed the tolerated bias, or 0.
 
-        The bias is the sum of the squared balances of all cues. It is 0 if no shortcut beats a random guess.
+        The bias is 0 if no shortcut beats a random guess. It is the sum of the squared balances of all cues
+        (how much more often statements with a cue were right than chance predicts).
         """
         step = self._compute_change_of_shortcut_bias(question)
         if step <= 0:
@@ -271,10 +272,11 @@ class SurfaceCueCounts:
 def _compute_excess_right_counts_by_cue(
     question: ClosedQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
 ) -> dict[_SurfaceCue, int]:
-    """Return the change that a question makes to the balance of each cue.
+    """Return the change that a question makes to the balance of each cue (a mark such as greatest length).
 
-    A right statement raises the balance of its cues, and a wrong statement lowers it. If the right choice
-    is random, the expected change is 0.
+    The balance is the excess of right statements with the cue over those that chance predicts. A right
+    statement raises the balance of its cues, and a wrong statement lowers it. If the right choice is random,
+    the expected change is 0.
     """
     weights: dict[_SurfaceCue, int] = {}
     for position, statement_cues in enumerate(cues):

@@ -61,13 +61,16 @@ If an action has several errors, the first kind in this order counts. See ``chec
 
 @cache
 def make_domain_with_all_quirks() -> Domain:
-    """Return the BEHAVIOR domain with eai-eval's order of checks and with all of its quirks."""
+    """Return the BEHAVIOR domain with the order of checks and all quirks (defects) of eai-eval."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 @cache
 def make_subgoal_domain_with_all_quirks() -> Domain:
-    """Return eai-eval's domain for subgoal decomposition, which ranks kinds of error differently."""
+    """Return the domain in which eai-eval (the paper's package) executes subgoals, with all of its defects.
+
+    If an action has several errors, the first kind in `SUBGOAL_PRECEDENCE` counts.
+    """
     return replace(make_domain_with_all_quirks(), precedence=SUBGOAL_PRECEDENCE)
 
 
@@ -247,7 +250,7 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     keep_only_latest_relation_of_pair,
     allow_freezing_without_fridge,
 )
-"""All quirks (changes of the domain), in the order in which they are applied."""
+"""All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""
 
 
 MAX_VECTORS = 20

@@ -2,7 +2,7 @@
 
 The package eai-eval collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` is
 lost, and steps in a model's reasoning count. Explanations list the steps that eai-eval loses or adds, and the
-verdict of ``strict`` (`lossy_reading` in the documentation of the protocols).
+verdict by the rules of the paper's text, ``strict`` (`lossy_reading` in the documentation of the protocols).
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ def add_notes_on_strict_protocol(
     notation: PlanNotation,
     make_strict_scorer: Callable[[], ActionSequencingScorer],
 ) -> Assessment:
-    """Return the assessment with an explanation that also tells how ``strict`` reads and judges the answer.
+    """Return a verdict whose explanation also has the reading and verdict of the rules ``strict``.
 
-    The explanation is computed on request.
+    The rules ``strict`` follow the paper's text. The explanation is computed on request.
 
     Args:
-        assessment: the assessment under ``eai-1.0.5``.
+        assessment: the verdict by ``eai-1.0.5``, the rules of the paper's published package, eai-eval.
         answer: text of the answer.
         notation: the notation with which eai-eval reads the answer.
         make_strict_scorer: makes the scorer of the task under ``strict``.

@@ -42,7 +42,7 @@ NAME = "eai-1.0.5"
 def open_virtualhome(
     benchmark: Benchmark, ability: Ability, source: Source, *, with_ids: bool | None = None
 ) -> TaskSet[Scorer]:
-    """Open a suite of VirtualHome.
+    """Open the tasks of an ability in VirtualHome, scored by this protocol (the rules of eai-eval).
 
     Args:
         benchmark: the benchmark.
@@ -92,7 +92,7 @@ def choose_suite_opener_for_answers(
 
 
 def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Open a suite of BEHAVIOR under this protocol."""
+    """Open the tasks of an ability in BEHAVIOR, scored by this protocol (the rules of eai-eval)."""
     from eai.benchmarks.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
@@ -116,7 +116,7 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
 
 
 def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
-    """Open a suite of transition modeling.
+    """Open the tasks of transition modeling, scored by this protocol (the rules of eai-eval).
 
     The operators of BEHAVIOR have the names of the data set. ``extract_action_details`` reads a name up to
     its first hyphen, so eai-eval never finds the operator whose name has a hyphen, even in gold answers.
@@ -134,7 +134,7 @@ _OPENERS: Mapping[str, Opener] = {"virtualhome": open_virtualhome, "behavior": o
 
 
 def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Open a suite of VirtualHome or BEHAVIOR under this protocol.
+    """Open the tasks of an ability in VirtualHome or BEHAVIOR, scored by this protocol (rules of eai-eval).
 
     Raises:
         InputError: the benchmark is not VirtualHome or BEHAVIOR, or the paper does not measure the ability.
@@ -180,7 +180,7 @@ _DEFAULT_REPLANS = 3
 def make_options_of_published_replanning(
     slip_probability: float, slip_seed: int, replans: int
 ) -> ReplanningOptions:
-    """Return the options of replanning in eai-eval's script of stochastic actions.
+    """Return the options of repeated attempts in eai-eval's script of actions that fail at random.
 
     The script draws twenty tasks; this protocol runs all tasks.
 

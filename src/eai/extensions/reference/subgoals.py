@@ -90,7 +90,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         """Draw one alternative of a subgoal such as ``a or b``; None if eai-eval ignores the subgoal."""
 
     def _reject_wrongly_used_names(self, formula: f.Formula) -> RejectedAnswer | None:
-        """Return why an answer is rejected if its formula uses a name wrongly; None if no name is."""
+        """Return why an answer is rejected if its formula uses a name wrongly; otherwise None."""
         return None
 
     @abstractmethod

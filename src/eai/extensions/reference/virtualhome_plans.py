@@ -163,7 +163,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict, with an explanation that compares it with the verdict of protocol `strict`."""
+        """Return the verdict, and an explanation that also has the verdict by the paper's text (`strict`)."""
         return add_notes_on_strict_protocol(
             super().assess(text), text, self.notation, self._make_scorer_of_strict_protocol
         )

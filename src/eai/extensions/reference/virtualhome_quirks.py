@@ -31,7 +31,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 @cache
 def make_domain_with_all_quirks() -> Domain:
-    """Return the VirtualHome domain with eai-eval's order of checks and with all of its quirks."""
+    """Return the VirtualHome domain with the order of checks and all quirks (defects) of eai-eval."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
@@ -298,4 +298,4 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     make_short_and_long_looks_abort,
     make_walking_to_object_in_no_room_abort,
 )
-"""All quirks (changes of the domain), in the order in which they are applied."""
+"""All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""

@@ -84,7 +84,7 @@ def place_remaining_objects(
 
 
 def _find_object_over_object_of_other_room(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
-    """Return the first object that has an object of another room under it, with the floors of both rooms.
+    """Find the first object that has an object of another room under it; return it with both rooms' floors.
 
     The result maps the upper object to two floors: of its own room, then of the room of the object under it.
     It is empty if no object has an object of another room under it.

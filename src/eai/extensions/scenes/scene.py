@@ -1,6 +1,6 @@
 """Build the scene of a task in MuJoCo: arrange the bodies, let them settle, check all relations.
 
-The sizes of objects are invented for this package (`kinds.txt`), so a scene decides no verdict. Only this
+The sizes of objects are invented for this package (`kinds.txt`), so no verdict depends on a scene. Only this
 module and `camera` load MuJoCo, which reads bodies, rooms and lamps as XML text.
 """
 

@@ -48,7 +48,7 @@ class _VerifierTools:
         self._idle: list[Process] = []
 
     def list_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
-        """Return the tools: name, description, and JSON schema of the arguments."""
+        """Return name, description, and JSON schema of the arguments of each tool."""
         return [(name, *describe_tool(name)) for name in QUERIES]
 
     async def call(self, name: str, arguments: Mapping[str, object]) -> str:
@@ -104,7 +104,9 @@ class _VerifierTools:
 
 
 def open_verifier_tools(seconds: float = 30, memory_mib: int = 2048, processes: int = 2) -> _VerifierTools:
-    """Return the tools. The processes that answer calls start on first use.
+    """Return tools by which agents check, explain and find plans, and predict effects of actions.
+
+    The processes that answer calls start on first use.
 
     Args:
         seconds: maximum seconds of a call on the clock, without the time that it waits for other calls.
