@@ -1,9 +1,9 @@
-"""The models `eai/copy`, `eai/empty` and `eai/lookup`: baselines that copy the question or public answers.
+"""The models `eai/copy`, `eai/empty` and `eai/lookup`: baselines that copy the question or published answers.
 
 A sound metric gives no points to `eai/copy` and `eai/empty`. The model `eai/copy` uses only the question (its
 goals, its instruction, the names of its operators), never a right answer. The model `eai/lookup` takes the
-answer to the most similar other public task, and renames the objects. Anybody who has the public answers can
-do this without understanding a task.
+published answer to the most similar other task, and renames the objects. Anybody who has the published
+answers can do this without understanding a task.
 """
 
 from __future__ import annotations

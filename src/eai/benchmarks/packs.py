@@ -32,7 +32,7 @@ def _find_no_problems(store: Store) -> Iterable[str]:
 
 @dataclass(frozen=True, slots=True)
 class DataPack:
-    """A file of the data store, made from published archives. It contains member files.
+    """A data package: one file of the data store, made from published archives. It contains member files.
 
     Attributes:
         name: name of the pack in `Store.open`.

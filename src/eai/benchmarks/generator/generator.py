@@ -81,7 +81,7 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 _PROPOSALS_PER_GOAL = 12
-"""Number of random goals that are tried for each wanted goal. In rich scenes, ten times as many are tried."""
+"""Number of random goals tried for each wanted goal; ten times as many for tasks of `_RICH_TIERS`."""
 
 _MAX_FAILURES_IN_A_ROW = 5
 """Number of failed searches in a row for a plan to a goal, after which a scene gets no more goals."""

@@ -1,9 +1,9 @@
 """Extend a plan goal by goal, shorten the plan, and find goals over time.
 
-A goal over time comes from two plans that reach the same final goals. The first plan is the certificate, the
-shortened plan that solves the task. The second, a *temptation*, reaches the goals in another order or without
-a detour. The goal over time says which fact must come first, or which facts must never hold together. Only
-the first plan fulfils it. So the goal can be fulfilled, and it excludes the temptation.
+A goal over time comes from two plans that reach the same final goals. The first plan is the shortened plan
+that solves the task. The second, a *temptation*, reaches the goals in another order or without a detour. The
+goal over time says which fact must come first, or which facts must never hold together. Only the first plan
+fulfils it. So the goal can be fulfilled, and it excludes the temptation.
 """
 
 from __future__ import annotations

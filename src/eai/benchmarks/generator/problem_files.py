@@ -68,7 +68,7 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     of the outermost conjunction in a problem becomes a goal.
 
     Raises:
-        InputError: a file cannot be read, or its problem does not fit this world; the message names file,
+        InputError: a file cannot be read, or its problem does not fit this benchmark; the message names file,
             line and the expected text.
     """
     endings = dict.fromkeys(path.suffix for path in paths)

@@ -219,10 +219,10 @@ def measure_overlap(
 
 
 def estimate_number_of_tasks(fingerprint_log: Iterable[tuple[str, str]]) -> int | None:
-    """Return an estimate of how many different tasks seeds can give, or None if no task was captured twice.
+    """Return an estimate of how many different tasks seeds can give, or None if no task occurred twice.
 
     This is the bias-corrected estimator Chao1 of a lower bound (A. Chao, Scandinavian Journal of Statistics
-    11, 1984, 265-270). It counts tasks that were captured once and twice.
+    11, 1984, 265-270). It counts tasks that occurred once and twice.
 
     Args:
         fingerprint_log: fingerprints of tasks and of rejected copies.
@@ -353,8 +353,8 @@ def find_doubts_that_task_set_used_secret(folder: Path, split: str, secret: str 
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
     The checks are about the content of the file, the secret, and seeds that must follow from the secret. If
-    the secret is None, only the content is checked. Only if the set is made
-    again, it shows whether each seed gives its task.
+    the secret is None, only the content is checked. Only making the set again would show whether each seed
+    gives its task.
 
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.
