@@ -141,9 +141,9 @@ def _list_quantified_categories(formula: f.Formula) -> Iterator[str]:
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataMistake]:
     """Yield errors in the annotations of a benchmark that show when the annotations are executed.
 
-    Such errors are plans that miss their goals, goals that are false in the annotated final state, and gold
-    operators with which a planner does not solve the problem. Tasks excluded from statistics of plans are
-    skipped.
+    Such errors are plans that miss their goals, and goals that are false in the annotated final state. Others
+    are gold (right) operators with which a planner does not solve the problem. Tasks excluded from statistics
+    of plans are skipped.
 
     Raises:
         DataError: the data cannot be obtained.

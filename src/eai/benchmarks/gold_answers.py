@@ -55,9 +55,9 @@ def make_answer_heeding_feedback(
 ) -> WrittenAnswer:
     """Return the answer of a built-in model that makes random errors, and repairs an error that is named.
 
-    If the question contains the model's last answer, followed by the reason for its failure, the model
-    repairs the first wrong part (such as a step) of that answer with probability ``heed``. Otherwise the
-    model repeats its answer.
+    The question may contain the model's last answer and the reason for its failure. The model then repairs
+    the first wrong part (such as a step) of that answer with probability ``heed``. Otherwise the model
+    repeats its answer.
     """
     versions = list(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))

@@ -1,8 +1,8 @@
 """Convert the source distribution of ``bddl`` 3.6.0 to the data package (pack) `behavior_1k`.
 
-No code of the distribution is imported. The distribution has the definitions of the activities, the abilities
-of each kind of object (synset of WordNet) with parameters, and rules that turn objects of one kind into
-another kind. The package contains only kinds and rules that some activity can use.
+No code of the distribution is imported. The distribution has the definitions of the activities, and the
+abilities of each kind of object (synset of WordNet) with parameters. It also has rules that turn objects of
+one kind into another kind. The package contains only kinds and rules that some activity can use.
 """
 
 from __future__ import annotations

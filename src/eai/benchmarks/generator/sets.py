@@ -181,8 +181,9 @@ def make_shared_plan_test(
 ) -> Callable[[Task], bool]:
     """Return a function that tells whether a task shares a plan with a task of another split (such as test).
 
-    A plan is shared if the plan of the most similar task of the earlier splits solves the task, or if the
-    task's plan solves a task of a later split. Objects of plans are renamed for this.
+    A plan is shared if the plan of the most similar task of the earlier splits solves the task. A plan is
+    also shared if the task's plan solves a task of a later split. Objects of plans are renamed for these
+    tests.
 
     Args:
         domain: the domain of the tasks.
