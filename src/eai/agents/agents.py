@@ -119,7 +119,7 @@ def make_reference_solution_agent(game: Game, seed: int = 0) -> Agent:
 def gold_plan_agent(game: Game, seed: int = 0) -> Agent:
     """Return an agent that plays the gold plan or else the planner's plan, then `DONE`.
 
-    Without a plan it declares the task impossible.
+    The gold plan is the data set's own plan. Without a plan the agent declares the task impossible.
     """
     if game.task.has_no_plan:
         return make_reference_solution_agent(game)
@@ -351,7 +351,8 @@ class _GreedyAgent(_Explorer):
     """Agent `eai/greedy`, which takes the action with the lowest estimated distance to the goals.
 
     The planner's heuristic makes the estimate. The agent explores as `eai/explorer` does. It is not a null
-    agent, because it knows the goals. It plans only one step ahead, but solves most public tasks.
+    agent, because it knows the goals. It plans only one step ahead, but solves most tasks of the household
+    benchmarks.
     """
 
     def __init__(self, game: Game, seed: int = 0) -> None:

@@ -63,7 +63,7 @@ def open_episode_server(
 
 
 class EpisodeServer:
-    """The episodes of tasks, one for each ticket. An episode begins once, with the first call.
+    """The episodes of tasks, one for each ticket (access token). An episode begins once, with the first call.
 
     The folder contains the key that seals journals, a journal of each episode, and the answers for `eai
     score`. The agent must have no access to the folder.

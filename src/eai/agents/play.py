@@ -54,7 +54,7 @@ def make_game_rules(setting: AgentSetting) -> GameRules:
 
 
 class EpisodeFactory:
-    """Makes the games and questions of a benchmark's tasks in one setting.
+    """Makes the games and questions of a benchmark's tasks in one setting (options of episodes).
 
     Args:
         benchmark: the benchmark.
@@ -70,7 +70,7 @@ class EpisodeFactory:
         self.rules = make_game_rules(setting)
 
     def make_setup(self, task: Task) -> GameSetup:
-        """Return the setup of a task in this setting."""
+        """Return a task prepared for games, by the rules of this setting."""
         return make_setup(task, self.benchmark, self.rules)
 
     def make_prompt(self, task: Task) -> Prompt:

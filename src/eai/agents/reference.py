@@ -71,7 +71,7 @@ def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
 
 @lru_cache(_MAX_CACHED_SETUPS)
 def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
-    """Return the setup for games of a task. Players and scorers of the task share a cached setup.
+    """Return the setup of a task (the task prepared for games), which players and scorers share.
 
     Raises:
         InputError: the task cannot be played.

@@ -134,7 +134,7 @@ def _write_analyses_of_studies(
     formats: Sequence[str],
     as_json: bool,
 ) -> Iterator[Json]:
-    """Write the analyses of one study, or of all studies; yield the JSON value of each analysis.
+    """Write the tables and plots of one study, or of all studies; yield the JSON value of each analysis.
 
     Among several studies, a study without enough records is left out with a note to the user.
     """

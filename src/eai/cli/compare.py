@@ -127,7 +127,7 @@ def _print_note_on_different_planners(totals: Mapping[str, RunTotals]) -> None:
 
 
 class _ComparedSuite(NamedTuple):
-    """Key by which runs are matched: domain, ability, protocol, and the game rules of episodes.
+    """Key by which runs are matched: domain, ability, protocol (scoring rules), and game rules of episodes.
 
     The rules say, for example, how many actions an agent may take; None for the standard rules.
     """

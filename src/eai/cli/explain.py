@@ -83,7 +83,7 @@ class _TaskInfoFromDataSet:
 _NOTHING_KNOWN = _TaskInfoFromDataSet()
 
 _MAX_PART = 300
-"""Maximum number of characters that are printed for each part of an answer's text."""
+"""Maximum number of characters of each printed part of an answer's text."""
 
 
 def _parse_outcome(name: str) -> AnswerOutcome:
@@ -155,7 +155,10 @@ def explain(
 
 
 def _read_records_or_find_log_extension(path: Path) -> tuple[list[Record], Any | None]:
-    """Return the records at a path. For a log of another project, return the extension for such logs."""
+    """Return the records (scored answers) at a path, or the extension that reads the log at this path.
+
+    An extension reads logs of other projects.
+    """
     try:
         return [each for file in find_record_files([path]) for each in read_records(file)], None
     except InputError:
@@ -260,7 +263,7 @@ def _list_steps_after_failure(suite: Suite, record: Record) -> tuple[str, ...]:
 
 
 def print_record(console: Console, record: Record, background: _TaskInfoFromDataSet = _NOTHING_KNOWN) -> None:
-    """Print a record: the task, the answer's parts, each step if the record has them, and the verdict.
+    """Print a record (scored answer): the task, the answer's text, each step if known, and the verdict.
 
     Args:
         console: Console to print on.
@@ -486,7 +489,7 @@ def _format_verdict(record: Record) -> Text:
 
 
 def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
-    """Return the records of a model, or all records if the model is None.
+    """Return the records (scored answers) of a model, or all records if the model is None.
 
     Raises:
         InputError: The model has no record.
@@ -500,7 +503,7 @@ def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
 
 
 def _select_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
-    """Return the records of a task, given by its id, the beginning of its id, or words of its title.
+    """Return the scored answers to a task, given by its id, the beginning of its id, or words of its title.
 
     Raises:
         InputError: No record matches.

@@ -205,7 +205,7 @@ def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> Explore
 
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
-    """Print a table of main results for each domain and protocol."""
+    """Print a table of main results for each domain and protocol (scoring rules)."""
     summaries = [
         summarize_run(recount_goals_as_in_paper(run) if paper else run) for run in read_runs(records)
     ]

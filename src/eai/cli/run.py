@@ -56,7 +56,7 @@ _NUMBER = re.compile(r"\d[\d,.]*")
 
 @dataclass(frozen=True, slots=True)
 class _RunRequest:
-    """Specification and output folder of a run of several suites.
+    """Specification and output folder of a run of several suites (abilities in benchmarks).
 
     Attributes:
         spec: Specification of the run.

@@ -304,7 +304,7 @@ def _score_all_answers(
 ) -> list[Json]:
     """Score all answers, write the results, and print a table for each suite or everything as JSON.
 
-    Shards are only written.
+    Records of a shard (a part of a run) are only written.
     """
     number, kept = sum(job.record_count for job in jobs), sum(job.kept for job in jobs)
     if kept:
@@ -383,7 +383,7 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
         return scoring.score_in_batches(
             suite, job.answers, job.reason_by_unanswered_task, settings, finish, job.shard, job.kept
         )
-    # imported late, because answers of one epoch do not need it
+    # imported late, because a single round of answers does not need it
     from eai.results.epochs import average_records_over_epochs
 
     of_epochs = [
@@ -523,7 +523,7 @@ def _require_different_models(names: Sequence[str]) -> None:
 
 
 def _merge_shards_and_print(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
-    """Merge shards into records and summaries equal to those of one process."""
+    """Merge the shards of runs (parts scored by separate jobs) into the results of one process."""
     printed: list[Json] = []
     for folder, files in [found for path in paths for found in records.find_shards(path).items()]:
         totals = records.merge_shards(folder, files)

@@ -101,7 +101,7 @@ class _CostReportedInBenchmarkPaper(Options):
 
 
 def sum_spending(records: Iterable[Record]) -> Spending:
-    """Return the sum of the costs in some records.
+    """Return the sum of the costs in some records (scored answers).
 
     The cost of an answer includes its further attempts and requests. Answers without recorded tokens add
     nothing.

@@ -260,7 +260,7 @@ WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final"
 
 
 class SuiteIdentity(NamedTuple):
-    """Identifies a suite, as in tables and file names: a protocol, a benchmark and an ability."""
+    """Identifies a suite, as in tables and file names: a protocol (rules), a benchmark and an ability."""
 
     protocol: str
     domain: str

@@ -61,7 +61,7 @@ class _PaperProtocolAndTables:
     """The protocol (scoring rules) of the paper's numbers, and the paper's tables (``setting.toml``).
 
     Attributes:
-        protocol: name of the protocol under which our metrics can be compared with the paper's numbers.
+        protocol: name of the rules under which our metrics can be compared with the paper's numbers.
         tables: mapping from each table of our reports to the names of the paper's tables with the same
             columns. If several have a figure, the first one counts.
         others: mapping from the name of each further table of the paper to our table with the same columns.
@@ -210,7 +210,7 @@ class _PublishedScores:
 
     Attributes:
         schema: version of the format.
-        protocol: protocol under which the answers were scored.
+        protocol: rules by which the answers were scored.
         suites: the scores by ``domain/ability``.
     """
 
@@ -237,7 +237,7 @@ def format_published_file_name(protocol: str) -> str:
 
 @cache
 def read_trivial_baseline_scores(protocol: str) -> _PublishedScores:
-    """Return the scores of models that do not try to solve tasks (null models), under a protocol."""
+    """Return the scores of models that do not try to solve tasks, under a protocol (scoring rules)."""
     return TypeAdapter(_PublishedScores).validate_json(
         _read_paper_file(format_trivial_baselines_file_name(protocol))
     )

@@ -234,7 +234,7 @@ def read_estimate(cell: Cell | None) -> float:
 
 
 def read_denominator(cell: Cell | None) -> int:
-    """Return the denominator of an estimate, such as the number of cases; 0 for other cells."""
+    """Return the denominator of an estimate; 0 for other cells."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 

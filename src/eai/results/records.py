@@ -47,7 +47,7 @@ def make_record(
 
 
 def format_record_line(record: Record) -> str:
-    """Return a record as a line of a file, without the line feed."""
+    """Return a record (scored answer) as a line of a file, without the line feed."""
     return json.dumps(record_to_json(record), ensure_ascii=True)
 
 
@@ -106,7 +106,7 @@ MAX_BATCH_RECORDS = 256
 
 
 RecordBatch: TypeAlias = tuple[bytes, RunTotals]
-"""Consecutive records of a run: their lines as bytes, and their totals."""
+"""Consecutive records (scored answers) of a run: their lines as bytes, and their totals."""
 
 
 def make_record_batch(records: Sequence[Record]) -> RecordBatch:
@@ -125,7 +125,7 @@ def write_record_batches(
     batches: Iterable[RecordBatch],
     describe_run: Callable[[RunTotals], RunDescription] | None = None,
 ) -> RunTotals:
-    """Write the records of one model in one suite, and their summary.
+    """Write the records (scored answers) of one model in one suite, and their summary.
 
     Batches are written as they come and not kept.
 
@@ -274,5 +274,5 @@ def _interleave_shards(files: Sequence[Path], folder: Path) -> Iterator[Sequence
 
 
 def _identify_run(record: Record) -> tuple[str, str, str | None]:
-    """Return the values that must be equal in all records of a run: model, digest of data, errata version."""
+    """Return the values that all scored answers of a run share: model, digest of data, errata version."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version

@@ -1,7 +1,7 @@
 """Reads runs.
 
-A run has the records of one model in one suite under one protocol. It may belong to an experiment (a choice
-of study options).
+A run has the records (scored answers) of one model in one suite under one protocol (scoring rules). It may
+belong to an experiment (a choice of study options).
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class RunKey(NamedTuple):
 
     @property
     def suite(self) -> SuiteIdentity:
-        """Suite of the run: protocol, benchmark and ability, as tables name them."""
+        """Suite of the run: protocol (scoring rules), benchmark and ability, as tables name them."""
         return SuiteIdentity(self.protocol.value, self.domain, self.ability.value)
 
     @property
@@ -99,7 +99,7 @@ class RunKey(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """The records of a run, at least one, in the order of the data set.
+    """The records (scored answers) of a run, at least one, in the order of the data set.
 
     Attributes:
         key: identity of the run.
@@ -150,7 +150,7 @@ def recount_errors_as_in_paper(run: Run) -> Run:
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the record files at paths or below folders, each once.
+    """Return the files of records (scored answers) at paths or below folders, each once.
 
     Links to folders are followed, each folder once.
 

@@ -1,4 +1,4 @@
-"""Converts records to tidy tables, from which all analyses are made."""
+"""Converts records (scored answers) to tidy tables, from which all analyses are made."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class TidyTables:
         self._open_cached_lookup = cache(self._open_task_lookup)
 
     def add_records(self, records: Sequence[Record]) -> None:
-        """Add the records of one run, all of one model, ability, domain and protocol."""
+        """Add the records (scored answers) of one run, all of one model, ability, domain and protocol."""
         task_lookup = self._open_cached_lookup(records[0].domain) if self._features else None
         shares = compute_metric_shares_by_task(records)
         for record in records:

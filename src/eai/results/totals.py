@@ -1,4 +1,4 @@
-"""Adds up a run's totals, record by record or part by part; memory grows only with the number of tasks."""
+"""Adds up a run's totals, answer by answer or in groups; memory grows only with the number of tasks."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _encode_statuses_as_bits(record: Record) -> int:
 
 @dataclass(slots=True)
 class RunTotals:
-    """The rates and the coverage of a run. Its records can be added in parts, in any order.
+    """The rates and the coverage of a run. Its records (scored answers) can be added in groups, in any order.
 
     Attributes:
         number: number of records.
@@ -57,7 +57,7 @@ class RunTotals:
 
     @staticmethod
     def from_records(records: Iterable[Record]) -> RunTotals:
-        """Return the totals of some records of a run."""
+        """Return the totals of some records (scored answers) of a run."""
         totals = RunTotals()
         for record in records:
             totals.add_record(record)

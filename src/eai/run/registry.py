@@ -1,6 +1,7 @@
 """Inspect's entry point: registers the built-in models, scorers, metrics, and a task for every suite.
 
-An ability whose benchmarks are files has one task, and ``-T domain=FILE`` names the file.
+A suite is an ability in a benchmark. An ability whose benchmarks are files has one task, and
+``-T domain=FILE`` names the file.
 """
 
 from eai.abilities.declaration import get_declaration

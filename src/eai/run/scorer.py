@@ -255,7 +255,7 @@ def make_record_of_logged_answer(
 
 
 def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
-    """Return the Inspect score of a record; an excluded answer is unscored, with the reason."""
+    """Return the Inspect score of a record (scored answer); an excluded answer has no score, but a reason."""
     answer_outcome = find_answer_outcome(record)
     fields = record_to_json(record.drop_explanations())
     score = Score.unscored(

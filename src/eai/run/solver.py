@@ -208,7 +208,9 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
 
 @solver(name="eai_ask_as_published")
 def ask_without_journal(trials: TrialSet | None) -> Solver:
-    """Return a solver for runs without a journal. Stop sequences come from the sample's metadata.
+    """Return a solver for runs without a journal (file of all answers so far).
+
+    Stop sequences come from the sample's metadata.
 
     Args:
         trials: executes the answers and asks again after failures; None if each question is sent once.

@@ -1,7 +1,8 @@
 """Inspect tasks of the suites, for ``eai run`` and for ``inspect eval eai/...``; reads Inspect's logs.
 
 A refused argument raises an exception of click, which Inspect's command line shows as one line. A log holds
-the answers to a job, with their scores. Answers can be read from any log.
+the answers to a job (questions of a suite for one model), with their scores. Answers can be read from any
+log.
 """
 
 from __future__ import annotations
@@ -357,7 +358,7 @@ SUFFIX = ".eval"
 """Suffix of the file name of a log."""
 
 JOB = "job_sha256"
-"""Field of a log's metadata: digest of its job."""
+"""Field of a log's metadata: digest of its job, the questions of a suite for one model."""
 
 InspectLog: TypeAlias = EvalLog
 """A log of Inspect, for modules that must not import Inspect."""
@@ -370,7 +371,7 @@ ANSWER_LIMIT = "answer_limit"
 
 
 def find_log(job: QuestionJob, folder: Path) -> Path | None:
-    """Return the newest log with all answers to a job, or None."""
+    """Return the newest log with all answers to a job (the questions of a suite for one model), or None."""
     if not folder.is_dir():
         return None
     job_sha256 = job.sha256
