@@ -1,4 +1,4 @@
-"""Declarations of abilities: their questions, scorers, metrics and columns of tables.
+"""Declarations of abilities (kinds of questions): their scorers, metrics and columns of tables.
 
 One `AbilityDeclaration` declares one ability. A Python distribution registers it under the ability's name, as
 an entry point of the group ``eai.abilities``. The four abilities of the paper are registered in this way,
@@ -73,7 +73,7 @@ class AnswerOutcome(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class MetricColumn:
-    """A column in the tables of an ability or a report.
+    """A column in the tables of an ability (kind of question) or a report.
 
     Attributes:
         metric: name of the metric in this column.
@@ -189,7 +189,7 @@ class MultiTurnInteraction(QuestionAndAnswerDeclaration):
 
 @dataclass(frozen=True, slots=True)
 class AbilityDeclaration(Generic[V]):
-    """The declaration of an ability: the exchange with a model, and how tables use its verdicts.
+    """The declaration of an ability (kind of question): the exchange with a model, and its tables.
 
     Attributes:
         ability: name of the ability.
@@ -257,7 +257,7 @@ class AbilityDeclaration(Generic[V]):
 
 @cache
 def get_declaration(ability: Ability) -> AbilityDeclaration[Any]:
-    """Return the declaration of an installed ability.
+    """Return the declaration of an installed ability (kind of question).
 
     Raises:
         InputError: the ability is not installed, or its entry point is no declaration of it.
@@ -285,7 +285,7 @@ def find_error_outcome(verdict: Verdict) -> AnswerOutcome | None:
 
 
 def classify_answer_by_counts(counts: Confusion, *, all_parts_suffice: bool = True) -> AnswerOutcome:
-    """Return the outcome of an answer whose parts are judged separately.
+    """Return the outcome of an answer whose parts, such as goals, are judged separately.
 
     Args:
         counts: numbers of right, wrong and missed parts.
@@ -303,7 +303,7 @@ def get_display_name(name: str) -> str:
 
 
 def make_score_columns(answer_parts: Sequence[str]) -> tuple[MetricColumn, ...]:
-    """Return table columns for the precision, the recall and the F1 of several parts of answers."""
+    """Return table columns for precision, recall and F1 of parts of answers, such as preconditions."""
     measures = (("precision", "P"), ("recall", "R"), ("f1", "F1"))
     return tuple(
         MetricColumn(f"{part}.{measure}", get_display_name(part), label)
@@ -375,7 +375,7 @@ def declare_plan_ability(
     verdict: type[P],
     compute_shares: Callable[[P], ShareByMetric],
 ) -> AbilityDeclaration[P]:
-    """Return the declaration of an ability whose answers are executed as plans."""
+    """Return the declaration of an ability (kind of question) whose answers are executed as plans."""
     main = {"task_success": "Task", "execution_success": "Execution"}
     return AbilityDeclaration(
         ability=ability,
@@ -416,7 +416,7 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
 
 
 def compute_reached_goal_shares(verdict: PlanVerdict) -> ShareByMetric:
-    """Return for each metric of reached goals the share (numerator and denominator) that one answer adds.
+    """Return for each metric of reached goals the numerator and the denominator that one answer adds.
 
     Both numbers are 0 if the verdict does not say which goals are reached.
     """

@@ -33,7 +33,7 @@ Restate: TypeAlias = Callable[[BelievedTask], Prompt]
 """Function that makes the question about a task in its present state, as a model understands this state."""
 
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[BelievedTask, Mapping[str, str]]]
-"""Function that perceives the present scene of a task, before the attempt with the given number.
+"""Function that perceives the present scene of a task, before the answer with the given number.
 
 It returns the task as the model sees it, and metadata to store with the question.
 """
@@ -44,7 +44,7 @@ class QuestionWriter:
     """Writes the questions to a model that may answer a task several times (in several attempts).
 
     Attributes:
-        prompt_of: returns the question of the first attempt, given the task's id.
+        prompt_of: returns the first question about a task, given the task's id.
         wording: the names of predicates and objects in questions.
         restate: makes the question about a task in its present state. If it is None, a description of the
             present state is added to the first question.
@@ -67,7 +67,7 @@ class QuestionWriter:
         )
 
     def write_question(self, trial: Trial) -> Prompt:
-        """Return the question of the next attempt."""
+        """Return the question for the next answer to the task."""
         prompt, chosen = self.prompt_of(trial.task.id), trial.options
         if not trial.attempts or chosen.feedback == "none":
             return prompt
@@ -132,7 +132,7 @@ class QuestionWriter:
     def _list_failure_reasons(
         self, attempt: Attempt, goals: Sequence[GoalReport], options: ReplanningOptions
     ) -> Iterator[str]:
-        """Yield the reasons why an attempt failed: needless and failed steps, the error, and missed goals."""
+        """Yield the reasons why an answer failed: needless and failed steps, the error, and missed goals."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
         explains = options.feedback == "explained"
         for number, step in enumerate(explanation.steps):

@@ -123,7 +123,7 @@ class Ability(_AbilityOrProtocolName):
 
     @classmethod
     def list_names(cls) -> Collection[Ability]:
-        """Return all registered abilities; the paper's abilities come first.
+        """Return all registered abilities (kinds of questions); the paper's abilities come first.
 
         An ability is listed even if its module is missing.
         """
@@ -145,24 +145,24 @@ _ALL_PAPER_ABILITIES = (
 PAPER_ABILITIES = tuple(
     [ability for ability in _ALL_PAPER_ABILITIES if has_module(f"eai.abilities.{ability}.declaration")]
 )
-"""The installed abilities among the paper's four, in the paper's order.
+"""The installed abilities (kinds of questions) among the paper's four, in the paper's order.
 
 Commands use these abilities by default.
 """
 
 SCENE_GRAPH = Ability("scene_graph")
-"""The ability of perception: models list the objects and facts that they see in pictures."""
+"""The kind of question for which models list the objects and facts that they see in pictures."""
 
 ABILITY_GROUP = "eai.abilities"
 """Group of the entry points by which a distribution registers an `AbilityDeclaration`."""
 
 _LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
-"""The abilities that are listed before all others, in this order."""
+"""The abilities (kinds of questions) that are listed before all others, in this order."""
 
 
 @cache
 def find_abilities() -> Mapping[Ability, EntryPoint]:
-    """Return a mapping from installed abilities to their entry points; the paper's abilities come first."""
+    """Return a mapping from installed abilities (kinds of questions) to entry points, the paper's first."""
     return {Ability(name): point for name, point in get_entry_points(ABILITY_GROUP, _LISTED_FIRST).items()}
 
 

@@ -1,4 +1,4 @@
-"""Options of replanning: number of attempts at a task, the state that each begins in, and feedback."""
+"""Options of replanning: the number of attempts at a task, the state at their start, and feedback."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AttemptStart: TypeAlias = Literal["restart", "continue"]
 
 
 FeedbackLevel: TypeAlias = Literal["none", "kind", "explained", "state"]
-"""The feedback that a model gets on its earlier attempts.
+"""The feedback that a model gets on its earlier answers to the same task.
 
 ``none``: no feedback; the model gets the first question again (resampling). ``kind``: the model's answer, an
 explanation of the kind of its error, and the missed goals. ``explained``: as ``kind``, and the failed check

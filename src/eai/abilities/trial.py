@@ -39,7 +39,7 @@ class Trial:
         goal_reports: for each attempt, the reports on the goals that questions state.
         scorer: the scorer of the task.
         slip_sampler: draws which actions slip; None without slips.
-        episode: the world of the present attempt.
+        episode: the world in which the present answer is executed.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Trial:
 
     @property
     def has_no_attempt_left(self) -> bool:
-        """Whether the trial ended. A task that is excluded from scoring gets one attempt."""
+        """Whether the task may not be tried again. A task that is excluded from scoring gets one attempt."""
         if not self.attempts:
             return False
         verdict = self.attempts[-1].verdict
@@ -81,7 +81,7 @@ class Trial:
 
     @property
     def next_attempt_task(self) -> Task:
-        """The task of the next attempt.
+        """The task of the next question.
 
         Its goals are the goals that questions state. If each attempt begins where the previous one ended,
         this task begins in the present state and has only the goals that remain.
@@ -97,7 +97,7 @@ class Trial:
         )
 
     def try_answer(self, text: str) -> Attempt:
-        """Execute an answer and return the attempt.
+        """Execute an answer, and return the answer with its verdict as an `Attempt`.
 
         Raises:
             ValueError: the trial is over.
@@ -135,7 +135,7 @@ class Trial:
         return Episode(self.scorer.domain, self.task.initial, self.slip_sampler)
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
-        """Execute a plan in the world of the present attempt."""
+        """Execute a plan in the present world, which earlier plans may have changed."""
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed_actions
         until = self.is_goal_reached if self.options.until == "goal" else None
         ended = self.episode.run(actions, until)
@@ -173,7 +173,7 @@ def _get_operator_names(actions: Sequence[Action]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _GoalsStatedInQuestions:
-    """Goals that questions state instead of the task's own goals. They are tested in the true world.
+    """Goals that questions state instead of the task's own goals. They are tested in the true scene.
 
     Attributes:
         goals: the stated goals, in order.

@@ -39,7 +39,7 @@ UnreadCause: TypeAlias = Literal[
 - loop: the same text is repeated again and again.
 - unfinished_thought: the reasoning has no end.
 - empty: there are no words.
-- other_ability: the answer has the form of another ability.
+- other_ability: the answer has the form of another kind of question.
 - other_notation: the answer is in lines of actions, PDDL, XML or program code.
 - cut_off: the end of the answer is missing.
 - refusal: the model refuses to answer.

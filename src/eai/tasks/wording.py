@@ -36,7 +36,7 @@ def get_declared_object_name(task: Task, index: int) -> str:
 
 @dataclass(frozen=True)
 class SuiteWording:
-    """The words of the prompts and answers for one ability and one benchmark.
+    """The words of the prompts and answers for one ability (kind of question) and one benchmark.
 
     Attributes:
         domain: the declaration of the benchmark's domain.

@@ -1,1 +1,1 @@
-"""Notations of answers, one for each benchmark: how answers are written by models and read by abilities."""
+"""Notations of answers, one for each benchmark: how models write answers, and how scorers read them."""

@@ -51,7 +51,7 @@ class GoalLexicon:
     def classify_goal(self, goal: WrittenGoal) -> GoalKind:
         """Return the kind of a goal, by the arity of its predicate.
 
-        If the predicate is unknown, the number of the goal's objects decides.
+        If the predicate is unknown, return the kind by the number of the goal's objects.
         """
         if goal.is_action:
             return GoalKind.ACTION

@@ -25,7 +25,7 @@ MAX_PLANS = 4
 """Maximum number of plans that a search returns for one subgoal."""
 
 _PARTS_PER_ACTION = 16
-"""Number of parts of a goal whose tests count as one applied action in the effort of a search."""
+"""Number of literals of a goal whose tests count as one applied action in the effort of a search."""
 
 _MAX_MOVEMENTS = 3
 """Maximum number of movements before one action: to stand up, to go to an object, and to turn to it."""
@@ -77,7 +77,7 @@ class SearchGoal(NamedTuple):
 
     @property
     def goal_part_count(self) -> int:
-        """Number of parts of the goal."""
+        """Number of literals of the goal."""
         return self.everything.bit_count()
 
     @property
@@ -92,7 +92,7 @@ class SearchGoal(NamedTuple):
 def find_plans(
     goal: SearchGoal, permitted_sets: Iterable[PermittedActions], start: State, max_applied_actions: int
 ) -> SubgoalPlans:
-    """Return the shortest plans that reach a goal, or the failed attempt that comes nearest to the goal.
+    """Return the shortest plans that reach a goal, or the failed plan that comes nearest to the goal.
 
     The sets of permitted actions are tried in order, until a plan is found.
 
@@ -167,7 +167,7 @@ class _MovementFinder:
 class _UniformCostSearch:
     """A search for the shortest plans of at most `MAX_ACTIONS` actions.
 
-    The attribute ``met`` of a node is the bit mask of the goal's parts that hold in the node's state.
+    The attribute ``met`` of a node is the bit mask of the goal's literals that hold in the node's state.
 
     Args:
         goal: the goal.
@@ -297,9 +297,9 @@ _MAX_FAILURE_STATES = 16
 """Maximum number of states in which actions are tested after a failed search: the start and best states."""
 
 _MAX_FAILURE_TESTS = 200_000
-"""Maximum number of tests of goal parts that explain a failed search.
+"""Maximum number of tests of a goal's literals that explain a failed search.
 
-If a goal has very many parts, fewer states are tested.
+If a goal has very many literals, fewer states are tested.
 """
 
 
@@ -331,12 +331,12 @@ The action is None if the plan fails only because it is too long.
 def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """Return the failed plan that comes nearest to the goal, after all searches failed.
 
-    The plan ends with a failing action. If this action were possible, more parts of the goal would hold than
-    after any other action. Among equal actions, the action with the fewest failing checks is taken, then the
-    action with the shortest plan. `_choose_attempt_to_report` can replace this action by a failing
-    action that the plan must contain before. If no action fails but the plan is too long, no plan is
-    returned. If all parts can be reached, but not together, the plan leads to a visited state in which most
-    parts hold.
+    The plan ends with a failing action. If this action were possible, more literals of the goal would hold
+    than after any other action. Among equal actions, the action with the fewest failing checks is taken, then
+    the action with the shortest plan. `_choose_attempt_to_report` can replace this action by a failing action
+    that the plan must contain before. If no action fails but the plan is too long, no plan is returned. If
+    all literals can be reached, but not together, the plan leads to a visited state in which most literals
+    hold.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
@@ -367,7 +367,7 @@ class _FailedSearch:
 
     Attributes:
         effort: number of actions applied to states, or tested after movement.
-        most_met: maximum number of goal parts that hold together in a visited state.
+        most_met: maximum number of the goal's literals that hold together in a visited state.
     """
 
     def __init__(self, search: _UniformCostSearch) -> None:
@@ -385,10 +385,10 @@ class _FailedSearch:
         ]
 
     def find_nearest_attempt(self) -> _NearestAttempt | None:
-        """Return the attempt that comes nearest to the goal, or None if no attempt makes progress.
+        """Return the failed plan that comes nearest to the goal, or None if no plan makes progress.
 
-        If some visited state already meets as many parts as a failing action would, the action does not
-        explain the failure and is left out.
+        If in some visited state as many literals hold as after a failing action, the action does not explain
+        the failure and is left out.
         """
         best: _TriedAction | None = None
         distance: _DistanceToSubgoal = (0, 0, 0)
@@ -469,7 +469,7 @@ class _FailedSearch:
         Usually this is the failing action. But some actions, called helping actions, would make failing
         checks of this action true. If all of them fail, the first is reported instead. The result is None if
         the plan fails only because it is too long. So it is if no check fails, or if a helping action is
-        possible and keeps all met parts of the goal.
+        possible and keeps all true literals of the goal true.
         """
         node, candidate, _, state, failing = failed_attempt
         if not failing:

@@ -60,7 +60,7 @@ Example: TypeAlias = Callable[[str], str]
 
 @dataclass(frozen=True, slots=True)
 class PromptTemplateValues:
-    """The material from which prompts of one ability are made, for any declared domain.
+    """The material from which prompts of one ability (kind of question) are made, for any declared domain.
 
     Attributes:
         template: name of the ability, which is also the name of its templates. `render_operator_prompts`

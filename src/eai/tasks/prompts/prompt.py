@@ -87,8 +87,8 @@ class Prompt:
 class _PackedPrompts(Mapping[str, Prompt]):
     """A mapping from ids of tasks to prompts that holds the texts compressed.
 
-    Prompts of one benchmark and ability differ in few words. Compressed with the first prompt as dictionary,
-    a prompt takes a twentieth of the memory.
+    Prompts of one benchmark and one kind of question differ in few words. Compressed with the first prompt as
+    dictionary, a prompt takes a twentieth of the memory.
 
     Args:
         prompts: pairs of a task's id and its prompt, in order.
@@ -159,7 +159,7 @@ def _read_json_file(path: Path, adapter: TypeAdapter[Shape], expected_content: s
 
 @dataclass(frozen=True, slots=True)
 class PromptFiles:
-    """The prompts for one ability and one benchmark, in the file format of the data set.
+    """The prompts for one ability (kind of question) and one benchmark, in the data set's file format.
 
     Attributes:
         prompts: content of the file of prompts.
