@@ -107,6 +107,6 @@ class StudyRecords:
 
 
 def group_runs_by_suite_and_model(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
-    """Return a mapping from protocol, domain, ability and model (as one tuple) to the sorted runs."""
+    """Return a mapping from protocol (scoring rules), domain, ability and model to the sorted runs."""
     ordered = sorted(runs, key=lambda run: run.key.sort_key)
     return group_pairs(((*run.key.suite, run.key.model), run) for run in ordered)

@@ -53,7 +53,7 @@ def list_study_names() -> tuple[str, ...]:
 
 @cache
 def find_study(name: str) -> Study:
-    """Return the registered study with a name.
+    """Return the registered study (options of runs, and an analysis) with a name.
 
     Raises:
         InputError: no study has the name, or the entry point does not lead to a study.

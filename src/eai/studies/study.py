@@ -108,7 +108,7 @@ def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, F
 
 
 def write_paper_remarks(printed_tables: Iterable[PaperTable], protocol: Protocol) -> list[str]:
-    """Return remarks on numbers of the paper, for readers who compare runs of a protocol with them."""
+    """Return remarks for readers who compare runs, scored by a protocol (set of rules), with the paper."""
     on_columns = (
         printed_table.notes.get(("", column), ())
         for printed_table in printed_tables

@@ -44,7 +44,7 @@ The answers of these models gave the difficulties. See `_estimate_difficulties`.
 def open_runs(
     suites: Sequence[Suite], chosen_abilities: Sequence[Ability], runs_folder: Path | None
 ) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
-    """Return the suites with known difficulties of tasks, and a function that runs such a suite.
+    """Return suites (abilities of benchmarks) with known difficulties, and a function that runs such a suite.
 
     The function asks a model the tasks that tell most about its ability (`request_informative_tasks`).
 

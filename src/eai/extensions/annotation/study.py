@@ -50,7 +50,7 @@ PAPER_NOTE = (
 
 
 def compute_mse_around_task_means(ratings_by_task: RatingsByTask) -> float | None:
-    """Return the mean squared distance of ratings from the mean rating of their task.
+    """Return the mean squared distance of people's ratings of annotations from the mean rating of the task.
 
     Each rating has the same weight. Tasks with one rating are left out. The result is None if no task has two
     ratings.
@@ -91,7 +91,7 @@ class _Rating:
 
 
 def read_ratings(path: Path) -> tuple[_Rating, ...]:
-    """Read the ratings of a file, in order.
+    """Read people's ratings of annotations from a CSV file, in order.
 
     Raises:
         InputError: the file cannot be read or is malformed. The message names the line and the column.
@@ -171,7 +171,7 @@ _FACT_COLUMNS = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_
 
 
 def _analyze_ratings_file(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
-    """Analyze one CSV file of ratings instead of records."""
+    """Analyze one CSV file of people's ratings of annotations, instead of records."""
     if len(records.paths) > 1:
         raise InputError(f"expected one CSV file of ratings, found {len(records.paths)} paths")
     ratings = read_ratings(records.paths[0])

@@ -59,7 +59,7 @@ class LoggedStep(NamedTuple):
 
     @property
     def is_error(self) -> bool:
-        """Whether the world rejected the action. A slip, a failure by chance, is no error of the agent."""
+        """Whether the world rejected the action. A slip (a failure by chance) is no error of the agent."""
         return self.accepted is False and self.kind is not FaultKind.SLIP
 
 

@@ -122,7 +122,7 @@ def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation
 
 
 def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
-    """Return the share that one answer adds to each rate, by the name of the rate.
+    """Return the numerator and denominator that one answer adds to each rate, by the name of the rate.
 
     ``right``, and the rates of the question's kind, form, and kind with depth: whether the answer is right.
     Depth is the number of actions to consider. ``chance``: the probability that guessing, or a shortcut rule

@@ -180,8 +180,8 @@ class SurfaceCueCounts:
 
         Returns:
             the probability that each shortcut answers the question correctly, by name of the shortcut. It is
-            computed from the counts before this question. It is a fraction if the shortcut cannot decide and
-            guesses.
+            computed from the counts before this question. It is a fraction if the shortcut fits several
+            answers and guesses.
         """
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}

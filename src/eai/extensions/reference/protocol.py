@@ -220,7 +220,7 @@ class _TrialWithRandomFailures(Trial):
         return Episode(self.scorer.domain, self.task.initial)
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
-        """Execute a plan until the first slip, failed action, or state in which all goals hold."""
+        """Execute a plan until the first slip (random failure), failed action, or state with all goals."""
         episode = self.episode
         start, before = len(episode.trajectory.steps), episode.trajectory.executed_actions
         slipped = False

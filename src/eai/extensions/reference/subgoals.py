@@ -178,7 +178,7 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
     """Parse the subgoals of an answer as one text.
 
     The package eai-eval rejects an ``and`` if some of its operands contain ``then`` and others do not, and it
-    rejects unknown names. If a text has both errors, the error that ends first in the text decides. The
+    rejects unknown names. If a text has both errors, the one that ends first is reported. The
     number and the names of objects are checked later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
     """
     text = _THEN.join(subgoals)

@@ -1,9 +1,9 @@
 """The VirtualHome domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
 Each function replaces checks or effects of the declared domain and names the place in eai-eval. Together
-they turn the domain of protocol `strict` into the domain of `eai-1.0.5`. The engine knows nothing of them. If
-an object has several containers, supports or neighbours, the first of them is the first in the iteration
-order of a Python set of ids.
+they turn the domain of `strict` (rules of the paper's text) into the domain of `eai-1.0.5`. The engine knows
+nothing of them. If an object has several containers, supports or neighbours, the first of them is the first
+in the iteration order of a Python set of ids.
 """
 
 from __future__ import annotations
@@ -111,7 +111,8 @@ SET_ORDER_VOCABULARY = Vocabulary(
 )
 """Vocabulary (all predicates) in which lookups order objects as eai-eval does: as a Python set of their ids.
 
-It stores the same facts as the vocabulary of protocol `strict`, so both protocols can use the same states.
+It stores the same facts as the vocabulary of `strict` (scoring by the paper's text), so both can use the same
+states.
 """
 
 

@@ -68,9 +68,9 @@ _Name = TypeVar("_Name")
 
 
 def draw_flows(table: Table) -> Iterator[tuple[str, Figure]]:
-    """Draw how many answers of each suite end in each outcome: flows from suites to outcomes.
+    """Draw how many answers of each suite (benchmark and ability) end in each outcome, as flows.
 
-    Yield a file name and a figure for each protocol with answers to two suites or more.
+    Yield a file name and a figure for each protocol (scoring rules) with answers to two suites or more.
     """
     for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.row_dicts()).items():
         counts, needless = Counter[tuple[_WorldAbility, str]](), Counter[str]()

@@ -323,7 +323,7 @@ class _PerceptionAnalysisOptions(Options):
 
 
 def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOptions) -> Iterator[Analysis]:
-    """Compare runs of one model, domain, ability and protocol.
+    """Compare runs of one model, domain, ability and protocol (scoring rules).
 
     The run whose questions state the true scene as text gives the metric without perception errors. It must
     have the same prompts (``eai run --set eai``).

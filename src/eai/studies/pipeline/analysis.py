@@ -283,7 +283,7 @@ class _ModularAndPipelineRuns:
 
 
 def _make_test_that_summary_field_is_set(field: str) -> Callable[[Record], bool]:
-    """Return a function that tells whether an answer's summary by this study has a value in a field.
+    """Return a function that tests whether the summary of an answer's stated goals has a value in a field.
 
     An empty text and 0 do not count as values.
     """

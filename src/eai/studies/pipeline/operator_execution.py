@@ -92,7 +92,7 @@ class _OperatorTesterInWorld:
         Args:
             task_id: the task.
             answer: the answer to transition modeling.
-            verdict: the verdict on the answer under the default protocol.
+            verdict: the verdict on the answer by the default scoring rules.
 
         Raises:
             InputError: the verdict has a plan with operators that the answer does not have.
@@ -185,7 +185,7 @@ class _RunWithFailedStages:
     """A run of transition modeling, with an operator test of each answer.
 
     Attributes:
-        key: model, protocol, domain and ability of the run.
+        key: model, protocol (scoring rules), domain and ability of the run.
         records: the stored verdicts on its answers, without excluded tasks.
         outcomes: the outcome of the test of each record's operators.
         gold_outcomes: for each record, the outcome for the data set's own operators; None if no planner was
@@ -201,7 +201,7 @@ class _RunWithFailedStages:
 def _find_failed_stages_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithFailedStages]:
     """Yield runs of transition modeling, each with the stages at which its operators fail.
 
-    The user gets a note on runs of other protocols, which are left out.
+    Runs with other scoring rules than the default are left out, and the user gets a note.
     """
     tester_of = cache(lambda domain: _OperatorTesterInWorld.open_operator_tester(domain, records.source))
     gold_outcome_of = cache(

@@ -77,7 +77,7 @@ def make_goal_beliefs(
 ) -> ModelBeliefsInPrompts:
     """Return the goals in a model's answers, for later questions to state, with counts of right goals.
 
-    The answers are scored under the default protocol.
+    The answers are scored by the default rules.
 
     Args:
         interpretations: a model's name, and its answers to goal interpretation.

@@ -172,7 +172,7 @@ class _RunsByPromptAndModel:
 def _group_runs_by_prompt_and_model(
     runs: Sequence[tuple[str, Sequence[Record]]], metric: str
 ) -> _RunsByPromptAndModel:
-    """Return the runs of one suite and protocol by their prompts and models.
+    """Return runs on the same ability and benchmark, scored by the same rules, by their prompts and models.
 
     Raises:
         InputError: a model lacks a prompt that another model has, there are fewer than two prompts, or no
@@ -204,7 +204,7 @@ def _group_runs_by_prompt_and_model(
 def make_prompt_tables(
     runs: Sequence[tuple[str, Sequence[Record]]], metric: str, reference: str | None = None
 ) -> list[Table]:
-    """Return the tables that compare prompts in the runs of one suite and protocol.
+    """Return tables that compare prompts in runs on the same ability and benchmark, scored by the same rules.
 
     Args:
         runs: pairs of a name of prompts and a run's records; each run has one model.
@@ -417,7 +417,7 @@ def _name_prompts(run: Run) -> str:
 
 
 def _group_runs_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
-    """Return groups of runs of a suite and protocol that differ only in their models and prompts."""
+    """Return groups of runs that differ only in their models and prompts."""
     suites: dict[str, list[Run]] = {}
     for run in runs:
         experiment = run.key.experiment

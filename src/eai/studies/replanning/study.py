@@ -85,7 +85,7 @@ class _ReplanningRunGroup:
 
     @property
     def experiment_without_feedback(self) -> Experiment:
-        """Options of the runs to compare with: equal to the options of these runs, but without feedback."""
+        """Options of the runs to compare with: those of these runs, but without feedback on failures."""
         return self.experiment.replace_study_settings(
             replace(self.options, feedback="none", form="prompt").experiment
         )
@@ -398,7 +398,7 @@ class _ErrorCountingOptions(Options):
 
 
 def _analyze_replanning(records: StudyRecords, chosen: _ErrorCountingOptions) -> Iterator[Analysis]:
-    """Compare runs of one model, domain, ability and protocol.
+    """Compare runs of one model, domain, ability and protocol (scoring rules).
 
     They are the runs with feedback, and the run with replanning.feedback=none. The latter shows the gain of
     feedback.

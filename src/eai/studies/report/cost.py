@@ -113,7 +113,7 @@ def format_cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str
 def _sum_cost_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_CostKey, Spending]:
     """Return the cost of each run, and the total of all runs if there are several.
 
-    A run that was scored under several protocols counts once, under its first protocol.
+    A run that was scored under several protocols (sets of rules) counts once, under its first protocol.
     """
     price_of = {} if prices is None else {to_file_name(name): price for name, price in prices.models.items()}
     spending: dict[_CostKey, Spending] = {}

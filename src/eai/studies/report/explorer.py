@@ -66,7 +66,7 @@ _Row: TypeAlias = "dict[str, Json]"
 """JSON values by the short names that the page expects, such as the fields of an answer."""
 
 _RunNames: TypeAlias = "tuple[str, str, str, str]"
-"""Protocol, domain, ability and model of a run."""
+"""Protocol (scoring rules), domain, ability and model of a run."""
 
 _encode_json = json.JSONEncoder(separators=(",", ":")).encode
 

@@ -38,7 +38,7 @@ _Results: TypeAlias = Mapping[_Axis, RunSummary]
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the main results of the runs without study options of a protocol, one panel per domain.
+    """Draw main results of runs of one protocol (scoring rules), without study options, a panel per domain.
 
     Domains with fewer than three metrics are left out; the result is None if none remains. The nine models
     with the highest means have colours, all others are grey. If there are at most three models, bands show 95

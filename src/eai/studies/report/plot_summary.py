@@ -56,7 +56,7 @@ _PAPERS = ("paper", "published")
 
 
 def list_models_and_protocols(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
-    """Return the pairs of a model and a protocol for which there are runs, in the order of the tables."""
+    """Return pairs of a model and a protocol (scoring rules) that have runs, in the order of the tables."""
     models = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
     return list(dict.fromkeys(models))
 
@@ -70,7 +70,7 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
     Args:
         tables: the tables of a report, for all protocols and domains.
         model: the model.
-        protocol: the protocol.
+        protocol: the scoring rules of the drawn results.
     """
     shown = [
         (table, row)

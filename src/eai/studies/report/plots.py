@@ -213,7 +213,7 @@ _HEAD = 0.62
 
 
 def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the outcomes of the runs of one domain and protocol, one panel per ability; None without runs."""
+    """Draw outcomes of runs of one domain and protocol (rules), one panel per ability; None without runs."""
     from matplotlib.patches import Patch
 
     panels = [list(items) for _, items in groupby(runs, key=lambda item: item.key.ability)]

@@ -1,8 +1,9 @@
 """Make rankings: tables of our models and the paper's models, ranked, best numbers in bold, footnotes.
 
-A ranking belongs to one domain under one protocol; readers see it as a `Table`. There are rankings for the
-paper's main tables, for experiments, and for the paper's other tables. These other tables compare a few
-models, or ways to ask a model. They keep the paper's order, in which compared ways follow each other.
+A ranking belongs to one domain under one protocol (scoring rules); readers see it as a `Table`. There are
+rankings for the paper's main tables, for experiments, and for the paper's other tables. These other tables
+compare a few models, or ways to ask a model. They keep the paper's order, in which compared ways follow each
+other.
 
 Rows are runs, the paper's models and null models. The paper's printed numbers appear only beside runs under
 the paper's protocol. Beside runs under another protocol, the paper's models have the scores of their
@@ -129,7 +130,7 @@ def get_score(scores: ScoresByMetric, column: MetricColumn) -> RankedScore:
 
 @dataclass(frozen=True, slots=True)
 class Ranking:
-    """One table of ranked models, for one domain under one protocol.
+    """One table of ranked models, for one domain (benchmark) under one protocol (scoring rules).
 
     Attributes:
         columns: the columns with a number in some row, each with the texts of its footnotes.
@@ -327,7 +328,7 @@ def make_run_rows(
 
 
 def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, ScoresByMetric]:
-    """Return all scores in one protocol and domain, by the name of the run, with averages over abilities."""
+    """Return all scores of runs of one domain and protocol, by run, with averages over abilities."""
     by_name: dict[str, ScoresByMetric] = {}
     for name, items in group_pairs((item.key.name, item) for item in runs).items():
         scores: dict[tuple[Ability | None, str], RankedScore] = {
@@ -466,7 +467,7 @@ _LEFT_OUT = (
 
 
 def make_rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
-    """Return the tables of all runs, by protocol and domain, in the order of the paper's tables.
+    """Return the tables of all runs, by protocol (scoring rules) and domain, in the order of the paper's.
 
     Args:
         runs: the runs, sorted by the order of their keys.
@@ -484,7 +485,7 @@ def make_rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranki
 def make_ranking(
     spec: TableSpec, runs: Sequence[RunSummary], numbers: Mapping[str, ScoresByMetric], *, with_paper: bool
 ) -> Ranking | None:
-    """Return a table of the runs of one protocol and domain, or None if no run has a number in the table.
+    """Return a table of runs of one domain and protocol (scoring rules), or None if it has no numbers.
 
     The paper's rows appear only among runs under the paper's protocol. Under other protocols, the paper's
     models have the scores of their published answers. Null models come last, without a rank.
