@@ -362,7 +362,7 @@ def _find_changes(
 
 
 def _find_condition_of_any_change(effect: m.PddlEffect, bound_names: set[str]) -> f.Formula:
-    """Return a condition that must hold if an effect changes anything; true if no simple one is known."""
+    """Return a condition that must hold if an effect changes anything, or true if none is found."""
     match effect:
         case m.WhenEffect(condition, part):
             return f.And((condition, _find_condition_of_any_change(part, bound_names)))

@@ -212,7 +212,7 @@ class PddlExportNames:
         return self.predicates[name]
 
     def add_types_of_objects(self, scene: Scene, objects_mask: int) -> None:
-        """Add the PDDL types of the objects in a bit mask: their categories, and all ancestors of these."""
+        """Add the PDDL types of the objects in a bit mask: their categories and all wider categories."""
         for i in iterate_bits(objects_mask):
             for kind in self.vocabulary.list_kind_with_ancestors(scene.objects[i].category):
                 self.types[kind]

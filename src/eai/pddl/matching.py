@@ -35,7 +35,7 @@ from eai.pddl.writer import write_formula
 _T = TypeVar("_T")
 
 _MAX_CACHED_OPERATORS = 1000
-"""Maximum number of cached gold operators in normal form."""
+"""Maximum number of cached gold operators (the data set's) in normal form."""
 
 MAX_PERMUTED_PARAMETERS = 5
 """Maximum number of parameters of two operators for which all pairings are tried.
@@ -79,7 +79,7 @@ _LiteralMatch: TypeAlias = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class OperatorMatch:
-    """The comparison of an operator with the gold operator: clause by clause, and literal by literal.
+    """The comparison of an answer's operator with the data set's (gold) operator, by clauses and by literals.
 
     Attributes:
         renamed: parameters of the answer whose gold names differ, with the gold names.
@@ -244,7 +244,7 @@ def _prepare_gold_clauses(
 
 
 def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
-    """Compare an operator of an answer with the gold operator of the same name."""
+    """Compare an operator of an answer with the data set's (gold) operator of the same name."""
     own = make_condition_clause(predicted.precondition), make_effect_clause(predicted.effect)
     sides = [
         _AnswerAndGoldClauses(ours, *theirs)

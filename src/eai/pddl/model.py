@@ -177,7 +177,7 @@ def split_effect(
 ) -> Iterator[tuple[Add | Delete, tuple[f.Formula, ...]]]:
     """Yield the additions and deletions of an effect, left to right, each with its conditions.
 
-    Conditions come in the order of the effects around the change, outermost first.
+    Conditions come in the order of the enclosing effects, outermost first.
     """
     match effect:
         case Add() | Delete():

@@ -24,9 +24,9 @@ from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 
 _EffectPosition: TypeAlias = "tuple[int | f.Variable, ...]"
-"""Position of a change in the order of an operator's effects.
+"""Position of an addition or deletion in the order of an operator's effects.
 
-It has an index for each sequence around the change, and a variable for each loop over objects around it.
+It has an index for each enclosing sequence, and a variable for each enclosing loop over objects.
 """
 
 

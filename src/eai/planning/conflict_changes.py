@@ -44,7 +44,7 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions that make a set of changes. If it is this low, no set with fewer actions is searched.
+"""If so few actions or fewer make a set of changes, no set with fewer actions is searched.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """

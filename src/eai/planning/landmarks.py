@@ -155,7 +155,7 @@ class _RelaxationGraph:
         return seen
 
     def _group_actions_making(self, node_number: int) -> list[tuple[Sequence[Action], list[int]]]:
-        """Return the actions that make a change, in groups whose effects have equal conditions.
+        """Return the actions that make a change of a fact, in groups whose effects have equal conditions.
 
         Each group comes with the numbers of its conditions. The change is given by the number of its node in
         the graph. The result is [] if this node is a condition instead of a change.
@@ -190,7 +190,7 @@ class _RelaxationGraph:
         return reached
 
     def _add_actions_making(self, node_numbers: Iterable[int]) -> bool:
-        """Extend the graph by the actions that make the changes of some nodes. Return whether it grew."""
+        """Extend the graph by the actions that make the changes of nodes. Return whether any was added."""
         fresh = [
             (number, action)
             for number in node_numbers
@@ -201,7 +201,7 @@ class _RelaxationGraph:
         return sum([self._add_action_making(number, action) for number, action in fresh]) > 0
 
     def _add_action_making(self, node_number: int, action: Action) -> bool:
-        """Add an action to the graph as a way to make a change, if the action's conditions can be met.
+        """Add an action to the graph as a way to change a fact, if the action's conditions can be met.
 
         The change is given by the number of its node. Return whether the action was added.
         """

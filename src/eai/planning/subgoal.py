@@ -113,7 +113,7 @@ class SubgoalSplitter:
     ) -> list[int]:
         """Return the values of a variable for which at least one conjunct of the body holds.
 
-        Values are objects that actions may use. If no conjunct holds for any of them, return all of them.
+        Values are objects that actions may use. If no conjunct holds for any value, return all values.
         """
         usable = self._find_usable_objects(variable)
         parts = body.operands if isinstance(body, f.And) else ()

@@ -1,7 +1,7 @@
 """Conflicts of edited plans, and the edits that may resolve them.
 
 A plan's conflict is its first impossible step, or else a goal that the plan misses at its end. The conflict
-remains until one of certain changes happens (`eai.planning.conflict_changes`). Every repair has an edit that
+remains until one of certain facts changes (`eai.planning.conflict_changes`). Every repair has an edit that
 makes such a change.
 """
 
@@ -292,10 +292,10 @@ class _HelpingEditFinder:
     def _find_changes_improving_step(
         self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return the changes with which a step may make more, or undo fewer, of the wanted changes.
+        """Return changes of facts that may let a step make more of the wanted changes, or undo fewer of them.
 
-        They must happen before the step. A skipped step of the named operators is improved if it is executed.
-        The second returned value is whether the step undoes any wanted change.
+        The returned changes must happen before the step. A skipped step of the named operators is improved if
+        the step is executed. The second returned value is whether the step undoes any wanted change.
         """
         state, executed = (
             self._states.by_number[state_number],
