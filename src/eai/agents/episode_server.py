@@ -1,4 +1,7 @@
-"""Serve episodes to agents outside of this process. Each episode has a journal that reveals tampering."""
+"""Serve episodes to agents outside of this process.
+
+Each episode has a journal, a file of its commands that reveals tampering.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ _EPISODES, _ENDING = "episodes", ".journal"
 
 
 def find_journal_path(folder: Path, key: AnswerKey) -> Path:
-    """Return the path of an episode's journal in the folder of the server."""
+    """Return the path of an episode's journal, the file of its commands, in the folder of the server."""
     return folder / _EPISODES / str(key[1]) / f"{quote(key[0], safe='')}{_ENDING}"
 
 
@@ -65,8 +68,8 @@ def open_episode_server(
 class EpisodeServer:
     """The episodes of tasks, one for each ticket (access token). An episode begins once, with the first call.
 
-    The folder contains the key that seals journals, a journal of each episode, and the answers for `eai
-    score`. The agent must have no access to the folder.
+    The folder contains a journal (sealed file of commands) of each episode, the key of the seals, and the
+    answers for `eai score`. The agent must have no access to the folder.
 
     Args:
         folder: the folder.
@@ -137,7 +140,7 @@ class EpisodeServer:
         self._write_answers()
 
     def close(self) -> None:
-        """Write the answers and close all journals. A later server can resume unfinished episodes."""
+        """Write the answers and close all files. A later server can resume unfinished episodes."""
         for _, journal in self._open.values():
             journal.close()
         self._write_answers()
@@ -196,7 +199,7 @@ class EpisodeServer:
         return sorted(begun, key=lambda key: (key[1], order[key[0]]))
 
     def _open_episode(self, key: AnswerKey) -> tuple[RecordedGame, EpisodeJournal]:
-        """Return an episode with its journal. Begin the episode if it has not begun."""
+        """Return an episode with its journal (file of commands). Begin the episode if it has not begun."""
         if key not in self._open:
             task_id, epoch = key
             path, stage = (

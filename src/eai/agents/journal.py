@@ -30,7 +30,7 @@ _KEY_BYTES = 32
 def read_key_that_seals_journals(folder: Path) -> bytes:
     """Return the key that seals the journals in a folder. If there is no key, make a random one.
 
-    Only the owner of the key's file can read it.
+    A journal is a file of an episode's commands. Only the owner of the key's file can read it.
 
     Raises:
         InputError: the key cannot be read or written.
@@ -71,7 +71,7 @@ class _JournalContent:
 
 
 def has_begun_episode(path: Path) -> bool:
-    """Whether the episode of a journal has begun: the file has at least one complete line."""
+    """Whether the episode of a journal (file of commands) has begun: the file has a complete line."""
     return path.exists() and b"\n" in path.read_bytes()
 
 

@@ -39,8 +39,8 @@ def print_learnability(
 ) -> None:
     """Print figures that tell whether the rewards of tasks can teach a model.
 
-    They are the rewards of null models (trivial built-in models such as eai/random), the groups of answers to
-    one task whose rewards differ, and the tasks that are longer than a model's context.
+    The figures are the rewards of null models (trivial built-in models such as eai/random), and the groups of
+    answers to one task whose rewards differ. Tasks that are longer than a model's context are listed.
 
     Raises:
         InputError: answers to the ability get no reward, or a file of records cannot be read.

@@ -8,14 +8,14 @@ effective number of tasks.
 
 An interval is Wilson's (1927) for the effective number of tasks; it also holds at 0 and at 100 percent. This
 number is estimated from few names, therefore the estimate is conservative and uses Student's quantile.
-``bench/coverage.py`` measures that the intervals cover the true value as often as they claim, and that
-bootstrap percentiles and Wilson's interval with the observed design effect cover it less often.
+``bench/coverage.py`` measures that the intervals cover the true value as often as they claim. Bootstrap
+percentiles and Wilson's interval with the observed design effect cover it less often.
 
 A rate is a ratio of sums over units. To first order its variance is the sum of squares of the units'
 contributions: the linearisation of cluster samples, and the limit of a bootstrap over units. This variance is
 too small for few units: a large unit pulls the rate to itself, and if all units agree the variance is zero.
-Therefore a unit counts by how much the rate would change without it (the jackknife), and two pseudo-units of
-mean size are added, each all right or all wrong with even chance. They change no rate, but they add to its
+Therefore a unit counts by how much the rate would change without it (the jackknife). Two pseudo-units of mean
+size are added, each all right or all wrong with even chance. They change no rate, but they add to its
 variance, as the two successes and two failures of Agresti and Coull (1998) do. Student's t is used for
 intervals with an estimated variance.
 """

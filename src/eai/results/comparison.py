@@ -41,8 +41,8 @@ def compute_sign_flip_p(differences: Sequence[int]) -> float:
     """Return the exact two-sided p value of a sum of differences, if plus and minus are equally likely.
 
     Args:
-        differences: for each unit (a task or a name), the number of its tasks that are right in the second
-            run minus the number right in the first run.
+        differences: for each unit (a task or a name), how many more of its tasks are right in the second run
+            than in the first run.
     """
     counts = Counter({0: 1})
     sizes = Counter(abs(difference) for difference in differences if difference)
@@ -153,7 +153,7 @@ class RunComparison:
 def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     """Compare two runs of one ability, domain and protocol (scoring rules), each with at least one record.
 
-    The comparison leaves out a task if one of the runs excludes it or has no record of it, or if its id
+    The comparison leaves out a task that one of the runs excludes or lacks. It also leaves out an id that
     names different tasks in the two runs. A missing answer counts as a failure.
     """
     first_shares, second_shares = compute_metric_shares_by_task(first), compute_metric_shares_by_task(second)

@@ -205,8 +205,8 @@ def read_responses(
         samples: whether a task may have several answers, if the rows number them (``sample``, from 0).
 
     Raises:
-        InputError: the file is not a JSON list of answers, a row lacks a key or its value has another type,
-            an identifier is unknown or repeated, or there is no row.
+        InputError: the file is not a JSON list of answers or has no row; a row lacks a key or its value has
+            another type; an identifier is unknown or repeated.
     """
     checked_rows = _check_rows(path, task_ids, task_id_of)
     first = next(checked_rows, None)

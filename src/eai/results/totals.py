@@ -38,7 +38,7 @@ class RunTotals:
         sums: numerator and denominator of each metric.
         statuses: status bits of each task, in the order of the records.
         sizes: numbers of tasks that records state for their suite. All should state the same number.
-        versions: versions of the errata.
+        versions: versions of the errata, the known errors of the data set.
         void: names of metrics without a value in this run, as `missing_metrics` of the ability returns them.
         judges: mapping from the name of each planner to the number of answers whose operators it tested.
         left: mapping from outcomes of the second planner to numbers of answers. The second planner decides on
@@ -157,7 +157,7 @@ class RunTotals:
 
     @property
     def errata(self) -> TasksChangedByErrata | None:
-        """Tasks of the run that errata left out or corrected; None if no errata were used."""
+        """Tasks that errata (errors of the data set) left out or corrected; None if no errata were used."""
         if not self.versions:
             return None
         affected = {

@@ -138,7 +138,7 @@ def add_answer_details_to_attempts(
 
 @dataclass(frozen=True)
 class TrialSet:
-    """Attempts at the tasks of a suite in an experiment; made by `open_trials`.
+    """Conversations in which a model has several attempts at each task of a suite; made by `open_trials`.
 
     Attributes:
         suite: the suite, opened for the answers (`Suite.adapt_suite_to_answers`).
@@ -241,10 +241,10 @@ def open_trials(
     task_ids: Iterable[str],
     tasks_with_stated_goals: Mapping[str, Task] | None = None,
 ) -> TrialSet:
-    """Return the trials of some tasks of a suite.
+    """Return the object that begins trials (series of attempts) at some tasks of a suite.
 
-    Some protocols decide from all answers of a model whether plans name objects with ids. A trial executes
-    each answer at once. Therefore these protocols decide from the example answers in the questions.
+    Some protocols (scoring rules) tell from all answers of a model whether plans name objects with ids. A
+    trial executes each answer at once, so here these protocols look at the example answers in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.

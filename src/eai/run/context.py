@@ -26,9 +26,9 @@ from eai.tasks.source import Source
 _TOKEN = re.compile(r"[^\W\d_]{1,7}|\d|(?:[^\w\s]|_)+|\n\s*")
 """Pattern of one estimated token: up to seven letters, a digit, signs in a row, or a line break.
 
-For prompts of the paper's suites, the estimate is 0.84 to 1.38 times the count of the tokenizers of SmolLM2,
-DeepSeek, Claude 2 and GPT-4, on average 0.96, 1.08, 1.02 and 1.12 times. The simpler estimate of one token
-for four characters would be 0.50 to 1.02 times the count.
+For prompts of the paper's suites, the estimate is 0.84 to 1.38 times the count of a tokenizer. On average it
+is 0.96 times that of SmolLM2, 1.08 of DeepSeek, 1.02 of Claude 2 and 1.12 of GPT-4. The simpler estimate of
+one token for four characters would be 0.50 to 1.02 times the count.
 """
 
 MIN_ANSWER_TOKENS = 1024

@@ -26,10 +26,10 @@ from eai.results.trials import Answer, AnswerKey, Conversation, add_answer_detai
 from eai.run.job import QuestionJob
 
 JOURNAL = "answers.jsonl"
-"""File name of the journal in the folder of a run."""
+"""File name of the journal, the file of all answers so far, in the folder of a run."""
 
 BEGUN = "begun.jsonl"
-"""Name of the file beside the journal that has a line for each start of an episode."""
+"""Name of the file beside the answers that has a line for each start of an episode."""
 
 
 class AnswerJournal:

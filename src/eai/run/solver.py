@@ -276,7 +276,7 @@ class _SampleTranscript:
         return messages
 
     def add_recorded_answer(self, answer: Answer) -> None:
-        """Add an answer from the journal to the state."""
+        """Add an answer from an earlier start of the run to the state."""
         restore_answer(self._state, answer)
         self._store_answer_text(answer.text)
 
@@ -309,7 +309,7 @@ def make_answer(
     attempt: int = 1,
     parts: _ReplyParts | None = None,
 ) -> Answer:
-    """Return the answer in a sample's state, for the journal.
+    """Return the answer in a sample's state, for the journal (file of all answers so far).
 
     ``parts`` has its reasoning and the names of the corrections of its text.
     """

@@ -268,7 +268,7 @@ def make_trials(
     prompts: Mapping[str, Prompt],
     beliefs: ModelBeliefsInPrompts | None,
 ) -> TrialSet | None:
-    """Return the trials that execute answers and ask again; None if each question is sent once.
+    """Return the object that executes answers and asks again; None if each question is sent once.
 
     Raises:
         InputError: the answers of the suite are not plans.
@@ -529,7 +529,7 @@ def _choose_connections(job: QuestionJob) -> int | None:
 def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
     """Return the Inspect task with all questions of a job, so that the log has all answers.
 
-    Questions with an answer in the journal are not sent again.
+    Questions with an answer in the journal (file of earlier answers) are not sent again.
     """
     ahead = None if job.pace.batch else 2 * (_choose_connections(job) or _USUAL_CONNECTIONS)
     return build_task(
