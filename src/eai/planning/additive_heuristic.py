@@ -12,16 +12,16 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
+import eai.logic.formula as f
 from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
-from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import AchieversByPredicate
 from eai.planning.search import Limits, SearchEffort
-from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, SubgoalSplitter
+from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_argument_indices
 from eai.world.action import Action
-from eai.world.condition import FormulaEvaluator
+from eai.world.condition import FormulaEvaluator, Scope
 from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
-from eai.world.relation import make_mask
+from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import State
 
 Cost: TypeAlias = Callable[[Subgoal], float]
@@ -133,6 +133,112 @@ class AdditiveHeuristic:
         self.static = frozenset(p.name for p in domain.vocabulary.predicates if p.static)
 
 
+class _SubgoalSplitter:
+    """Splits conditions into their parts, given one state.
+
+    Args:
+        evaluator: evaluates the formulas of the domain.
+        state: the state.
+        objects: the objects that actions may use.
+    """
+
+    def __init__(self, evaluator: FormulaEvaluator, state: State, objects: Sequence[int]) -> None:
+        self._evaluator = evaluator
+        self._state = state
+        self._objects = objects
+
+    def holds(self, subgoal: Subgoal) -> bool:
+        """Whether a subgoal is reached in the state."""
+        formula, scope, truth = subgoal
+        return self._evaluator.holds(formula, scope, self._state) == truth
+
+    def ground_atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
+        """Return a subgoal's atom with objects in place of its terms."""
+        arguments = find_argument_indices(atom, subgoal.scope, self._state.scene)
+        return GroundAtom(atom.predicate, arguments, subgoal.truth)
+
+    def split_into_parts(self, subgoal: Subgoal) -> SubgoalParts | None:
+        """Return the parts of a compound condition and how many must hold; None for other conditions."""
+        formula, scope, truth = subgoal
+        match formula:
+            case f.Not(operand):
+                return AllOf((Subgoal(operand, scope, not truth),))
+            case f.And(operands) | f.Or(operands):
+                parts = tuple([Subgoal(operand, scope, truth) for operand in operands])
+                return AllOf(parts) if isinstance(formula, f.And) == truth else AnyOf(parts)
+            case f.Implies(premise, conclusion):
+                either = (Subgoal(premise, scope, not truth), Subgoal(conclusion, scope, truth))
+                return AnyOf(either) if truth else AllOf(either)
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                if isinstance(formula, f.Exists) == truth:
+                    values = (
+                        self._find_objects_meeting_a_conjunct(variable, body, scope)
+                        if truth
+                        else self._find_usable_objects(variable)
+                    )
+                    return AnyOf(self._make_instances(variable, body, scope, truth, values))
+                violating = self._find_violating_values(variable, body, scope, truth)
+                return AllOf(self._make_instances(variable, body, scope, truth, violating))
+            case f.Exactly(count, variable, body) if truth:
+                return ExactlyOf(
+                    count, self._make_instances(variable, body, scope, truth, self._find_all_values(variable))
+                )
+            case f.ForPairs() if truth:
+                return self._make_object_pairing(formula, scope)
+            case _:
+                return None
+
+    def _make_instances(
+        self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool, values: Sequence[int]
+    ) -> tuple[Subgoal, ...]:
+        return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
+
+    def _find_all_values(self, variable: f.Variable) -> list[int]:
+        return list(iterate_bits(self._state.scene.get_category_mask(variable.category)))
+
+    def _find_usable_objects(self, variable: f.Variable) -> list[int]:
+        allowed = self._state.scene.get_category_mask(variable.category)
+        return [i for i in self._objects if allowed >> i & 1]
+
+    def _find_objects_meeting_a_conjunct(
+        self, variable: f.Variable, body: f.Formula, scope: Scope
+    ) -> list[int]:
+        """Return the values of a variable for which at least one conjunct of the body holds.
+
+        Values are objects that actions may use. If no conjunct holds for any value, return all values.
+        """
+        usable = self._find_usable_objects(variable)
+        parts = body.operands if isinstance(body, f.And) else ()
+        promising = {
+            i for part in parts for i in self._evaluator.find_witnesses(variable, part, scope, self._state)
+        }
+        return [i for i in usable if i in promising] or usable
+
+    def _find_violating_values(
+        self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool
+    ) -> list[int]:
+        holding = self._evaluator.find_witnesses(variable, body, scope, self._state)
+        if not truth:
+            return list(holding)
+        held = set(holding)
+        return [i for i in self._find_all_values(variable) if i not in held]
+
+    def _make_object_pairing(self, formula: f.ForPairs, scope: Scope) -> AndOrTreePairing[Subgoal]:
+        first, second, body = formula.first, formula.second, formula.body
+        rows, columns = self._find_all_values(first), self._find_all_values(second)
+        count = min(len(rows), len(columns)) if formula.count is None else formula.count
+        return AndOrTreePairing(
+            count,
+            tuple(
+                tuple(
+                    None if x == y else Subgoal(body, {**scope, first.name: x, second.name: y}, True)
+                    for y in columns
+                )
+                for x in rows
+            ),
+        )
+
+
 class CostEstimates:
     """Estimates of the number of actions from one state until a condition holds.
 
@@ -166,7 +272,7 @@ class CostEstimates:
         self.bindings = bindings or SearchEffort(Limits().bindings)
         self._heuristic = heuristic
         self._looks = looks or SearchEffort()
-        self._unfolding = SubgoalSplitter(heuristic.readings, state, objects)
+        self._unfolding = _SubgoalSplitter(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.ground_atom
         self._protected = [condition for condition in protected if self.holds(condition)]
@@ -195,7 +301,7 @@ class CostEstimates:
 
     def split_into_cheapest_literals(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
         """Return literals that together establish a condition, by the cheapest choice in each disjunction."""
-        parts = None if isinstance(subgoal.formula, Atom) else self.split_into_cheapest_parts(subgoal)
+        parts = None if isinstance(subgoal.formula, f.Atom) else self.split_into_cheapest_parts(subgoal)
         return (
             (subgoal,)
             if parts is None
@@ -208,7 +314,7 @@ class CostEstimates:
         The result is None if no choice establishes the condition. It is also None for an atom without a
         definition by a formula: its predicate is stored, or a function computes it.
         """
-        if isinstance(subgoal.formula, Atom):
+        if isinstance(subgoal.formula, f.Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
         parts = self._unfolding.split_into_parts(subgoal)
@@ -220,14 +326,14 @@ class CostEstimates:
         For an atom of a stored predicate these are the prerequisites of the cheapest action that establishes
         the atom, otherwise the parts of the condition.
         """
-        if isinstance(subgoal.formula, Atom) and subgoal.formula.predicate not in self._heuristic.derived:
+        if isinstance(subgoal.formula, f.Atom) and subgoal.formula.predicate not in self._heuristic.derived:
             return self.find_supporter(self.atom(subgoal.formula, subgoal)).prerequisites
         parts = self.split_into_cheapest_parts(subgoal) or ()
         return self.find_prerequisites(parts[0]) if len(parts) == 1 else parts
 
     def find_cheapest_disjuncts(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Return the operands of a disjunction that have the lowest cost; () for other conditions."""
-        parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.split_into_parts(subgoal)
+        parts = None if isinstance(subgoal.formula, f.Atom) else self._unfolding.split_into_parts(subgoal)
         costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [part for part, cost in costs if cost == least < INFINITE]
@@ -294,12 +400,12 @@ class CostEstimates:
         if limit <= _MIN_COST:
             return INFINITE
         match subgoal.formula:
-            case Atom(predicate) as atom:
+            case f.Atom(predicate) as atom:
                 ground = self.atom(atom, subgoal)
                 if predicate not in self._heuristic.derived:
                     return self.find_supporter(ground, limit).cost
                 key: _Key = ground
-            case Exists() | ForAll() as formula:
+            case f.Exists() | f.ForAll() as formula:
                 names = self._heuristic.readings.list_free_variables(formula)
                 values = tuple([subgoal.scope[name] for name in names])
                 key = _FormulaWithObjects(id(formula), values, subgoal.truth)
@@ -322,7 +428,7 @@ class CostEstimates:
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
     def _compute_cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
-        if isinstance(subgoal.formula, Atom):
+        if isinstance(subgoal.formula, f.Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             if definition is not None:
                 return self._compute_cost(definition, limit)
