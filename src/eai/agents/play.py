@@ -151,7 +151,7 @@ _MAX_TURNS = 100_000
 """Maximum number of turns in a stored episode. Longer episodes are not read."""
 
 _MAX_NAME_LENGTH = 100
-"""Maximum number of characters of a harness's name."""
+"""Maximum number of characters of the name of a harness, the program that lets a model act."""
 
 
 MAX_QUOTED_REPLY = 300
@@ -160,7 +160,10 @@ MAX_QUOTED_REPLY = 300
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
 _Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")]
-"""Type of a harness's name: empty, or not only dots, because the name becomes part of a file's name."""
+"""Type of the name of a harness (program that lets a model act). It becomes part of a file's name.
+
+The name is empty, or has a character other than a dot.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,7 +83,7 @@ class _ActingScorer(Scorer):
     def find_exclusion(self) -> TaskExclusion | None:
         """Return the reason for leaving the task out of all games, or None.
 
-        This does not search for winning commands, which would take longer.
+        This method does not search for winning commands, which would take longer.
         """
         return self.task.unplannable_reason
 

@@ -22,7 +22,7 @@ AGENT = "agent"
 
 
 REACT, TEXT, AUTO = "react", "text", "auto"
-"""Names of harnesses, by the form of a model's actions.
+"""Names of harnesses (programs that let a model act), by the form of the model's actions.
 
 `REACT`: tool calls in the agent ``react`` of Inspect. `TEXT`: lines of text. `AUTO`: tool calls, but lines of
 text after the first reply without a tool call.

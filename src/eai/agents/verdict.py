@@ -54,7 +54,7 @@ class ActingVerdict(PlanVerdict):
         shortest: number of actions of the shortest known plan; None if no plan is known.
         budget: maximum number of actions.
         view: the objects that the agent can see, and whether it sees all of them or only from its place.
-        harness: the agent's harness; empty if unknown.
+        harness: the program that let the model act; empty if unknown.
         without_call: the beginning of the first reply that called no tool; None if each reply called a tool.
         begun: how often the episode was started; the last start counts.
         outlook: whether the goals can still be reached at the end; None if no planner checked this.

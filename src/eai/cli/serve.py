@@ -115,7 +115,7 @@ def _serve_plan_verifier_tools(**other_options: object) -> None:
     """Serve tools that check plans and goals, over standard input (`eai serve mcp --tools`).
 
     Raises:
-        InputError: one of the other options is set. They are for serving tasks.
+        InputError: an option is set that applies only to serving tasks.
     """
     for name, value in other_options.items():
         if value:

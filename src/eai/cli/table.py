@@ -26,7 +26,7 @@ PERCENT = Column("percent", digits=1, is_number=True)
 
 
 def _format_model_name(model: str, totals: RunTotals) -> str:
-    """Return a model's name with its harness, effort and game rules."""
+    """Return a model's name with its harness (program that lets it act), effort and game rules."""
     return ", ".join([model, *(part for part in totals.agent_labels if not model.endswith(f", {part}"))])
 
 

@@ -103,7 +103,7 @@ class MetricDifference:
     Attributes:
         first: the rate in the first run.
         second: the rate in the second run.
-        certainty: intervals of second minus first, in percentage points; None if there are no cases.
+        certainty: intervals of second minus first, in percentage points; None if no task contributes.
         p_value: p value of the test that exchanges all tasks of a name together.
         p_by_task: p value of the test that exchanges each task alone, as if all were independent.
         yes_no: whether each task contributes 0 or 1; then the test by task is McNemar's.

@@ -171,7 +171,7 @@ class ModelBeliefsInPrompts:
     def add_model_belief_to_record(self, record: Record) -> Record:
         """Return the record with the run's options, and with values that studies report on the question.
 
-        The question stated goals or a scene as a model understood them; the values are about these.
+        The question stated goals or a scene as a model understood them. The values describe these statements.
         """
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_study_summaries(record.summaries, self.summaries.get(record.task_id, {}))

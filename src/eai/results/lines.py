@@ -28,7 +28,7 @@ class TidyTableLine:
         domain: name of the benchmark.
         ability: name of the ability.
         model: name of the model that answered.
-        harness: harness in which the model acted, if known.
+        harness: program that let the model act, if known.
         effort: reasoning effort of the model; None for the provider's default.
         experiment: label of the run's studies (variations of its questions); None for a plain run.
         task: the data set's id of the task.
@@ -47,7 +47,7 @@ class TidyTableLine:
 
     @property
     def agent(self) -> str:
-        """Names of the model, its harness and its reasoning effort, separated by commas; None is left out."""
+        """Names of model, harness (program that lets it act) and effort, joined by commas, without None."""
         return ", ".join(filter(None, (self.model, self.harness, self.effort)))
 
 
@@ -326,7 +326,7 @@ def compute_goal_share(answer: AnswerLine) -> Share:
 
 
 def make_task_contribution(line: TidyTableLine, share: Share) -> TaskContribution:
-    """Return the contribution of a table line to a rate: its task and name, with the given share."""
+    """Return a table line's contribution to a rate: task, name, and the given numerator and denominator."""
     return TaskContribution(line.task, line.name, share)
 
 

@@ -56,7 +56,8 @@ def read_older_experiment(named_options: Mapping[str, str], replanning: Replanni
 def read_older_study_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     """Return values on an answer that the studies ``pipeline`` and ``perception`` put into an older record.
 
-    The values are grouped by the name of the study, as in newer records.
+    In these studies, a model first states the goals or the scene of a question. The values are grouped by the
+    name of the study, as in newer records.
     """
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}

@@ -211,7 +211,7 @@ _CELL_INCHES = 0.42
 """Width of a cell of a matrix in inches, if the page is wide enough."""
 
 _COUNT_ROW = "n"
-"""Label of the row with each model's number of cases, drawn if all rates of a model have the same number."""
+"""Label of the row with each model's denominator, drawn if all rates of a model have the same denominator."""
 
 _EXTRA_LINE_HEIGHT = 0.65
 """Height of each further line of a label, as a multiple of the height of the first line."""
@@ -271,7 +271,7 @@ def draw_line(
         cells: the estimates.
         color: colour of line, marks and intervals.
         style: matplotlib's format of mark and line.
-        hollow: positions whose marks are hollow, because they have few cases.
+        hollow: positions whose marks are hollow, because denominators are small.
         intervals: whether intervals are drawn.
         properties: further properties of the line.
     """
@@ -290,8 +290,8 @@ def draw_rates_by_name(
 ) -> Figure | None:
     """Draw one rate with its interval for each name in a column, such as the predicates of goals.
 
-    Return None if there are no cases. Each name has a line; names without cases have none. Labels state the
-    name's number of cases, or its number of successes if all names have equally many cases.
+    Return None if all denominators are zero. Each name with a denominator has a line. Labels state the name's
+    denominator, or its numerator if all names have the same denominator.
 
     Args:
         rows: the rows of a suite.
@@ -342,8 +342,9 @@ def draw_rate_matrix(
     """Draw a matrix of rates with models on one side; return None if there are no rates.
 
     The other side lists the combined values of some columns (``levels``), such as outcomes.
-    The longer side runs down the page, so that many models fit. Rates of few cases are in brackets. If all
-    rates of a model have equally many cases, this number stands at the end of the model's row or column.
+    The longer side runs down the page, so that many models fit. Rates with small denominators are in
+    brackets. If all rates of a model have the same denominator, this number stands at the end of the model's
+    row or column.
 
     Args:
         rows: the rows of a suite.

@@ -1,4 +1,4 @@
-"""Metrics of a run, as its ability declares them, and breakdowns of answers by outcome.
+"""Metrics of a run, as its ability declares them, and numbers of answers by outcome (success or error).
 
 Metrics by attempt are the metrics that a run would have with fewer attempts at each task. The average
 performance of a model in a domain is defined as in the paper. A breakdown counts successes by a feature of
@@ -207,7 +207,7 @@ _OUTCOMES_BEFORE_STAGE = {
 
 @dataclass(frozen=True, slots=True)
 class AnswerBreakdown:
-    """The answers of one run by their outcomes.
+    """The answers of one run by their outcomes (success, or a kind of failure).
 
     Attributes:
         outcomes: number of answers with each outcome.
@@ -234,7 +234,7 @@ class AnswerBreakdown:
 
 
 def find_answer_outcome(record: Record) -> AnswerOutcome:
-    """Return the outcome of an answer. Missing answers and excluded answers have outcomes of their own."""
+    """Return the outcome of an answer: success, a kind of failure, or that it is missing or excluded."""
     if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
     if record.unanswered is not None:

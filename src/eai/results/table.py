@@ -29,7 +29,7 @@ class Estimate:
     """A number with its 95 % interval.
 
     Attributes:
-        value: the number; None if there are no cases.
+        value: the number; None if it is unknown.
         low: lower bound; None if there is no interval.
         high: upper bound; None if there is no interval.
         numerator: numerator, if the number is a rate.
@@ -216,12 +216,12 @@ class Table:
         return self.select_columns([name for name in self.names if name not in columns])
 
     def csv_column_names(self) -> list[str]:
-        """Return the names of the columns in CSV: an estimate has a column for each of its parts."""
+        """Return the names of the columns in CSV: each number of an estimate has a column of its own."""
         parts = zip(self.names, self._has_estimates(), strict=True)
         return [name for column, is_estimate in parts for name in _name_csv_columns(column, is_estimate)]
 
     def csv_rows(self) -> Iterator[list[Plain]]:
-        """Yield the rows of the table as in CSV, with a cell for each part of an estimate."""
+        """Yield the rows of the table as in CSV, with a cell for each number of an estimate."""
         estimates = self._has_estimates()
         for row in self.rows:
             flat: list[Plain] = []

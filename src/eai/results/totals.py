@@ -138,7 +138,7 @@ class RunTotals:
 
     @property
     def planners(self) -> tuple[str, ...]:
-        """Names of the planners that judged operators; usually one, none in older records."""
+        """Names of the planners that tested operators in answers; usually one, none in older records."""
         return tuple(sorted(self.judges))
 
     @property

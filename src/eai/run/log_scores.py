@@ -38,7 +38,7 @@ _LONE_SURROGATE = re.compile("[\ud800-\udfff]")
 
 
 def write_scores(logs: Mapping[str, Path], result: SuiteResult) -> None:
-    """Write verdicts as scores into logs. They replace the scores that the logs have.
+    """Write verdicts as scores into logs. The new scores replace the scores that the logs have.
 
     Args:
         logs: mapping from each asked task to its log; tasks of a log are consecutive.

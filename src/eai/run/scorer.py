@@ -111,10 +111,10 @@ def _describe_goal_part(part: GoalPartReport, number: int) -> str:
 def make_inspect_metric_of_paper_scores(ability: str) -> Metric:
     """Return Inspect's metric with the columns of the paper's tables, as fractions.
 
-    The fractions are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left
-    out. For several answers to a task the mean counts, or the answer with the most frequent meaning, as in
-    ``eai run --epochs``. Some protocols (scoring rules) look at all answers of a model to tell whether plans
-    name objects with ids. Then the answers are scored again.
+    The fractions are ratios of sums over all tasks, as in ``summary.json``; columns to which no answer
+    contributes are left out. For several answers to a task the mean counts, or the answer with the most
+    frequent meaning, as in ``eai run --epochs``. Some protocols (scoring rules) look at all answers of a
+    model to tell whether plans name objects with ids. Then the answers are scored again.
     """
 
     def compute_paper_columns(scores: list[SampleScore]) -> Value:

@@ -81,7 +81,7 @@ def restore_brace_cut_off_by_stop_sequence(parts: _ReplyParts, stop: Sequence[st
 def drop_unreadable_token_usage(model: Model) -> Model:
     """Make a model's client drop usage figures that cannot be read from replies; return the model.
 
-    It applies to clients of OpenAI's protocol, which servers of all kinds speak.
+    This function changes only clients of OpenAI's protocol, which servers of all kinds speak.
     """
     hooks = getattr(getattr(model.api, "http_client", None), "event_hooks", {}).get("response")
     if hooks is not None and _drop_usage not in hooks:
