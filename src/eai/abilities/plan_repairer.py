@@ -27,8 +27,8 @@ from eai.world.fault import FaultKind
 _KIND_RANKS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
 """Rank of each kind of edit.
 
-If several single edits repair a plan, and add equally many new objects at equally good positions, the edit of
-the kind with the lowest rank is reported.
+Several single edits may repair a plan, and add equally many new objects at equally good positions. The edit
+of the kind with the lowest rank is then reported.
 """
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
@@ -110,9 +110,9 @@ class PlanRepairer:
         """Return the closeness of a plan to success: ``1 - d / n``, or 0 if this is negative.
 
         Here d is the number of edits after which the plan succeeds, and n is a lower bound of the length of
-        all plans for the task. So an empty plan has closeness 0. If the search knows only bounds of d, the
-        upper bound counts, so that a search that stops early never raises closeness. The effort grows with
-        the number of steps plus n. Inserted steps use only objects of the task.
+        plans for the task. So an empty plan has closeness 0. If the search knows only bounds of d, the upper
+        bound counts, so that a search that stops early never raises closeness. The effort grows with the
+        number of steps plus n. Inserted steps use only objects of the task.
 
         Args:
             steps: the steps of the plan; None for a step without a meaning.

@@ -280,7 +280,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class SummaryCounts:
-    """The counts of an answer in a summary, if they differ from the counts in its verdict.
+    """The counts of an answer in tables over many answers, if they differ from the counts in its verdict.
 
     Attributes:
         success: whether the answer counts as a success.

@@ -243,7 +243,7 @@ class _PartialSuccessFinder:
 
 
 def _build_option_tree_of_goal(goal: Goal, scene: Scene) -> AndOrTree | None:
-    """Return the options of a goal as a tree of choices, or None if the goal counts as a single condition."""
+    """Return the lists of conditions that meet a goal, as a tree of choices; None for a goal without list."""
     if goal.is_over_time:
         return None
     try:

@@ -35,7 +35,8 @@ class OperatorLibrary:
 
     Attributes:
         header: the planning domain without operators.
-        operators: mapping from the name of each gold operator to its text, in the order of the data set.
+        operators: mapping from the name of each gold (right) operator to its text, in the order of the data
+            set.
         categories: mapping from predicates to their categories.
     """
 
@@ -45,7 +46,7 @@ class OperatorLibrary:
 
 
 StepTranslator: TypeAlias = Callable[[Task, Sequence[PlanStep]], Sequence[Action]]
-"""Function that translates the steps of a plan with gold operators into actions of the task.
+"""Function that translates the steps of a plan with gold (right) operators into actions of the task.
 
 It stops before the first step that has no corresponding action.
 """

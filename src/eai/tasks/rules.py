@@ -38,9 +38,9 @@ _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes fa
 class DomainRules:
     """The rules of a domain as prompts state them: without hidden facts, which prompts never show.
 
-    An operator has no rules for prompts if it has alternative ways to act, or if its conditions depend on a
-    hidden predicate that operators can change. The same holds if its conditions need a derived predicate
-    without a formula as definition. No question is about operators without rules.
+    An operator has no rules for prompts if it can act in several ways, or if its conditions depend on a
+    changeable hidden predicate. The same holds if its conditions need a derived predicate without a formula
+    as definition. No question is about operators without rules.
 
     Attributes:
         domain: the declaration of the domain.

@@ -351,7 +351,7 @@ class GoalNotation(ABC):
         """Return the goals of the task, each with all sets of conditions (options) that meet the goal.
 
         Raises:
-            InputError: the options of a goal cannot be listed (see `eai.logic.choice.build_and_or_tree`).
+            InputError: the sets of conditions cannot be listed (see `eai.logic.choice.build_and_or_tree`).
         """
         return tuple(
             GoalAlternatives(

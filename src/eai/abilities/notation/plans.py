@@ -1,8 +1,8 @@
 """Notations of plans: the form of plans in a benchmark's answers, and the meaning of names in them.
 
 The names in a plan as written may be unknown. `resolve_plan` translates a written plan into actions on
-objects. An `Execution` is the outcome of a plan in a world in which plans may have been executed before, and
-in which actions may slip (have no effect).
+objects. An `Execution` is the outcome of a plan. Other plans may have been executed before it in the same
+world, and actions may slip (have no effect).
 """
 
 from __future__ import annotations

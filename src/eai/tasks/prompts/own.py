@@ -257,8 +257,8 @@ def render_operator_prompts(
     """Return the prompts of transition modeling.
 
     The example in a prompt shows operators that the task does not ask for. If a domain has very many types,
-    the prompt shows only the predicates that occur in the operators and goals of task and example, and the
-    predicates in their definitions.
+    the prompt shows only the predicates in operators and goals of task and example. Predicates in the
+    definitions of these predicates are shown, too.
 
     Raises:
         InputError: a template of the user cannot be used.
