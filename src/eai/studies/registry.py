@@ -70,7 +70,7 @@ def find_study(name: str) -> Study:
 
 
 def add_study_summaries(record: Record, suite: Suite, question_metadata: Mapping[str, Any]) -> Record:
-    """Return the record with a summary by each study that varied its run, such as perception errors.
+    """Return the record of an answer with a summary by each study that varied its run, such as scene errors.
 
     Summaries that the record already has are kept.
 

@@ -1,4 +1,4 @@
-"""Define studies: the options that a study adds to runs, and the analysis of the runs' records."""
+"""Define studies: the options that a study adds to runs, and the analysis of the runs' stored verdicts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Figures: TypeAlias = "Iterable[tuple[str, Figure | None]]"
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """Tables and figures of records that are analysed together.
+    """Tables and figures of records (stored verdicts on answers) that are analysed together.
 
     Attributes:
         tables: the tables.

@@ -97,7 +97,7 @@ class StageBeforeQuestions:
 
     @property
     def earliest_stage_before_questions(self) -> StageBeforeQuestions:
-        """The first of all stages before the run's questions, up to this stage. It may be this stage."""
+        """The first stage before the run's questions: this stage, or an earlier stage."""
         return self if self.previous is None else self.previous.earliest_stage_before_questions
 
     @property
@@ -178,7 +178,7 @@ class VariationOptions(Options):
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return a stage that asks models before the run's questions, or None if the study needs no stage.
+        """Return a stage before the run's questions that asks models, or None if the study needs no stage.
 
         Args:
             library: source of the prompts.

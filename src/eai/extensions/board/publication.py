@@ -90,7 +90,7 @@ def _to_file_name_part(text: str) -> str:
 
 
 def _make_content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
-    """Return a UUID, version 4, made from the content of a record. Equal records have equal UUIDs."""
+    """Return a UUID, version 4, made from an exported result. Equal results have equal UUIDs."""
     return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
 
 

@@ -90,7 +90,7 @@ _JudgedAnswers = Sequence[tuple[TaskFeatures, PlanVerdict, Record]]
 
 
 def _list_judged_plans(run: Run) -> Iterator[tuple[TaskFeatures, PlanVerdict, Record]]:
-    """Yield task, verdict and record of each plan in a run, without tasks that all statistics leave out."""
+    """Yield task, verdict and record (stored line) of each plan in a run, without tasks that are excluded."""
     for record in run.records:
         verdict = record.verdict
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and record.task is not None:

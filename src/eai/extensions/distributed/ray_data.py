@@ -1,4 +1,4 @@
-"""Score batches of answers as a step of Ray Data or Spark, and add their records as columns."""
+"""Score batches of answers as a step of Ray Data or Spark, and add verdicts as columns."""
 
 from __future__ import annotations
 

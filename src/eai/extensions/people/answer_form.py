@@ -26,7 +26,7 @@ SCRIPTS = ("dom.js", "tables.js", "form.js")
 """Names of the JavaScript files of the page, each after the files that it uses."""
 
 PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
-"""Placeholders for words that a person chooses, in the pattern of an answer to goal interpretation."""
+"""Placeholders for words that a person chooses, in the template of an answer to goal interpretation."""
 
 
 def build_answer_form(
@@ -66,9 +66,9 @@ def build_answer_form(
 
 
 def make_goal_answer_template(benchmark: Benchmark, source: Source) -> Json:
-    """Return the pattern of an answer with one goal of each kind, as a JSON value.
+    """Return a template of an answer with one goal of each kind, as a JSON value.
 
-    `PREDICATE`, `FIRST` and `SECOND` stand where the page inserts words that the person chooses. The pattern
+    `PREDICATE`, `FIRST` and `SECOND` stand where the page inserts words that the person chooses. The template
     has an action goal only if a task of the benchmark has one, because not all notations can write action
     goals.
     """

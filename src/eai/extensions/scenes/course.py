@@ -39,7 +39,7 @@ class _AnswerExecutingScorer(Structure):
 
 
 def make_tile_finder(source: Source) -> Callable[[Record], SceneDiagrams]:
-    """Return a function that takes a record and makes diagrams of the scene along its answer.
+    """Return a function from the record of an answer to diagrams of the scene along the answer.
 
     The function opens the suite (tasks with their scoring) of several records only once.
     """
@@ -77,7 +77,7 @@ def make_scene_diagrams_after_each_step(record: Record, suite: Suite) -> SceneDi
 
 
 def replay_record(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
-    """Return the task of a record, and the states at the start and after each step of its answer.
+    """Return the task of an answer's record, and the states at the start and after each step of the answer.
 
     Returns:
         the task and the states, or None if the record was made with other data, or if its answer has no plan.

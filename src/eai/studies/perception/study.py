@@ -51,7 +51,7 @@ class _PerceptionRunOptions(SceneOptions):
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that finds the scenes. The modules of the stage are imported only in a run."""
+        """Return the stage of a run that finds the scenes. Its modules are imported only in a run."""
         from eai.studies.perception.scenes import collect_scene_beliefs
 
         return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))
@@ -127,11 +127,11 @@ class _RunsBySceneFormat:
 
     @cached_property
     def perceived_tasks(self) -> list[_TaskWithPerceptionErrors]:
-        """The perception errors and the metric of each answer whose record has them, in all runs."""
+        """The errors in the perceived scene, and the metric, of all runs' answers with known errors."""
         return [task for name in self.runs for task in self.list_perceived_tasks(name)]
 
     def list_perceived_tasks(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
-        """Return the perception errors and the metric of each answer of a run whose record has them."""
+        """Return the errors in the perceived scene, and the metric, of a run's answers with known errors."""
         cases = {case.task: case for case in self.list_task_contributions_to_metric(scene_format)}
         return [
             _TaskWithPerceptionErrors(perceived, cases[record.task_id])

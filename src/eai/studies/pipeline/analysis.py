@@ -53,7 +53,7 @@ _GOAL_GROUPS = ("exactly right", "all, and others", "some missing", "no answer")
 """Groups of tasks by the goals that questions state, from exactly the task's goals to no goals."""
 
 _GOALS = "goals"
-"""Label of a pipeline whose questions state goals but no subgoals."""
+"""Label of a pipeline whose questions state a model's goals but no subgoals."""
 
 _COMPARED = ("modular", "pipeline", "difference", "p")
 _PAPER = ("paper modular", "paper pipeline")
@@ -61,7 +61,7 @@ _PERFECT = "perfect stage 2"
 
 
 def _classify_stated_goals(record: Record) -> str:
-    """Return the group (one of `_GOAL_GROUPS`) of a record's task, by the goals that its question stated."""
+    """Return the group (one of `_GOAL_GROUPS`) of an answered task, by the goals that its question stated."""
     if STUDY not in record.summaries:
         return "no answer"
     _, others, missed = record.summaries[STUDY]["goal_counts"]
@@ -271,7 +271,7 @@ class _ModularAndPipelineRuns:
         return make_cases_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
     def _select_common_records(self, run_records: Sequence[Record]) -> list[Record]:
-        """Return the records of one run, limited to tasks that both runs of the pair have scored."""
+        """Return the records (stored verdicts) of one run on tasks that both runs of a pair have scored."""
         scored = [
             {record.task_id for record in records if record.verdict.excluded is None}
             for records in (self.modular, self.pipeline)
@@ -389,7 +389,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
 
 def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield pairs of a run whose questions state the true goals, and an otherwise equal pipeline."""
+    """Yield pairs of a run whose questions state true goals, and an equal run that states a model's goals."""
     plain = {run.key: run for run in runs if not _is_pipeline(run)}
     pipelines = [run for run in runs if _is_pipeline(run)]
     if not pipelines:

@@ -277,7 +277,7 @@ def _make_operators_table(runs: Sequence[_RunWithFailedStages]) -> Iterator[Row]
 def _estimate_share_of_outcome(
     records: Sequence[Record], outcomes: Sequence[FailedStageAndReason | None], outcome: FailedStageAndReason
 ) -> Estimate:
-    """Return the percentage of records whose test of operators has a given outcome."""
+    """Return the percentage of answers whose operators have a given outcome in the test."""
     cases = [
         TaskContribution(
             record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == outcome)

@@ -1,4 +1,4 @@
-"""Ask a model to interpret goals in the first stage of a pipeline, so that later questions state these goals.
+"""Ask a model to interpret goals in the first stage of a pipeline. The next questions state these goals.
 
 Every answer has a defined outcome, and every task counts. The goals of a readable answer are stated, right or
 wrong, even if they name unknown objects or predicates. If an answer is unreadable, the question of the second
@@ -106,7 +106,7 @@ def make_goal_beliefs(
 
 
 def _summarize_goals_stated_in_answer(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
-    """Return what records store on the goals in an answer: counts of right and wrong goals, and defects."""
+    """Return the stored summary of the goals in an answer: counts of right and wrong goals, and defects."""
     read = read_stated_goals(
         answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
     )

@@ -91,7 +91,7 @@ class _PipelineOptions(VariationOptions):
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that finds the goals, before the questions of the run.
+        """Return the stage of a run that finds the goals, before the questions.
 
         If the user chose subgoals, return a second stage, which asks for them after the stage for the goals.
         """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.abilities.experiment import Experiment, make_settings_with_option
 
 STUDY = "prompts"
-"""Name under which records store a run's choice of prompts."""
+"""Name under which the records of a run store the name of its prompts."""
 
 _PLACE = 40
 

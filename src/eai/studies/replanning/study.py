@@ -56,9 +56,9 @@ _NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_
 
 @dataclass(frozen=True, slots=True)
 class _ReplanningRunGroup:
-    """Runs with equal options of replanning, one for each seed. Tables call such a group an arm.
+    """Runs with equal options of further attempts, one for each seed. Tables call such a group an arm.
 
-    Seeds decide which actions fail at random.
+    The seed selects the actions that fail at random.
 
     Attributes:
         experiment: the options of the runs, without the seed.
@@ -91,7 +91,7 @@ class _ReplanningRunGroup:
         )
 
     def list_records_up_to_attempt(self, max_attempts: int) -> list[Record]:
-        """Return the records of all seeds, as if only the given number of attempts had been allowed."""
+        """Return the records of answers for all seeds, without attempts after the given number."""
         return [
             drop_later_attempts(record, max_attempts) for records in self.runs.values() for record in records
         ]
@@ -354,7 +354,7 @@ class _ReplanningRunOptions(VariationOptions):
 
     @property
     def replanning(self) -> ReplanningOptions | None:
-        """The options of replanning; None for a plain run (one attempt at each task, all actions work).
+        """The options of further attempts; None for a plain run (one attempt at each task, all actions work).
 
         An option that has no effect beside the other options gets its value in a plain run. By default,
         feedback explains failures. If attempts continue in the last state, an attempt ends by default when
@@ -383,7 +383,7 @@ class _ReplanningRunOptions(VariationOptions):
         return options if options.executes_answers_as_episodes else None
 
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
-        """Return the options of replanning as records store them."""
+        """Return the options of further attempts and failing actions, as the records of a run store them."""
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
 

@@ -1,1 +1,1 @@
-"""Reports on runs: tables, plots and the error explorer (a web page), made only from records."""
+"""Reports on runs: tables, plots and a web page of answers, made only from stored verdicts."""

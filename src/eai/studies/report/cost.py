@@ -77,7 +77,7 @@ def _make_report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
 def write_cost_section(
     runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool
 ) -> Iterator[str]:
-    """Yield the section on cost, or no section if no record has token counts.
+    """Yield the section on cost, or no section if no run has stored token counts.
 
     Args:
         runs: all runs, including runs with study options.
@@ -105,7 +105,7 @@ def write_cost_section(
 
 
 def format_cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
-    """Return the cost of all runs as CSV, without the paper's costs; None if no record has token counts."""
+    """Return the cost of all runs as CSV, without the paper's costs; None without token counts."""
     rows = [_make_csv_row(key, spent) for key, spent in _sum_cost_by_run(runs, prices).items()]
     return format_rows_as_csv(rows) if rows else None
 

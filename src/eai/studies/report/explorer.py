@@ -148,7 +148,7 @@ class ExplorerData:
         self._tasks: dict[str, _Row] = {}
 
     def add_run(self, run: Run) -> None:
-        """Add the records of a run."""
+        """Add a run with its stored verdicts on answers."""
         key, background = run.key, self._background(run.key.domain)
         log: Json = run.log and [*run.log, _VIEWER]
         self._begin_run((key.protocol.value, key.domain, key.ability.value, key.name), key.sort_key, log)

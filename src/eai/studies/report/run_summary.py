@@ -18,7 +18,7 @@ from eai.results.totals import RunTotals
 
 @dataclass(frozen=True, slots=True)
 class RunSummary:
-    """A summary of a run that replaces the run's records in reports.
+    """A summary of a run that replaces the run's records (stored verdicts on answers) in reports.
 
     Attributes:
         coverage: share of the suite's tasks that are answered.
@@ -58,7 +58,7 @@ def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSum
 
 
 def summarize_run(run: Run) -> RunSummary:
-    """Return the summary of a run, computed from the run's records."""
+    """Return the summary of a run, computed from its records (stored verdicts on answers)."""
     key = run.key
     reasons = [record.verdict.excluded for record in run.records]
     totals, cases = RunTotals.from_records(run.records), make_cases_by_metric(run.records, key.ability)
