@@ -148,9 +148,9 @@ class _ComparedSuite(NamedTuple):
 
 
 def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs in a folder by suite and game rules.
+    """Return the runs in a folder by benchmark, ability, protocol and game rules.
 
-    Raise InputError if two runs have the same suite and game rules.
+    Raise InputError if two runs are equal in all four.
     """
     runs: dict[_ComparedSuite, Run] = {}
     for run in read_runs([path]):

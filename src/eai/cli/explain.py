@@ -190,7 +190,7 @@ def _read_task_info_from_data_set(record: Record, records: Path, store: Store) -
 
 
 def _open_suite_of_record(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
-    """Return the suite in which an answer was scored."""
+    """Return the suite (ability in a benchmark) by which an answer was scored."""
     source = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
     return open_suite(benchmark, record.ability, record.protocol, source=source)
 

@@ -163,7 +163,10 @@ def check_captioning_model(model: str) -> None:
 
 
 def check_replayed_files_match_suites(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
-    """Raise if answers are replayed from files, and a suite has no file or only another suite's."""
+    """Raise if answers are replayed from files, and a suite lacks a file of its own.
+
+    A suite is an ability in a benchmark.
+    """
     for endpoint in endpoints:
         path = endpoint.arguments.get("path")
         if endpoint.model != REPLAY or path is None:

@@ -1,4 +1,4 @@
-"""Write the prompts of a suite to a file, and choose tasks by the names that commands take."""
+"""Write the prompts of an ability in a benchmark to a file, and choose tasks by name or at random."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def write_prompts(
     *,
     as_json: bool,
 ) -> None:
-    """Write the prompts of a suite as a list, or as a page on which people answer.
+    """Write the prompts of an ability in a benchmark as a list, or as a page on which people answer.
 
     Args:
         library: Source of prompts.
@@ -142,6 +142,8 @@ def open_acting_suite_and_task_ids(
 
 def select_tasks_of_suites(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:
     """Return for each suite the tasks that ``--tasks`` names, or all tasks, up to a limit.
+
+    A suite is an ability in a benchmark.
 
     Raises:
         InputError: No suite has a task of this name, or a suite has no short test.

@@ -205,7 +205,7 @@ def run(
 
 
 def _open_prompts(library: PromptLibrary, suite: Suite, task_ids: Sequence[str]) -> Mapping[str, Prompt]:
-    """Return the prompts of some tasks of a suite in a form that takes little memory."""
+    """Return the prompts of some tasks in a form that takes little memory."""
     opened = library.open(suite.benchmark, suite.ability)
     return pack_prompts((task_id, opened[task_id]) for task_id in task_ids)
 
@@ -213,7 +213,7 @@ def _open_prompts(library: PromptLibrary, suite: Suite, task_ids: Sequence[str])
 def _leave_out_long_tasks(
     request: _RunRequest, endpoint: Endpoint, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> Sequence[Mapping[str, Prompt]]:
-    """Return the prompts of each suite, without tasks that do not fit into the context of the model's server.
+    """Return the prompts of suites (abilities in benchmarks) without tasks that exceed the model's context.
 
     Raises:
         InputError: some tasks do not fit, and they may not be left out.
@@ -248,7 +248,7 @@ def _leave_out_long_tasks(
 
 
 def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
-    """Print the results of several models in one suite."""
+    """Print the results of several models in one suite (ability in a benchmark)."""
     print_results(
         {each.model: each.totals for each in outcomes}, spec.combined_study_options.results_heading, wide=wide
     )
@@ -293,7 +293,7 @@ def _request_answers_and_score(
     *,
     studied: bool = False,
 ) -> SuiteResult:
-    """Obtain one model's answers to one suite through Inspect, and score them.
+    """Obtain one model's answers to one suite (ability in a benchmark) through Inspect, and score them.
 
     Inspect is imported only here. In ``first``, a model interprets goals or perceives scenes before the
     questions. Prompts then contain these goals or scenes, and a task without them gets no question. The

@@ -76,7 +76,7 @@ LOG_SUFFIX = ".eval"
 
 @dataclass(frozen=True, slots=True)
 class _ScoringJob:
-    """A scoring job: the answers of one model to one suite, with the folder for the results.
+    """A scoring job: one model's answers to one suite (ability in a benchmark), with the results' folder.
 
     Attributes:
         rules: Rules of the episodes in which the model answered; None for the standard rules.
@@ -333,7 +333,7 @@ def _score_all_answers(
 
 
 def _score_suite(job: _ScoringJob, score_in_batches: _ScoreInBatches, show_file: _ShowFile) -> RunTotals:
-    """Score a model's answers to a suite, write its records, and return its totals."""
+    """Score a model's answers to a suite (ability in a benchmark), write records, and return the totals."""
     suite = job.suite
     if job.shard is None and job.out is not None and not job.kept:
         _print_note_on_replaced_records(job.records_file, job)
@@ -456,7 +456,7 @@ def _print_note_on_replaced_records(file: Path, job: _ScoringJob) -> None:
 
 
 def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_ScoringJob]:
-    """Return the answers to one suite. If there are several files, each model gets a folder for results."""
+    """Return the answers to one ability in a benchmark. With several files, each model gets a folder."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
     jobs = [_read_answers(file, suite, out) for file in files]
     _require_different_models([job.answers.model for job in jobs])

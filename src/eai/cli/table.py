@@ -31,7 +31,7 @@ def _format_model_name(model: str, totals: RunTotals) -> str:
 
 
 def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wide: bool) -> None:
-    """Print the rates of models in a suite, with remarks on coverage and errata, each printed once.
+    """Print the rates of models for one ability in a benchmark, with remarks on missing and corrected tasks.
 
     Args:
         results: Results by model.
@@ -60,7 +60,7 @@ def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wid
 
 
 def print_note_if_incomplete(suite_name: str, coverage: TaskCoverage) -> None:
-    """Print a remark on standard error if a suite is not answered and scored completely."""
+    """Print a remark on standard error if not all tasks are answered and scored."""
     if coverage.remark_on_missing_answers is not None:
         print_note(f"{suite_name}: {coverage.remark_on_missing_answers}")
 

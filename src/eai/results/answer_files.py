@@ -38,7 +38,7 @@ UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, V
 
 @dataclass(frozen=True, slots=True)
 class _ResponseFileOfSuite:
-    """A response file that names its suite.
+    """A response file that names its suite, the benchmark and the ability that its answers are for.
 
     Attributes:
         model: name of the model: the file's name, or its folder's name if the file is named after the suite.
@@ -86,6 +86,8 @@ def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
 
 def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) -> list[_ResponseFileOfSuite]:
     """Return the response file at a path, or all below a folder, sorted; each must name its suite.
+
+    A suite is an ability in a benchmark.
 
     Args:
         path: the file or folder.
@@ -178,7 +180,7 @@ def _must_be_unpacked(info: zipfile.ZipInfo, other_names: Collection[str]) -> bo
 
 
 def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:
-    """Return the response file at a path, or the files below a folder that do not name another suite.
+    """Return the response file at a path, or the files below a folder that name no other suite.
 
     Raises:
         InputError: there is no response file, or all files name other suites.
@@ -198,8 +200,9 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
 def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
     """Return the only response file with the answers to a suite. In a folder, the file must name the suite.
 
-    A run with several attempts at each task has a file for each attempt; ``attempt`` selects it. A file
-    without the number of an attempt in its name has the first answers.
+    A suite is an ability in a benchmark. A run with several attempts at each task has a file for each
+    attempt; ``attempt`` selects it. A file without the number of an attempt in its name has the first
+    answers.
 
     Raises:
         InputError: there is no such file, or more than one.
@@ -234,7 +237,7 @@ def read_suite_from_path(file: Path) -> tuple[str, str] | None:
 
 
 def _find_conflicting_suite_in_path(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
-    """Return the suite that a file names, or None if the file names the wanted suite or no suite.
+    """Return the suite (benchmark and ability) that a file names; None for no suite or the wanted suite.
 
     Folders that have no benchmark's name say nothing about the suite.
     """

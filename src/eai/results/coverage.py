@@ -14,7 +14,7 @@ from eai.base.json_value import Json
 
 @dataclass(frozen=True, slots=True)
 class TaskCoverage:
-    """Numbers of tasks of a suite in a run: asked, answered, and counted in rates.
+    """Numbers of tasks of a suite (ability in a benchmark) in a run: asked, answered, and counted in rates.
 
     Attributes:
         asked: number of tasks with a record.
@@ -72,7 +72,7 @@ class TaskCoverage:
         yield f"{missing} of {self.asked} tasks without an answer, {treatment}"
 
     def __add__(self, other: TaskCoverage) -> TaskCoverage:
-        """Return the summed coverage of two suites."""
+        """Return the sum of this coverage and another."""
         tasks = None if self.tasks is None or other.tasks is None else self.tasks + other.tasks
         return TaskCoverage(
             self.asked + other.asked,

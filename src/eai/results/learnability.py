@@ -31,7 +31,7 @@ _RANDOM_SEED = "0 1 1"
 
 
 class _TrivialBaselineRewards(NamedTuple):
-    """The rewards of a null model, which does not try to solve tasks, for a suite.
+    """The rewards of a null model, which does not try to solve tasks.
 
     Attributes:
         mean: mean reward over all tasks that can pay a reward.
@@ -43,7 +43,10 @@ class _TrivialBaselineRewards(NamedTuple):
 
 
 def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBaselineRewards]:
-    """Return the rewards of null models (models that do not try to solve tasks) that can answer a suite."""
+    """Return the rewards of null models (models that do not try to solve tasks), by model name.
+
+    Models that cannot answer the suite (ability in a benchmark) are left out.
+    """
     suite = reward.suite
     rewards = {}
     for name, open_answers in NULL_BOOKS.items():

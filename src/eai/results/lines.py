@@ -271,12 +271,12 @@ class SuiteIdentity(NamedTuple):
 
     @property
     def file_name(self) -> str:
-        """The suite as part of a file name."""
+        """The protocol, benchmark and ability as part of a file name."""
         return f"{self.domain}-{self.ability}-{self.protocol}"
 
 
 def group_by_suite(lines: Iterable[L]) -> dict[SuiteIdentity, list[L]]:
-    """Return a mapping from each suite to its table lines, in the order in which suites first occur."""
+    """Return a mapping from each suite (`SuiteIdentity`) to its table lines, ordered by first occurrence."""
     return group_pairs((SuiteIdentity(line.protocol, line.domain, line.ability), line) for line in lines)
 
 

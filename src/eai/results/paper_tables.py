@@ -163,7 +163,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True, slots=True)
 class _PublishedAnswers:
-    """The scores of a model's published answers to a suite.
+    """The scores of a model's published answers to a suite (an ability in a benchmark).
 
     Attributes:
         answers_sha256: digest of the answers, to recognise them.
@@ -178,7 +178,7 @@ class _PublishedAnswers:
 
 @dataclass(frozen=True, slots=True)
 class ScoresOfPublishedAnswers:
-    """The scores of published answers to one suite.
+    """The scores of published answers to one suite (an ability in a benchmark).
 
     Attributes:
         data_sha256: digest of the data that the answers were scored against.
@@ -206,7 +206,7 @@ class ScoresOfPublishedAnswers:
 
 @dataclass(frozen=True, slots=True)
 class _PublishedScores:
-    """The scores of published answers to all suites.
+    """The scores of published answers to all suites (abilities in benchmarks).
 
     Attributes:
         schema: version of the format.

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def make_record(
     suite: Suite, model: str, task_id: str, response: str, verdict: Verdict, **more: Any
 ) -> Record:
-    """Return the record of an answer to a task of a suite; keyword arguments are further fields."""
+    """Return the record of a scored answer to a task; keyword arguments are further fields."""
     return Record(
         suite.protocol,
         suite.domain,

@@ -281,7 +281,7 @@ def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> fl
 
 
 def open_reward(task: TaskReference, shaping: Shaping | str) -> Reward:
-    """Return the reward function of a task's suite; it is opened once.
+    """Return the reward function of a task's benchmark and ability; it is opened once.
 
     Raises:
         InputError: there is no such suite or shaping.
@@ -292,7 +292,7 @@ def open_reward(task: TaskReference, shaping: Shaping | str) -> Reward:
 
 @cache
 def open_reward_suite(benchmark: str, ability: Ability) -> Suite:
-    """Return a suite for rewards, opened once and without a planner.
+    """Return a suite (an ability in a benchmark) for rewards, opened once and without a planner.
 
     The benchmark is named as in `TaskReference`.
 

@@ -68,7 +68,7 @@ def make_reward_rows(
     add_columns: AddColumns = lambda record: {},
     scoring: Scoring | None = None,
 ) -> Iterator[TrainingRow]:
-    """Yield a row for each answer in records of one suite, with its prompt and its reward, computed here.
+    """Yield a row for each answer in records of one ability in a benchmark, with its prompt and its reward.
 
     The counter ``left_out`` gets the number of records without a row, by reason. The processes of
     ``scoring`` compute the rewards; this process does if it is None.

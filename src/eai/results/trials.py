@@ -1,4 +1,4 @@
-"""Ask a model about the tasks of a suite, once for each task or in several attempts, and keep its answers."""
+"""Ask a model about tasks, once for each task or in several attempts, and keep its answers."""
 
 from __future__ import annotations
 

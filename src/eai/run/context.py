@@ -35,7 +35,7 @@ MIN_ANSWER_TOKENS = 1024
 """Lower bound of the default for the maximum number of tokens of an answer."""
 
 GOLD_LENGTHS = 4
-"""Default of the maximum number of tokens of an answer, as a multiple of the suite's longest gold answer."""
+"""Default of the maximum number of tokens of an answer, as a multiple of the data set's longest answer."""
 
 _REASONING_MODEL = re.compile(
     r"think|reason|magistral|qwq|qwen-?3|gpt-(?:5|oss)|\b(?:r1|o[1-9])\b", re.IGNORECASE
@@ -104,7 +104,7 @@ REMEDIES = (
 
 
 class _LongTasks(NamedTuple):
-    """Tasks of a suite that do not fit into a model's context.
+    """Tasks of a suite (an ability in a benchmark) that do not fit into a model's context.
 
     Attributes:
         suite: the suite.

@@ -1,4 +1,4 @@
-"""A job: the questions of a suite for one model, and the options of its requests."""
+"""A job: the questions of a suite (ability in a benchmark) for one model, with the options of requests."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class RequestOptions(Options):
 
 @dataclass(frozen=True, slots=True)
 class QuestionJob:
-    """The questions of one suite to one model, in the order of the data set.
+    """The questions of one suite (ability in a benchmark) to one model, in the order of the data set.
 
     Attributes:
         suite: the suite.

@@ -1,8 +1,8 @@
 """Inspect tasks of the suites, for ``eai run`` and for ``inspect eval eai/...``; reads Inspect's logs.
 
-A refused argument raises an exception of click, which Inspect's command line shows as one line. A log holds
-the answers to a job (questions of a suite for one model), with their scores. Answers can be read from any
-log.
+A suite is an ability in a benchmark. A log holds the answers to a job (the questions of a suite for one
+model), with their scores. Answers can be read from any log. A refused argument raises an exception of click,
+which Inspect's command line shows as one line.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ def _make_samples(
 
 
 def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
-    """Register a suite as an Inspect task, ``eai/<domain>_<ability>``.
+    """Register a suite (an ability in a benchmark) as an Inspect task, ``eai/<domain>_<ability>``.
 
     Without a reference the name is ``eai/<ability>``, and ``-T domain=`` names the benchmark.
     """
