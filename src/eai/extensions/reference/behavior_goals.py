@@ -53,9 +53,9 @@ def _find_kind(predicate: Value) -> GoalKind | None:
 
 
 def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
-    """Return the conditions that eai-eval finds in an answer.
+    """Return the conditions that eai-eval (the paper's package) finds in an answer.
 
-    Quirks of eai-eval: it changes the whole answer to lower case and apostrophes to quotation marks. It reads
+    Defects of eai-eval: it changes the answer to lower case and apostrophes to quotation marks. It reads
     only the text between the first opening brace and the next closing brace, as a JSON object, and ignores
     the object's keys. Values of an unexpected type crash the whole run.
     """
@@ -77,7 +77,7 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
 class BehaviorGoalInterpretationScorer(Scorer):
     """Scores goals as eai-eval does: it compares an answer's conditions with those of a task.
 
-    Quirks of eai-eval:
+    Defects of eai-eval:
 
     * if several options (ways to meet a goal) share equally many conditions with the answer, the first
       option counts;

@@ -1,4 +1,4 @@
-"""Score BEHAVIOR plans as eai-eval 1.0.5 does (``action_sequence_evaluator.py``).
+"""Score BEHAVIOR plans as eai-eval 1.0.5 (the paper's package) does (``action_sequence_evaluator.py``).
 
 The package eai-eval evaluates the text from the first ``[`` to the first ``]`` of an answer as a Python
 expression. It keeps dictionaries with an action and an object, and silently drops everything else. This
@@ -32,7 +32,7 @@ _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 
 
 class _BehaviorPlanNotation(JsonPlans):
-    """The notation of BEHAVIOR plans, read as eai-eval reads it."""
+    """The notation of BEHAVIOR plans, read as eai-eval (the paper's package) reads it."""
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Return the plan in an answer (eai-eval: ``parse_response``)."""
@@ -40,7 +40,7 @@ class _BehaviorPlanNotation(JsonPlans):
 
 
 class BehaviorActionSequencingScorer(ActionSequencingScorer):
-    """Scores plans for a task of BEHAVIOR as eai-eval does.
+    """Scores plans for a task of BEHAVIOR as eai-eval (the paper's package) does.
 
     If an answer cannot be executed, the goals that hold in the initial state count as reached. A plan that
     fails after it has reached all goals succeeds.
@@ -78,7 +78,7 @@ class BehaviorActionSequencingScorer(ActionSequencingScorer):
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
-    """Return the steps that eai-eval finds in an answer, in order."""
+    """Return the steps that eai-eval (the paper's package) finds in an answer, in order."""
     start, end = text.find("["), text.find("]")
     segment = text[start : end + 1]
     if start < 0 or len(segment) > _MAX_LIST_CHARACTERS:

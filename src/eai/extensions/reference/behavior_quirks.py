@@ -75,7 +75,7 @@ def make_subgoal_domain_with_all_quirks() -> Domain:
 
 
 def find_state_left_by_aborted_action(state: State, action: Action) -> State:
-    """Return the state in which eai-eval aborts an action.
+    """Return the state in which eai-eval (the paper's package) aborts an action.
 
     Before it aborts, only one kind of action changes the state: moving the contents of a container into or
     onto an object. See `make_transferring_contents_abort`.
@@ -134,7 +134,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def make_placing_inside_floor_abort(operator: Operator) -> Operator:
-    """Let an action that places an object inside a floor abort, as in eai-eval.
+    """Let an action that places an object inside a floor abort, as in eai-eval (the paper's package).
 
     See ``evolving_graph.py``, ``place_inside``.
     """
@@ -410,7 +410,7 @@ def make_behavior_goal_test(task: Task) -> GoalTest:
 
 
 def _reduce_to_first_dnf_terms(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return the formula that eai-eval tests for a goal.
+    """Return the formula that eai-eval (the paper's package) tests for a goal.
 
     It is true if at least one of the first options of the goal is true. An option is a list of ground
     conditions that together make the goal true. The package bddl tries only the first options.

@@ -1,13 +1,13 @@
 """Score BEHAVIOR subgoals as eai-eval 1.0.5 does (``subgoal_plan.py``, ``checkers.py``).
 
-Quirks of its reader:
+Defects of its reader:
 
 * every ``}}`` becomes one brace, and an answer ends at the first closing brace;
 * strings that contain ``agent`` or the name of a quantifier are ignored;
 * a string is split at `` or ``, even inside brackets, and a random draw chooses one piece (see `subgoals`);
 * ``t-shirt`` becomes ``shirt``, which no scene has.
 
-The actions for a subgoal depend on the objects in the robot's hands (``state_action_translator.py``). Quirk:
+The actions for a subgoal depend on the objects in the robot's hands (``state_action_translator.py``). Defect:
 a hand that holds ``rag_10`` also counts as holding ``rag_1``, because eai-eval searches for a substring.
 """
 
@@ -181,7 +181,7 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
 class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
-    """The notation of BEHAVIOR subgoals, read as eai-eval reads it.
+    """The notation of BEHAVIOR subgoals, read as eai-eval (the paper's package) reads it.
 
     Its table of names has no arities (numbers of arguments). `reject_wrong_argument_counts_and_names` tests
     them.
@@ -201,7 +201,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
 
 
 class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
-    """Scores BEHAVIOR subgoals as eai-eval does.
+    """Scores BEHAVIOR subgoals as eai-eval (the paper's package) does.
 
     Subgoals that are actions or need no action are skipped. If an answer is not executed, the goals that hold
     in the initial state count as reached.

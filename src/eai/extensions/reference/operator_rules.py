@@ -1,4 +1,4 @@
-"""Extract and compare operators as eai-eval 1.0.5 does.
+"""Extract and compare operators as eai-eval 1.0.5 (the paper's package) does.
 
 Planning: the planner gets the gold operator for each required operator that the answer lacks, and all other
 operators of the domain (``complete_pddl_domain``). Hallucinated operators take part in planning. The planner
@@ -10,7 +10,7 @@ such a predicate is ignored.
 
 Extraction of operators from answers: the code follows the first lines of ``worker_process`` in
 ``transition_modeling/scripts/evaluate_results.py`` and ``extract_action_details`` in
-``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. Quirks of the
+``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. Defects of the
 extraction, in order of application:
 
 * only a code fence at the very start counts;
@@ -149,7 +149,7 @@ No other exclusion depends on an answer.
 
 @dataclass(frozen=True, slots=True)
 class PublishedOperatorRules(OperatorScoringRules):
-    """Scores operators as eai-eval does. Caches avoid repeated comparison of equal texts."""
+    """Scores operators as eai-eval (the paper's package) does. Comparisons of equal texts are cached."""
 
     counts_clauses: ClassVar[bool] = False
     reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
@@ -347,7 +347,7 @@ def _make_tree(parts: list[_Tree]) -> _Tree:
 
 
 def _align_trees(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
-    """Return both trees in a form in which eai-eval can compare them node by node.
+    """Return both trees in a form in which eai-eval (the paper's package) can compare them node by node.
 
     The shorter list of operands of ``and`` or ``or`` is filled up with ``()``. A gold quantifier gets the
     name of the answer's variable. Nothing below a connective other than ``and`` and ``or`` is aligned.

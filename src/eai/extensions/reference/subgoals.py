@@ -1,4 +1,4 @@
-"""Read and count subgoals as eai-eval 1.0.5 does in every domain (``subgoal_plan.py``).
+"""Read and count subgoals as eai-eval 1.0.5 (the paper's package) does in every domain (``subgoal_plan.py``).
 
 Random draws: eai-eval chooses between alternatives with Python's ``random.choice``. It calls this
 function once for every subgoal that it keeps, even without alternatives, then once for every remaining
@@ -54,7 +54,7 @@ Other kinds count at most once.
 
 
 class PublishedSubgoalScorer(SubgoalDecompositionScorer):
-    """Scores subgoals as eai-eval does in every domain.
+    """Scores subgoals as eai-eval (the paper's package) does in every domain.
 
     All subgoals of an answer form one text. The robot makes the literals of this text true one after the
     other, without a test whether they hold already. Tasks without goals are scored, too. All errors
@@ -157,7 +157,7 @@ class _ReferenceCrashError(Exception):
 
 
 def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
-    """Return a planner for a subgoal at which eai-eval raises an exception.
+    """Return a planner for a subgoal at which eai-eval (the paper's package) raises an exception.
 
     A search that reaches the subgoal ends, and the answer is rejected for the given reason.
     """

@@ -31,9 +31,9 @@ _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
 class _VirtualHomeGoalNotation(VirtualHomeGoals):
-    """The notation of goals, read as eai-eval reads it.
+    """The notation of goals, read as eai-eval (the paper's package) reads it.
 
-    Quirks of eai-eval:
+    Defects of eai-eval:
 
     * it does not search prose for JSON, and removes only a code fence at the very start;
     * every apostrophe becomes a quotation mark;
@@ -42,7 +42,7 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """Return the goals that eai-eval finds in an answer."""
+        """Return the goals that eai-eval (the paper's package) finds in an answer."""
         text = text.replace("<|eot_id|>", "")
         if text.startswith(_FENCE):
             text = text.removeprefix(_FENCE).strip("`")
@@ -64,7 +64,7 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
 class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
     """Scores goals as eai-eval does: it compares an answer's goals (predictions) with a task's goals.
 
-    Quirks of eai-eval:
+    Defects of eai-eval:
 
     * a name means the relevant object of its class with the largest id (eai-eval takes the last element
       of a set in hash order, which is this object for all published counts);

@@ -1,6 +1,6 @@
 """Score VirtualHome plans as eai-eval 1.0.5 does (``action_sequencing/scripts/``, ``eval_utils.py``).
 
-Quirks of its goal test:
+Defects of its goal test:
 
 - The loop over relation goals ends at the first goal that holds (``scene_evaluate_wID``): at most one counts.
 - Action goals are searched as substrings in the text of all actions. If a goal has alternatives, the first
@@ -47,7 +47,7 @@ from eai.world.state import Scene, State
 
 
 class _VirtualHomeGoalTest(GoalTest):
-    """Test of the goals of a task, with eai-eval's quirks.
+    """Test of the goals of a task, with the defects (quirks) of eai-eval, the paper's package.
 
     Args:
         task: the task.
@@ -108,7 +108,7 @@ _LIST_END = "]"
 
 
 class _VirtualHomePlanNotation(VirtualHomePlans):
-    """The notation of VirtualHome plans, read as eai-eval reads it.
+    """The notation of VirtualHome plans, read as eai-eval (the paper's package) reads it.
 
     Args:
         with_ids: whether plans name objects by class and id, as in release 1.0.5, or by class only, as in the
@@ -147,7 +147,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
 
 
 class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
-    """Scores plans for a task of VirtualHome as eai-eval does.
+    """Scores plans for a task of VirtualHome as eai-eval (the paper's package) does.
 
     A task is excluded if its final state in the data set fails the goal test. A plan that equals the data
     set's own plan fails: eai-eval does not execute it, so it reaches no goal. A plan that reaches all goals

@@ -1,6 +1,6 @@
 """Score VirtualHome subgoals as eai-eval 1.0.5 does, with its plans for single subgoals.
 
-Quirks of its reader (``subgoal_plan.py``):
+Defects of its reader (``subgoal_plan.py``):
 
 * an answer ends at the first closing brace;
 * strings without a call such as ``word(...)`` vanish;
