@@ -1,4 +1,4 @@
-"""``eai analyze``: make tables and plots of a study from records."""
+"""``eai analyze``: make tables and plots of a study from records (scored answers)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from eai.studies.study import Analysis, Figures, Study, split_option_at_commas
 from eai.tasks.options import Options
 
 ALL, TABLE = "all", "table"
-"""Values for the name of a study: `all` runs several studies, `table` writes tidy tables."""
+"""Values for the name of a study (an analysis): `all` runs several studies, `table` writes tidy tables."""
 
 
 class _TableFileOptions(Options):
@@ -100,7 +100,7 @@ def analyze(
 
 
 def _list_studies_as_markdown() -> Iterator[str]:
-    """Yield the lines of a Markdown table of studies and the options of their analyses."""
+    """Yield the lines of a Markdown table of studies (analyses of records) and their options."""
     yield "| study, option | if not given | meaning |"
     yield "|---|---|---|"
     for name in list_study_names():

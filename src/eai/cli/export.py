@@ -250,7 +250,7 @@ def _make_rows_with_rewards_of_records(
     workers: int = 1,
     ray: str | None = None,
 ) -> Iterator[TrainingRow]:
-    """Yield the answers in files of records, each with its value as a reward, grouped by suite."""
+    """Yield the scored answers in files, each with its reward, grouped by benchmark and ability."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(record_files) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)

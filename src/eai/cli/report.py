@@ -1,4 +1,4 @@
-"""``eai report``: write tables, plots and the explorer from records."""
+"""``eai report``: write tables, plots and the page ``explorer.html`` from records (scored answers)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``eai score``: write records and summaries from response files."""
+"""``eai score``: score answers in response files; write records (scored answers) and summaries."""
 
 from __future__ import annotations
 
@@ -399,8 +399,8 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
 def _make_adder_of_prompt_origin(job: _ScoringJob) -> Callable[[Record], Record] | None:
     """Return a function that adds to a record how its prompt was made, or None if nothing is to be added.
 
-    The function adds the options of studies from an Inspect log, the goals that a model stated in goal
-    interpretation, and the prompt's name.
+    The function adds the options of studies (variations of questions) from an Inspect log, the goals that a
+    model stated in goal interpretation, and the prompt's name.
     """
     if job.goals is None and job.prompt_name is None:
         return job.logged

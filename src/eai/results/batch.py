@@ -60,7 +60,7 @@ class Scoring(WorkerPool):
     def score_records(
         self, suite: Suite, model: str, responses: Iterable[Response], *, explanations: bool = False
     ) -> Iterator[Record]:
-        """Yield the records of a model's answers, in order.
+        """Yield the records (verdicts with their answers) of a model's answers, in order.
 
         Args:
             suite: the tasks, adapted to these answers (`Suite.adapt_suite_to_answers`).
@@ -93,7 +93,7 @@ class Scoring(WorkerPool):
         shard: RunShard | None = None,
         skip: int = 0,
     ) -> Iterator[RecordBatch]:
-        """Yield the records of all tasks of a run, ready to be written, a batch at a time.
+        """Yield the records (scored answers) of all tasks of a run, ready to be written, a batch at a time.
 
         Answers come in the order of the data set. If a task may have several answers, they come in the order
         of their file, and tasks without an answer follow. The workers also write the lines of records, so
@@ -304,7 +304,7 @@ def generate_run_records(
     settings: ScoringOptions,
     on_progress: ProgressCallback | None = None,
 ) -> Iterator[Record]:
-    """Yield the records of all tasks of a run, in the order of the data set.
+    """Yield the records (scored answers) of all tasks of a run, in the order of the data set.
 
     Args:
         suite: the tasks.

@@ -37,7 +37,7 @@ SCHEMA = 4
 """The version of the format of records (scored answers in result files)."""
 
 READABLE_SCHEMAS = (2, 3, SCHEMA)
-"""Versions of the record format that can be read."""
+"""Versions of the format of records (scored answers) that can be read."""
 
 _FIELDS_WITH_HALVES = ("goals", "partial")
 """Fields with counts that may be multiples of a half, such as 1.5.
@@ -66,7 +66,7 @@ def hash_text(text: str) -> str:
 
 
 def record_to_json(record: Record) -> dict[str, Json]:
-    """Return a record as a JSON object."""
+    """Return a record (scored answer) as a JSON object."""
     fields: dict[str, Json] = {
         "schema": SCHEMA,
         "protocol": record.protocol.value,
@@ -108,8 +108,8 @@ def experiment_to_json(
 ) -> dict[str, Json]:
     """Return the fields ``study`` and ``agent`` of records and summaries as a JSON object.
 
-    ``study`` has the options of each study, such as several attempts. ``agent`` has the options of the agent
-    that the run uses. A field without options is left out.
+    ``study`` has the options of each study (variation of the questions), such as several attempts. ``agent``
+    has the options of the agent that the run uses. A field without options is left out.
 
     Args:
         experiment: the run's options of studies and of the agent.
@@ -235,7 +235,7 @@ def _shorten_number(number: float) -> int | float:
 
 
 def record_from_json(values: Mapping[str, Any]) -> Record:
-    """Return the record that a JSON object describes; unknown fields are ignored.
+    """Return the record (scored answer) that a JSON object describes; unknown fields are ignored.
 
     Raises:
         InputError: the object is not a record; the message names the field.

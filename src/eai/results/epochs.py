@@ -1,4 +1,4 @@
-"""Makes records from a model's answers: for each epoch, if there are several, and for all together.
+"""Makes records (scored answers): of each epoch, if there are several, and of all epochs together.
 
 An epoch is one round of answers to all tasks. The ability declares whether a task counts by the mean over its
 epochs or by the majority. The majority is self-consistency: of several answers to a task, the first answer

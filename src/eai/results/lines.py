@@ -235,7 +235,7 @@ TABLES: Mapping[str, type[TidyTableLine]] = {
 L = TypeVar("L", bound=TidyTableLine)
 
 SUITE = ("protocol", "domain", "ability")
-"""Names of the columns that name the suite of a row: protocol, benchmark and ability."""
+"""Names of the columns that name the suite of a row: protocol (scoring rules), benchmark and ability."""
 
 MODEL = "model"
 """Name of the column with the names of models."""

@@ -20,7 +20,7 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""Mapping from each option in old records to its study and to the word before its value in tables."""
+"""Mapping from each option in old records to its study (variation of questions) and its word in tables."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 

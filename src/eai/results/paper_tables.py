@@ -231,7 +231,7 @@ def read_published_scores(protocol: str) -> _PublishedScores:
 
 
 def format_published_file_name(protocol: str) -> str:
-    """Return the name of the file with the scores of the paper's public answers under a protocol."""
+    """Return the name of the file with the scores of the paper's public answers under a protocol (rules)."""
     return f"published_{protocol}.json"
 
 

@@ -1,4 +1,4 @@
-"""Keeps the records of an interrupted command, so that the same command only scores the remaining answers.
+"""Keeps the scored answers of an interrupted command, so that the same command only scores the others.
 
 Records are appended to a partial file, in the folder of the final file. The name of a partial file contains a
 digest of answers and options, so other answers or options have another partial file.
@@ -24,7 +24,7 @@ _DIGEST_LENGTH = 16
 def find_partial_file(
     file: Path, settings: Sequence[object], answers: ResponseFile, read_files: Iterable[Path] = ()
 ) -> Path:
-    """Return the path of a partial file, which keeps the records of a command until it ends.
+    """Return the path of a partial file, which keeps the scored answers of a command until it ends.
 
     Args:
         file: the file of records, in its final place.
@@ -42,7 +42,7 @@ def find_partial_file(
 
 
 def count_kept_records(partial_file: Path) -> int:
-    """Return the number of records in a partial file, without a last line that was cut off."""
+    """Return the number of scored answers in a partial file, without a last line that was cut off."""
     if not partial_file.exists():
         return 0
     with partial_file.open("rb") as lines:
@@ -50,7 +50,7 @@ def count_kept_records(partial_file: Path) -> int:
 
 
 def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) -> RunTotals:
-    """Append records to a partial file, and return the totals of all its records.
+    """Append scored answers to the file of an unfinished command, and return the totals of all in the file.
 
     Each batch is in the file before the next batch is made.
 

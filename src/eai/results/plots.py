@@ -224,7 +224,7 @@ _DARK_PERCENT = 55.0
 
 
 def group_rows_by_suite(table: Table) -> dict[SuiteIdentity, list[dict[str, Cell]]]:
-    """Return a mapping from protocol, benchmark and ability to rows; a row maps column names to values."""
+    """Return a mapping from protocol (rules), benchmark and ability to rows; a row maps columns to values."""
     return group_pairs((SuiteIdentity(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 

@@ -1,4 +1,4 @@
-"""Reads and writes result files: records (one JSON object a line), their summary, and shards of a run.
+"""Reads and writes result files: scored answers (one JSON record a line), their summary, and shards of runs.
 
 A run may be scored in shards (parts), each by a job of its own. The files of all shards are then merged.
 """
@@ -102,7 +102,7 @@ SUMMARY = "summary.json"
 RECORDS = "records.jsonl"
 
 MAX_BATCH_RECORDS = 256
-"""Maximum number of records that are prepared at a time."""
+"""Maximum number of records (scored answers) that are prepared at a time."""
 
 
 RecordBatch: TypeAlias = tuple[bytes, RunTotals]
@@ -110,7 +110,7 @@ RecordBatch: TypeAlias = tuple[bytes, RunTotals]
 
 
 def make_record_batch(records: Sequence[Record]) -> RecordBatch:
-    """Return records as a batch that is ready to be written."""
+    """Return records (scored answers) as a batch that is ready to be written."""
     return b"".join(
         [format_record_line(record).encode() + b"\n" for record in records]
     ), RunTotals.from_records(records)
@@ -260,7 +260,7 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> RunTotals:
 
 
 def _interleave_shards(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
-    """Yield the records of all shards in the original order, in groups of one record from each shard."""
+    """Yield the records of all shards (parts) in the original order, in groups of one from each shard."""
     first: Record | None = None
     for dealt in zip_longest(*map(read_records, files)):
         round_ = [record for record in dealt if record is not None]

@@ -44,7 +44,7 @@ If tasks differ, a mapping from tasks to names or epochs replaces the name or th
 class RunKey(NamedTuple):
     """Identity of a run.
 
-    Keys sort by protocol, domain and ability in the order of their declaration, then by name.
+    Keys sort by protocol (scoring rules), domain and ability in the order of their declaration, then by name.
     """
 
     protocol: Protocol
@@ -70,7 +70,7 @@ class RunKey(NamedTuple):
 
     @property
     def is_run_without_study_or_rules(self) -> bool:
-        """Whether no study changes the run's questions, and its game rules are standard.
+        """Whether no study (variation) changes the run's questions, and its game rules are standard.
 
         Only such runs are ranked.
         """
@@ -200,7 +200,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
 def write_inspect_log_reference(
     folder: Path, logs: Mapping[str, Path], epoch: int | Mapping[str, int]
 ) -> None:
-    """Write a file beside records that names Inspect's log of the answers, and the epoch of the samples.
+    """Write a file beside records that names Inspect's log of the answers, and the epoch (round of answers).
 
     Args:
         folder: the folder of the records.

@@ -99,7 +99,7 @@ def find_task_name(record: Record) -> str:
 
 
 def estimate_share(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
-    """Return the share of records for which ``counted`` is true, as an estimate with an interval."""
+    """Return the share of scored answers for which ``counted`` is true, as an estimate with an interval."""
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
         [
@@ -243,7 +243,7 @@ def find_answer_outcome(record: Record) -> AnswerOutcome:
 
 
 def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBreakdown:
-    """Return the breakdown of a run's records, all of one ability.
+    """Return the breakdown of a run's records (scored answers), all of one ability.
 
     Missing and excluded answers count only as outcomes. Records without the features of their tasks are left
     out of breakdowns by task.

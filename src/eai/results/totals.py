@@ -64,7 +64,7 @@ class RunTotals:
         return totals
 
     def add_record(self, record: Record) -> None:
-        """Add a record."""
+        """Add a record, which is one scored answer."""
         verdict = record.verdict
         if self.head is None:
             self.head = replace(record, response="", explanation=None, attempts=())

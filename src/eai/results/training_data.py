@@ -49,7 +49,7 @@ def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 _PROMPTS = "prompts"
-"""Name of the study of other prompts, in the run's options that a record stores."""
+"""Name of the study (variation of questions) of other prompts, in the run's options that a record stores."""
 
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"

@@ -60,7 +60,7 @@ class Answer:
 
 
 AnswerKey: TypeAlias = tuple[str, int]
-"""Key of an answer: the id of its task, and its epoch."""
+"""Key of an answer: the id of its task, and its epoch (round of answers to all tasks)."""
 
 
 class Conversation:

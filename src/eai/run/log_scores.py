@@ -59,7 +59,7 @@ def write_scores(logs: Mapping[str, Path], result: SuiteResult) -> None:
 def _group_by_log(
     records: Iterable[Record], epoch: int, logs: Mapping[str, Path]
 ) -> Iterator[tuple[Path, Iterator[_RecordOfEpoch]]]:
-    """Yield each log with the records of its tasks. Skip tasks without a log."""
+    """Yield each log with the records (scored answers) of its tasks. Skip tasks without a log."""
     asked = ((record, epoch) for record in records if record.task_id in logs)
     return groupby(asked, key=lambda scored: logs[scored[0].task_id])
 

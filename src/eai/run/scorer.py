@@ -162,7 +162,7 @@ def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
 
 
 EXPERIMENT = "experiment"
-"""Name of the field with the options of studies, in the metadata of samples and in records."""
+"""Name of the field with the options of studies (variations of questions), in samples and in records."""
 
 SCORERS = {ability: _register_scorer(ability) for ability in find_abilities()}
 """Mapping from abilities to their scorers; the score of a sample has the ability's name."""

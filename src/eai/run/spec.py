@@ -213,7 +213,7 @@ class RunSpec(Options):
 
     @property
     def experiment(self) -> Experiment:
-        """The options of studies that change the questions of the run, as records store them.
+        """The options of studies (variations) that change the questions of the run, as records store them.
 
         If a model first states goals or scenes for the questions, the options of that first request are left
         out. `ModelBeliefsInPrompts.experiment` has these options.
@@ -243,7 +243,7 @@ _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items
 
 
 def list_sections() -> Mapping[str, type[Options]]:
-    """Return a mapping from names to sections of a specification, with those of studies last."""
+    """Return a mapping from names to sections of a specification, with sections of studies last."""
     return {**_CORE, **{study.name: study.options for study in list_studies_with_run_options()}}
 
 
@@ -262,7 +262,7 @@ def read_spec(tables: Mapping[str, object]) -> RunSpec:
 
 
 def find_study_of_option(name: str) -> str:
-    """Return the name of the study that has an option.
+    """Return the name of the study (variation of the questions) that has an option.
 
     Raises:
         InputError: no study has the option.

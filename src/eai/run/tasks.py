@@ -281,7 +281,7 @@ def make_trials(
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
-    """Combine experiments (options of studies) into one with all options.
+    """Combine experiments (options for variations of the questions) into one with all options.
 
     Raises:
         InputError: two experiments have different values of one option.
@@ -546,7 +546,7 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
 
 
 def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
-    """Run Inspect without scoring, because some protocols choose one way to read all answers of a model.
+    """Run Inspect without scoring, because some scoring rules choose one way to read all answers of a model.
 
     The scores are written into the log afterwards (`eai.run.log_scores`). Return None if the run was
     interrupted before it began.
