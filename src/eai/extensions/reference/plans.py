@@ -2,7 +2,7 @@
 
 The package eai-eval collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` is
 lost, and steps in a model's reasoning count. Explanations list the steps that eai-eval loses or adds, and the
-verdict by the rules of the paper's text, ``strict`` (`lossy_reading` in the documentation of the protocols).
+verdict by the paper's text, ``strict`` (`lossy_reading` in the documentation of the protocols).
 """
 
 from __future__ import annotations
