@@ -8,7 +8,6 @@ import signal
 import tempfile
 from collections import Counter
 from collections.abc import Generator, Iterator, Mapping
-from functools import _lru_cache_wrapper
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -24,7 +23,8 @@ from eai.benchmarks.registry import list_paper_benchmarks
 from eai.results.collector import reduce_garbage_collection
 from eai.tasks.source import Source
 from memory_limits import (
-    is_process_large,
+    free_memory,
+    is_memory_to_be_freed,
     limit_writable_memory,
     pytest_runtest_call,
     pytest_runtest_setup,
@@ -84,26 +84,18 @@ def pytest_collection() -> Generator[None, object, object]:
 def pytest_runtest_teardown(
     item: pytest.Item, nextitem: pytest.Item | None
 ) -> Generator[None, object, object]:
-    """Collect garbage after each module. In a large process also thaw frozen objects and empty the caches.
+    """Collect garbage after each module, and free the memory of a large process when it has grown.
 
     Collect it also after a test that ignores warnings: then warnings of unclosed files are not attributed to
     the next test.
     """
     outcome = yield
     is_last_of_module = nextitem is None or nextitem.path != item.path
-    if is_last_of_module and is_process_large():
-        gc.unfreeze()
-        _empty_bounded_caches()
-    if is_last_of_module or any("ignore" in mark.args for mark in item.iter_markers("filterwarnings")):
+    if is_memory_to_be_freed():
+        free_memory()
+    elif is_last_of_module or any("ignore" in mark.args for mark in item.iter_markers("filterwarnings")):
         gc.collect()
     return outcome
-
-
-def _empty_bounded_caches() -> None:
-    """Empty all caches of bounded size. Those of the planners hold 100 MiB for a few tasks."""
-    for each in gc.get_objects():
-        if isinstance(each, _lru_cache_wrapper) and each.cache_parameters()["maxsize"] is not None:
-            each.cache_clear()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Generator
+from functools import _lru_cache_wrapper
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,12 @@ _MAX_WRITABLE_BYTES = 5 << 30
 
 Some of it stays untouched: pyarrow reserves 1 GiB, and each log that Inspect compresses reserves 220 MiB.
 """
+
+_MAX_GROWTH_BYTES = 64 << 20
+"""Growth of a large process after which its memory is freed."""
+
+_resident_after_freeing = [0]
+"""Resident size of this process after its memory was last freed, in bytes."""
 
 _BEFORE = pytest.StashKey[tuple[int, int]]()
 
@@ -61,9 +69,20 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     return outcome
 
 
-def is_process_large() -> bool:
-    """Whether this process used more than half of its limit of memory during the last test."""
-    return sys.platform == "linux" and _peak_bytes() > _MAX_PROCESS_BYTES // 2
+def is_memory_to_be_freed() -> bool:
+    """Whether this process has more than half of its limit, and grew by 64 MiB since its memory was freed."""
+    least = max(_MAX_PROCESS_BYTES // 2, _resident_after_freeing[0] + _MAX_GROWTH_BYTES)
+    return sys.platform == "linux" and _resident_bytes() > least
+
+
+def free_memory() -> None:
+    """Collect all garbage, also among frozen objects, and empty all caches of bounded size."""
+    gc.unfreeze()
+    for each in gc.get_objects():
+        if isinstance(each, _lru_cache_wrapper) and each.cache_parameters()["maxsize"] is not None:
+            each.cache_clear()
+    gc.collect()
+    _resident_after_freeing[0] = _resident_bytes()
 
 
 def _check(taker: str, taken: int, limit: int) -> None:
@@ -73,8 +92,16 @@ def _check(taker: str, taken: int, limit: int) -> None:
 
 def _peak_bytes() -> int:
     """Return the largest resident size of this process since the peak was reset."""
+    return _read_status_bytes("VmHWM:")
+
+
+def _resident_bytes() -> int:
+    return _read_status_bytes("VmRSS:")
+
+
+def _read_status_bytes(name: str) -> int:
     status = Path("/proc/self/status").read_text()
-    return int(status.partition("VmHWM:")[2].split(maxsplit=1)[0]) << 10
+    return int(status.partition(name)[2].split(maxsplit=1)[0]) << 10
 
 
 def _peak_bytes_of_children() -> int:
