@@ -79,7 +79,7 @@ EQUIVALENT: dict[str, str] = {
     "abilities/plan_repairer.py: 1 is 2 in "
     "`rank = names.index(action.operator) if action is not None else -1`": "both come before all indices",
     "logic/choice.py: Lt is LtE in "
-    "`if weight and not taken >> column & 1 and taken.bit_count() < matching_size:`": ""
+    "`if cell_count and not taken >> column & 1 and taken.bit_count() < pair_count:`": ""
     "sums beyond the count are ignored at the end",
     "logic/ltl.py: 0 is 1 in "
     "`self._stack.append(_UnfinishedSubformula(PREFIX, make, [], 0, self._scope))`": "a "
