@@ -8,7 +8,6 @@ each suite are added in turn, under as many names as there are models.
 
 from __future__ import annotations
 
-import argparse
 import json
 import resource
 import shutil
@@ -20,7 +19,8 @@ from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
 
-from bench.record import add_write_option, write_rows
+from bench.record import write_rows
+from bench.report import read_report_options
 from eai.base.files import write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.base.store import Store
@@ -42,11 +42,7 @@ look();
 
 def main() -> None:
     """Write the explorer, open it, and print its cost."""
-    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    arguments.add_argument("records", type=Path)
-    arguments.add_argument("--models", type=int, default=18)
-    add_write_option(arguments)
-    options = arguments.parse_args()
+    options = read_report_options(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder, "explorer.html")
         background = partial(

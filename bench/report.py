@@ -23,11 +23,7 @@ from eai.results.runs import find_record_files
 
 def main() -> None:
     """Copy the records, make the report, and print its cost."""
-    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    arguments.add_argument("records", type=Path)
-    arguments.add_argument("--models", type=int, default=18)
-    add_write_option(arguments)
-    options = arguments.parse_args()
+    options = read_report_options(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         runs, out = Path(folder, "runs"), Path(folder, "out")
         count = sum(multiply(file, runs / str(i), options.models)
@@ -41,6 +37,15 @@ def main() -> None:
     if options.write:
         cost = f"{seconds:.1f} s, {memory:.0f} MB, {count:,} answers"
         write_figures("report", {"CPU time, memory and answers of one report": cost})
+
+
+def read_report_options(docstring: str) -> argparse.Namespace:
+    """Return the options RECORDS, `--models` and `--write` of a program, given its docstring."""
+    arguments = argparse.ArgumentParser(description=docstring.split("\n")[0])
+    arguments.add_argument("records", type=Path)
+    arguments.add_argument("--models", type=int, default=18)
+    add_write_option(arguments)
+    return arguments.parse_args()
 
 
 def multiply(file: Path, folder: Path, models: int) -> int:
