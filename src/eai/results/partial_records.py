@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from eai.base.files import raise_write_errors_as_input_errors, read_content, write_files_atomically
@@ -43,10 +43,7 @@ def find_partial_file(
 
 def count_kept_records(partial_file: Path) -> int:
     """Return the number of scored answers in a partial file, without a last line that was cut off."""
-    if not partial_file.exists():
-        return 0
-    with partial_file.open("rb") as lines:
-        return sum(line.endswith(b"\n") for line in lines)
+    return sum(1 for _ in _read_complete_lines(partial_file)) if partial_file.exists() else 0
 
 
 def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) -> RunTotals:
@@ -60,7 +57,7 @@ def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) ->
     with raise_write_errors_as_input_errors(partial_file):
         partial_file.parent.mkdir(parents=True, exist_ok=True)
         with partial_file.open("ab") as file:
-            file.truncate(_count_bytes_of_complete_lines(partial_file))
+            file.truncate(sum(map(len, _read_complete_lines(partial_file))))
     totals = RunTotals.from_records(read_records(partial_file))
     for lines, batch_totals in batches:
         with raise_write_errors_as_input_errors(partial_file), partial_file.open("ab") as file:
@@ -69,10 +66,10 @@ def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) ->
     return totals
 
 
-def _count_bytes_of_complete_lines(file: Path) -> int:
-    """Return the number of bytes of a file without a last line that was cut off."""
+def _read_complete_lines(file: Path) -> Iterator[bytes]:
+    """Yield the lines of a file without a last line that was cut off."""
     with file.open("rb") as lines:
-        return sum(len(line) for line in lines if line.endswith(b"\n"))
+        yield from (line for line in lines if line.endswith(b"\n"))
 
 
 def publish_records(partial_file: Path, file: Path, totals: RunTotals) -> None:
