@@ -214,9 +214,9 @@ class _Explorer:
         return plan
 
     def _plan_to_revisit_objects_known_at_start(self) -> Sequence[Action]:
-        """Return a plan to visit the objects known from the start again, now that containers are open.
+        """Return a plan to visit each object known from the start again, after containers were opened.
 
-        At some of these objects, the agent sees into an open container.
+        Beside some of these objects, the agent can see into an open container.
         """
         if not self._has_opened:
             return ()

@@ -159,9 +159,8 @@ def generate_tasks(
         others[str(path)] = earlier[str(path)] = path
     other_tasks = {name: sets.read_set(path, benchmark.domain) for name, path in others.items()}
     known = {sets.fingerprint_task(task, held_out) for tasks in other_tasks.values() for task in tasks}
-    with raise_write_errors_as_input_errors(
-        out
-    ):  # generating takes long, so check first that the folder can be written
+    # generating takes long, so check first that the folder can be written
+    with raise_write_errors_as_input_errors(out):
         out.mkdir(parents=True, exist_ok=True)
     generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
     seeds = sets.make_seeds(split.value, seed, secret)

@@ -310,9 +310,9 @@ _HalfGoalsByKind: TypeAlias = tuple[int, int, int]
 
 
 def _divide_goal_among_kinds(goal: Goal) -> _HalfGoalsByKind:
-    """Return how much a goal counts as state goal, relation goal and action goal: 2 for a whole goal.
+    """Return the two halves of a goal, by the kind that each half counts for.
 
-    A goal about both states and relations counts as half a goal (1) of each of these two kinds.
+    Both halves of a goal count for its kind. If it is about states and relations, one half counts for each.
     """
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
