@@ -48,12 +48,12 @@ class EpisodeProgress(NamedTuple):
 
 
 def play_for_progress(
-    stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool
+    setup: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool
 ) -> EpisodeProgress:
     """Play an episode with an agent for the largest budget of actions."""
-    game = Game(stage.make_setup_without_limits())
+    game = Game(setup.make_setup_without_limits())
     agent, held, done = make(game, seed), [all(game.reached)], None
-    most = max(TIMES[-1] * (stage.reference.shortest or 0), stage.action_limit or 0)
+    most = max(TIMES[-1] * (setup.reference.shortest or 0), setup.action_limit or 0)
     while True:
         command, tried = agent(), len(held) - 1
         if command == DONE and done is None:
@@ -74,9 +74,9 @@ def sample_setups(name: str, rules: GameRules, sample: int) -> tuple[list[GameSe
     playable = []
     for number, task_id in enumerate(chosen, 1):
         print(f"\r{name}: reference {number} of {len(chosen)}, {task_id:<60.60}", end="", file=sys.stderr)
-        stage = make_setup(tasks[task_id], benchmark, rules)
-        if stage.reference.commands is not None:
-            playable.append(stage)
+        setup = make_setup(tasks[task_id], benchmark, rules)
+        if setup.reference.commands is not None:
+            playable.append(setup)
     print(file=sys.stderr)
     return playable, len(chosen) - len(playable)
 
@@ -105,20 +105,20 @@ def main() -> None:
     print("|---|---|--:|", *["--:|" for _ in TIMES], "--:|--:|")
     for name in arguments.suites:
         playable, left_out = sample_setups(name, rules, arguments.sample)
-        lengths = sorted([stage.reference.shortest or 0 for stage in playable])
+        lengths = sorted([setup.reference.shortest or 0 for setup in playable])
         for called in arguments.agents:
             seeds, start = range(arguments.seeds if called in NULLS else 1), time.process_time()
             games = [
-                (stage, play_for_progress(stage, AGENTS[called], seed, acts_on=called in NULLS))
-                for stage in playable
+                (setup, play_for_progress(setup, AGENTS[called], seed, acts_on=called in NULLS))
+                for setup in playable
                 for seed in seeds
             ]
             spent = 1000 * (time.process_time() - start) / len(games)
             shown = [
-                measure_win_shares([(game, times * (stage.reference.shortest or 0)) for stage, game in games])
+                measure_win_shares([(game, times * (setup.reference.shortest or 0)) for setup, game in games])
                 for times in TIMES
             ]
-            shown.append(measure_win_shares([(game, stage.action_limit or 0) for stage, game in games]))
+            shown.append(measure_win_shares([(game, setup.action_limit or 0) for setup, game in games]))
             rows.append([name, called, len(games), *shown, round(spent)])
             print(f"| {' | '.join(map(str, rows[-1]))} |", flush=True)
         middle = lengths[len(lengths) // 2]

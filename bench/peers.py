@@ -136,8 +136,8 @@ def measure_judging(steps: list[str]) -> dict[str, float]:
 def wins_game(game: Game, actions: Sequence[Action]) -> bool:
     """Return whether commands win a game. Each command is answered with the possible commands."""
     for action in actions:
-        game.act(game.stage.commands.write_command(action))
-        [game.stage.commands.write_command(each) for each in game.find_possible_actions()]
+        game.act(game.setup.commands.write_command(action))
+        [game.setup.commands.write_command(each) for each in game.find_possible_actions()]
     return all(game.reached)
 
 

@@ -32,8 +32,8 @@ EVERY = {"virtualhome": 24, "behavior": 14}
 """Step between the tasks of a household that are played."""
 
 
-def played(agent: str, stage: GameSetup, seed: int = 0) -> tuple[Game, list[str]]:
-    game = Game(stage)
+def played(agent: str, setup: GameSetup, seed: int = 0) -> tuple[Game, list[str]]:
+    game = Game(setup)
     command, commands = AGENTS[agent](game, seed), list[str]()
     while not game.over:
         commands.append(command())
@@ -41,7 +41,7 @@ def played(agent: str, stage: GameSetup, seed: int = 0) -> tuple[Game, list[str]
     return game, commands
 
 
-def stages(name: str, store: Store, rules: GameRules = STANDARD) -> list[GameSetup]:
+def setups(name: str, store: Store, rules: GameRules = STANDARD) -> list[GameSetup]:
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
     ids = [task_id for task_id in tasks if tasks[task_id].unplannable_reason is None]
@@ -86,13 +86,13 @@ def test_the_explorer_makes_objects_that_do_not_exist_yet() -> None:
 
 
 def test_a_reference_can_be_played_and_determines_the_budget() -> None:
-    stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
-    shortest, commands = stage.reference
+    setup = make_setup(TASKS["both"], SWITCHES, STANDARD)
+    shortest, commands = setup.reference
     assert shortest == 3, "the torch can be pressed in its box, which who does not know of it cannot do"
     assert commands is not None
-    assert stage.action_limit == 2 * 3 + 8 == stage.reference.compute_action_limit(2)
-    assert stage.reference.compute_action_limit(0) == 8
-    assert stage.reference._replace(commands=("WAVE()",) * 30).compute_action_limit(2) == 30
+    assert setup.action_limit == 2 * 3 + 8 == setup.reference.compute_action_limit(2)
+    assert setup.reference.compute_action_limit(0) == 8
+    assert setup.reference._replace(commands=("WAVE()",) * 30).compute_action_limit(2) == 30
     assert make_setup(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).action_limit == 3
     assert make_setup(TASKS["both"], SWITCHES, GameRules()).action_limit == 100
 
@@ -105,9 +105,9 @@ def test_a_reference_follows_the_plan_if_exploring_first_breaks_a_rule() -> None
     plan = tuple([Action(name, (both.scene.index[thing],)) for name, thing in PLAN])
     goals = (*both.goals, *make_task("rule", "", both.initial, rule).goals)
     task = replace(both, goals=goals, script=plan)
-    stage = make_setup(task, SWITCHES, STANDARD)
-    assert not any(played(agent, stage)[0].won for agent in ("gold", "explorer"))
-    assert stage.reference.commands == ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
+    setup = make_setup(task, SWITCHES, STANDARD)
+    assert not any(played(agent, setup)[0].won for agent in ("gold", "explorer"))
+    assert setup.reference.commands == ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
 
 
 def test_the_greedy_agent_sees_which_action_goals_it_has_met() -> None:
@@ -120,27 +120,27 @@ def test_the_greedy_agent_sees_which_action_goals_it_has_met() -> None:
 
 @pytest.mark.parametrize("agent", NULLS)
 def test_null_agents_act_by_their_seed(agent: str) -> None:
-    stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
-    games = [played(agent, stage, seed)[1] for seed in (0, 0, 1, 2, 3)]
+    setup = make_setup(TASKS["both"], SWITCHES, STANDARD)
+    games = [played(agent, setup, seed)[1] for seed in (0, 0, 1, 2, 3)]
     assert games[0] == games[1]
     assert len({tuple(commands) for commands in games}) > 1
 
 
 def test_the_novel_agent_prefers_new_states_and_the_blind_agent_takes_any_action() -> None:
-    stage = make_setup(TASKS["both"], SWITCHES, STANDARD)
+    setup = make_setup(TASKS["both"], SWITCHES, STANDARD)
     for seed in range(5):
         for agent in ("random", "novel"):
-            game, commands = played(agent, stage, seed)
-            replay = Game(stage)
+            game, commands = played(agent, setup, seed)
+            replay = Game(setup)
             assert all(replay.act(command).info["fault"] is None for command in commands[: len(game.taken)])
-    assert any(len(game.taken) < len(commands) - 1 for game, commands in [played("blind", stage)])
+    assert any(len(game.taken) < len(commands) - 1 for game, commands in [played("blind", setup)])
 
 
 @pytest.mark.parametrize("name", EVERY)
 def test_planning_agents_win_and_null_agents_lose(name: str, data_store: Store) -> None:
-    tasks = stages(name, data_store)
-    assert [stage.task.id for stage in tasks if not played("oracle", stage)[0].won] == []
-    assert sum(played("explorer", stage)[0].won for stage in tasks) >= 0.95 * len(tasks)
-    assert sum(played("blind", stage)[0].won for stage in tasks) == 0
-    assert sum(played("random", stage)[0].won for stage in tasks[::3]) == 0
-    assert played("greedy", min(tasks, key=lambda stage: stage.reference.shortest or 0))[0].won
+    tasks = setups(name, data_store)
+    assert [setup.task.id for setup in tasks if not played("oracle", setup)[0].won] == []
+    assert sum(played("explorer", setup)[0].won for setup in tasks) >= 0.95 * len(tasks)
+    assert sum(played("blind", setup)[0].won for setup in tasks) == 0
+    assert sum(played("random", setup)[0].won for setup in tasks[::3]) == 0
+    assert played("greedy", min(tasks, key=lambda setup: setup.reference.shortest or 0))[0].won

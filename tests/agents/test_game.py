@@ -513,7 +513,7 @@ def test_objects_out_of_sight_are_named_unless_more_go_than_stay() -> None:
 
 def test_changes_out_of_sight_are_reported_when_the_object_is_seen_again() -> None:
     game = Game(make_setup(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
-    observer, start = game.stage.observer, game.memory.observation
+    observer, start = game.setup.observer, game.memory.observation
     game.act("PRESS(lamp)")
     index = game.task.scene.index
     assert observer.find_changes_about(start, game.memory.observation, {index["lamp"]}) == [
@@ -584,11 +584,11 @@ def test_egocentric_relations_are_shown_only_for_the_agent() -> None:
     own = replace(SWITCHES, domain=replace(SWITCHES.domain, egocentric=(at,)))
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
-        stage = make_setup(task, own, GameRules(view=view))
-        facts = spell_out(Game(stage).write_first_observation()).partition("Now:")[2]
+        setup = make_setup(task, own, GameRules(view=view))
+        facts = spell_out(Game(setup).write_first_observation()).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
-        assert ("at: of yourself alone." in Game(stage).write_manual_and_first_observation()) is not lamp
+        assert ("at: of yourself alone." in Game(setup).write_manual_and_first_observation()) is not lamp
 
 
 def test_players_and_scorers_share_the_setup_of_a_task() -> None:

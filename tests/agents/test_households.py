@@ -167,9 +167,9 @@ def test_an_agent_that_ends_at_once_earns_nothing(
     assert {tuple(play(environment, task_id, ["DONE"])[0]) for task_id in tasks[::every]} == {(0.0,)}
 
 
-def mentioned(text: str, stage: GameSetup) -> set[str]:
+def mentioned(text: str, setup: GameSetup) -> set[str]:
     words = {word.strip(".") for word in re.findall(r"[\w.]+", text)}
-    return words & {*stage.task.scene.index}
+    return words & {*setup.task.scene.index}
 
 
 def introduced(text: str, heading: str) -> set[str]:
@@ -185,16 +185,16 @@ def test_no_object_is_mentioned_before_it_is_seen(name: str, data_store: Store) 
     for plan in gold_plans(name, data_store)[::7]:
         told, info = environment.reset(seed=0, options={"task_id": plan.task_id})
         told = spell_out(told)
-        stage = environment.game.stage
+        setup = environment.game.setup
         known = introduced(told, "Objects [kind]: properties\n")
-        hidden += not {stage.task.scene.objects[i].name for i in stage.observer.subjects} <= known
-        assert mentioned(told.partition("Objects [kind]: properties\n")[2], stage) <= known
+        hidden += not {setup.task.scene.objects[i].name for i in setup.observer.subjects} <= known
+        assert mentioned(told.partition("Objects [kind]: properties\n")[2], setup) <= known
         for command in plan.lines:
-            assert mentioned(" ".join(info["admissible_commands"]), stage) <= known
+            assert mentioned(" ".join(info["admissible_commands"]), setup) <= known
             told, _, over, _, info = environment.step(command)
             told = spell_out(told)
             known |= introduced(told, "You see for the first time:\n")
-            assert mentioned(told, stage) <= known | mentioned(command, stage)
+            assert mentioned(told, setup) <= known | mentioned(command, setup)
             if over:
                 break
     assert hidden

@@ -61,8 +61,8 @@ def record_of(suite: Suite, text: str) -> Record:
 
 
 def reference(suite: Suite) -> list[str]:
-    stage = EpisodeFactory(suite.benchmark).make_setup(suite.tasks[suite.task_ids[0]])
-    return [*(stage.reference.commands or ())]
+    setup = EpisodeFactory(suite.benchmark).make_setup(suite.tasks[suite.task_ids[0]])
+    return [*(setup.reference.commands or ())]
 
 
 def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
@@ -79,8 +79,8 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
 
 
 def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -> None:
-    stage = make_setup(suite.tasks[suite.task_ids[0]], SWITCHES, GameRules(until="goal"))
-    play = RecordedGame(stage, seed=0, epoch=1)
+    setup = make_setup(suite.tasks[suite.task_ids[0]], SWITCHES, GameRules(until="goal"))
+    play = RecordedGame(setup, seed=0, epoch=1)
     for command in WON:
         play.play_command(command)
     verdict = verdict_of(suite, play.write_as_json_text("stopped"))
@@ -296,9 +296,9 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
 def test_the_rules_that_an_episode_names_do_not_exclude_its_task(
     suite: Suite, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def without_commands(stage: GameSetup) -> ReferenceSolution:
-        known = find_reference_solution(stage)
-        return known if stage.rules == STANDARD else known._replace(commands=None)
+    def without_commands(setup: GameSetup) -> ReferenceSolution:
+        known = find_reference_solution(setup)
+        return known if setup.rules == STANDARD else known._replace(commands=None)
 
     monkeypatch.setattr("eai.agents.reference.find_reference_solution", without_commands)
     make_setup.cache_clear()

@@ -90,13 +90,13 @@ def test_visible_facts_follow_from_the_first_observation_and_changes(
     for turn in range(60):
         walks = [each for each in game.find_possible_actions() if each.operator == "WALK"]
         action = rng.choice(walks if walks and turn % 4 == 0 else [*game.find_possible_actions()])
-        told = spell_out(game.act(game.stage.commands.write_command(action)).observation)
+        told = spell_out(game.act(game.setup.commands.write_command(action)).observation)
         for line in told.splitlines():
             if line[:2] == "- ":
                 believed.discard(line[2:])
             elif line.endswith(")"):
                 believed.add(line.removeprefix("+ "))
         holds = {*spell_out(game.memory.observation.text).splitlines()}
-        seen = {*spell_out(game.stage.observer.render_names(game.memory.observation.visible)).split(", ")}
+        seen = {*spell_out(game.setup.observer.render_names(game.memory.observation.visible)).split(", ")}
         assert holds <= believed
         assert [each for each in believed - holds if {*re.findall(r"[\w.]+", each)[1:]} <= seen] == []

@@ -42,7 +42,7 @@ def differences(game: Game, played: Path) -> list[str]:
     for number, raw in enumerate(played.read_text().splitlines()):
         line = json.loads(raw)
         possible = sorted(
-            {game.stage.commands.write_command(action) for action in game.find_possible_actions()}
+            {game.setup.commands.write_command(action) for action in game.find_possible_actions()}
         )
         ours = (possible, facts(game), all(game.reached))
         for what, mine, other in zip(

@@ -123,7 +123,7 @@ def as_plan(play: RecordedGame, faults: Sequence[str | None]) -> tuple[list[Acti
     actions, turns, late = [], [], play.ended == "steps"
     everything = range(len(play.task.scene.objects))
     for number, turn in enumerate(play.turns[: len(play.turns) - late]):
-        meant, _ = play.stage.commands.read_command(turn.said, everything, may_end=True)
+        meant, _ = play.setup.commands.read_command(turn.said, everything, may_end=True)
         if turn.said in (LOOK, DONE):
             continue
         if not isinstance(meant, Action) or faults[number] == "hallucination":

@@ -69,7 +69,7 @@ def random_agent(game: Game, seed: int = 0) -> Agent:
     def choose_random_possible_command() -> str:
         actions = [*game.find_possible_actions()]
         chosen = rng.randrange(len(actions) + 1)
-        return DONE if chosen == len(actions) else game.stage.commands.write_command(actions[chosen])
+        return DONE if chosen == len(actions) else game.setup.commands.write_command(actions[chosen])
 
     return choose_random_possible_command
 
@@ -84,9 +84,9 @@ def novelty_seeking_agent(game: Game, seed: int = 0) -> Agent:
         if not rng.randrange(len(actions) + 1):
             return DONE
         rng.shuffle(actions)
-        domain, state = game.stage.domain, game.state
+        domain, state = game.setup.domain, game.state
         new = (action for action in actions[:_MAX_TRIES] if domain.apply(state, action) not in visited)
-        return game.stage.commands.write_command(next(new, actions[0]))
+        return game.setup.commands.write_command(next(new, actions[0]))
 
     return choose_command_to_new_state
 
@@ -96,13 +96,13 @@ def blind_agent(game: Game, seed: int = 0) -> Agent:
     rng = _make_rng(game, seed)
 
     def choose_random_command() -> str:
-        operators, known = game.stage.domain.operators, sorted(game.memory.known)
+        operators, known = game.setup.domain.operators, sorted(game.memory.known)
         chosen = rng.randrange(len(operators) + 1)
         if chosen == len(operators):
             return DONE
         operator = operators[chosen]
         arguments = tuple([rng.choice(known) for _ in range(operator.arity)])
-        return game.stage.commands.write_command(Action(operator.name, arguments))
+        return game.setup.commands.write_command(Action(operator.name, arguments))
 
     return choose_random_command
 
@@ -113,7 +113,7 @@ def _make_rng(game: Game, seed: int) -> random.Random:
 
 def make_reference_solution_agent(game: Game, seed: int = 0) -> Agent:
     """Return an agent that plays the commands of the task's `ReferenceSolution`, then `DONE`."""
-    return _make_scripted_agent(game.stage.reference.commands or ())
+    return _make_scripted_agent(game.setup.reference.commands or ())
 
 
 def gold_plan_agent(game: Game, seed: int = 0) -> Agent:
@@ -123,8 +123,8 @@ def gold_plan_agent(game: Game, seed: int = 0) -> Agent:
     """
     if game.task.has_no_plan:
         return make_reference_solution_agent(game)
-    plan = game.task.script or find_plan(game.task, get_planner(game.stage.domain)).plan
-    return _make_scripted_agent(map(game.stage.commands.write_command, plan))
+    plan = game.task.script or find_plan(game.task, get_planner(game.setup.domain)).plan
+    return _make_scripted_agent(map(game.setup.commands.write_command, plan))
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:
@@ -133,10 +133,10 @@ def planner_agent(game: Game, seed: int = 0) -> Agent:
     Raises:
         InputError: the planner finds no plan.
     """
-    search = find_plan(game.task, get_planner(game.stage.domain))
+    search = find_plan(game.task, get_planner(game.setup.domain))
     if reason := explain_missing_plan(search.end):
         raise InputError(reason)
-    return _make_scripted_agent(map(game.stage.commands.write_command, search.plan))
+    return _make_scripted_agent(map(game.setup.commands.write_command, search.plan))
 
 
 def _make_scripted_agent(commands: Iterable[str]) -> Agent:
@@ -169,7 +169,7 @@ class _Explorer:
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         self._game = game
-        self._domain = game.stage.domain
+        self._domain = game.setup.domain
         self._planner = get_planner(self._domain)
         self._plan: deque[Action] = deque()
         self._expected: State | None = None
@@ -196,7 +196,7 @@ class _Explorer:
             return DONE
         action = self._plan.popleft()
         self._expected = self._domain.apply(game.state, action)
-        return game.stage.commands.write_command(action)
+        return game.setup.commands.write_command(action)
 
     def _find_plan(self) -> Sequence[Action]:
         """Return the actions of a plan for the goals, or else of a plan to see more objects."""
@@ -297,7 +297,7 @@ class _Explorer:
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()
-        landmarks = [i for i in self._game.stage.observer.landmarks if i not in self._visited_objects]
+        landmarks = [i for i in self._game.setup.observer.landmarks if i not in self._visited_objects]
         return [(i, _replace_variable_x(visible, Constant(names[i].name))) for i in landmarks]
 
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:

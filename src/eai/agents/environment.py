@@ -151,8 +151,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
         super().reset(seed=seed)
         self._epoch = 0 if seed is not None else self._epoch + 1
         wanted: str | None = (options or {}).get("task_id")
-        stage = self._open_setup(self._choose_random_task_id() if wanted is None else wanted)
-        self._game = Game(stage, self.np_random_seed or 0, self._epoch)
+        setup = self._open_setup(self._choose_random_task_id() if wanted is None else wanted)
+        self._game = Game(setup, self.np_random_seed or 0, self._epoch)
         return self._game.write_first_observation(), {**self._game.make_gymnasium_info()}
 
     def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:

@@ -88,13 +88,13 @@ class Game:
     """One game of a task, played by commands.
 
     Args:
-        stage: the task, prepared for games.
+        setup: the task, prepared for games.
         seed: the seed of slips, the random failures of possible actions.
         epoch: the number of the game among games of the task. Each number gives other slips with the same
             seed.
 
     Attributes:
-        stage: the task, with the values that all games of the task share.
+        setup: the task, with the values that all games of the task share.
         task: the task.
         ended: the reason for the end of the game; None if it goes on.
         won: whether the game has ended with all goals reached, and with `DONE` if the rules require it. A
@@ -109,18 +109,18 @@ class Game:
         outcome: the outcome of the last command.
     """
 
-    def __init__(self, stage: GameSetup, seed: int = 0, epoch: int = 0) -> None:
-        slip_sampler = SlipSampler(stage.rules.slip, stage.task.id, seed=seed, epoch=epoch)
-        self.stage, self.task = stage, stage.task
-        self._rules = stage.rules
-        self._episode = Episode(stage.domain, stage.task.initial, slip_sampler)
+    def __init__(self, setup: GameSetup, seed: int = 0, epoch: int = 0) -> None:
+        slip_sampler = SlipSampler(setup.rules.slip, setup.task.id, seed=seed, epoch=epoch)
+        self.setup, self.task = setup, setup.task
+        self._rules = setup.rules
+        self._episode = Episode(setup.domain, setup.task.initial, slip_sampler)
         self.taken: list[str] = []
         self._last: Action | None = None
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
-        templates = PromptTemplates(variant=stage.rules.prompts)
-        self._memory = AgentMemory(stage.observer, stage.rules.feedback, templates)
+        templates = PromptTemplates(variant=setup.rules.prompts)
+        self._memory = AgentMemory(setup.observer, setup.rules.feedback, templates)
         self._at_start = self.reached = self._find_reached_goals()
         self.ended: GameEnd | None = None
         self.won = False
@@ -173,7 +173,7 @@ class Game:
                 else []
             )
             return (
-                self.stage.repairer.compute_closeness_to_success(
+                self.setup.repairer.compute_closeness_to_success(
                     (*self._list_executed_or_needless_actions(), *last)
                 )
                 or 0.0
@@ -201,8 +201,8 @@ class Game:
         )
         if earned is None or self._rules.reward is not Shaping.PARTIAL:
             return earned
-        partial = self.stage.goals.find_partial_success(self.state, self.taken, self.reached)
-        gained = compute_condition_gain(partial, self.stage.share_of_conditions_met_at_start, earned.gain)
+        partial = self.setup.goals.find_partial_success(self.state, self.taken, self.reached)
+        gained = compute_condition_gain(partial, self.setup.share_of_conditions_met_at_start, earned.gain)
         return replace(earned, conditions=gained)
 
     def _lacks_required_done(self, *, is_episode_ended: bool) -> bool:
@@ -211,15 +211,15 @@ class Game:
 
     def write_manual_and_first_observation(self) -> str:
         """Return the text that an agent reads before its first action: the world, and the task."""
-        manual = make_manual(self.stage.benchmark, self._rules)
+        manual = make_manual(self.setup.benchmark, self._rules)
         return "\n\n".join([*filter(None, [manual]), self.write_first_observation()])
 
     def write_first_observation(self) -> str:
         """Return the first observation: the task, the limit of actions, and the known facts."""
-        text = self.stage.opening
+        text = self.setup.opening
         if self._rules.budget is not None:
             templates = PromptTemplates(variant=self._rules.prompts)
-            text += f"\n\n{templates.fill_template('acting.txt', {'limit': str(self.stage.action_limit)})}"
+            text += f"\n\n{templates.fill_template('acting.txt', {'limit': str(self.setup.action_limit)})}"
         return f"{text}\n\n{self.memory.describe_objects_and_facts(self.memory.known)}"
 
     def act(self, text: str) -> _StepResult:
@@ -249,10 +249,10 @@ class Game:
             return self._make_result(_CommandOutcome(words, kind), ())
 
     def _take_turn(self, text: str) -> _StepResult:
-        if self._rules.feedback == "changes" and is_look_command(text, self.stage.domain):
+        if self._rules.feedback == "changes" and is_look_command(text, self.setup.domain):
             self._turns += self._memory.has_looked
             return self._make_result(_CommandOutcome(self.memory.look_around()), ())
-        special, operators = self.task.special, self.stage.domain.operator_arities
+        special, operators = self.task.special, self.setup.domain.operator_arities
         if (
             isinstance(special, AmbiguousTaskMark)
             and ASK not in operators
@@ -261,14 +261,14 @@ class Game:
             return self._answer_agents_question(special.fits[0])
         if isinstance(special, ImpossibleTaskMark) and REFUSE not in operators:
             self.refused = read_refusal_command(
-                self.stage.benchmark.notation.plans.replace_answer_words_by_domain_names(text)
+                self.setup.benchmark.notation.plans.replace_answer_words_by_domain_names(text)
             )
             if self.refused is not None:
                 return self._make_result(_CommandOutcome(f"{REFUSE}."), ())
         ends = self._rules.until == "done"
         everything = range(len(self.task.scene.objects))
         nameable = self.memory.known if self._rules.observe == "partial" else everything
-        meant, repairs = self.stage.commands.read_command(text, nameable, may_end=ends)
+        meant, repairs = self.setup.commands.read_command(text, nameable, may_end=ends)
         self._memory.has_looked = False
         self._turns += meant is not None
         if self._has_no_actions_left:
@@ -291,7 +291,7 @@ class Game:
         if self._has_no_actions_left:
             return self._make_result(_CommandOutcome("No actions are left."), ())
         self.tried += 1
-        name = self.stage.observer.render_names((self.task.scene.index[meant_object],))
+        name = self.setup.observer.render_names((self.task.scene.index[meant_object],))
         return self._make_result(_CommandOutcome(f"{name} is meant."), ())
 
     def _make_result(
@@ -299,7 +299,7 @@ class Game:
     ) -> _StepResult:
         """Record after a command whether and how the game ended. Return the turn's observation and reward."""
         self.outcome = outcome
-        complete, limit = all(self.reached), self.stage.action_limit
+        complete, limit = all(self.reached), self.setup.action_limit
         if self.refused is not None:
             self.ended = "refused"
         elif done:
@@ -331,7 +331,7 @@ class Game:
 
         After the last allowed action, `DONE` is still allowed.
         """
-        return self.stage.action_limit is not None and self._turns > self.stage.action_limit
+        return self.setup.action_limit is not None and self._turns > self.setup.action_limit
 
     def _compute_reward(self) -> float:
         """Return the reward of the turn: the change in the value of the episode."""
@@ -342,14 +342,14 @@ class Game:
         if command is None:
             return _CommandOutcome(f"{DONE}.")
         if isinstance(command, ErrorReport):
-            hint = f" {self.stage.commands.usage_hint}" if command.kind is FaultKind.PARSING else ""
+            hint = f" {self.setup.commands.usage_hint}" if command.kind is FaultKind.PARSING else ""
             return _CommandOutcome(
                 f"Failed ({_name_fault(command.kind)}): {command.detail}.{hint}", command.kind
             )
-        line, outcome = self.stage.commands.write_command(command), self._episode.act(command)
+        line, outcome = self.setup.commands.write_command(command), self._episode.act(command)
         match outcome:
             case Fault(kind):
-                reason = describe_fault(outcome, self.stage.domain, command, self.stage.task.scene)
+                reason = describe_fault(outcome, self.setup.domain, command, self.setup.task.scene)
                 failed = (
                     "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_name_fault(kind)})"
                 )
@@ -367,7 +367,7 @@ class Game:
                 assert_never(outcome)
 
     def _find_reached_goals(self) -> tuple[bool, ...]:
-        goals, episode = self.stage.goals, self._episode
+        goals, episode = self.setup.goals, self._episode
         return goals.find_reached_goals(
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
         )
@@ -384,7 +384,7 @@ class Game:
         Without arguments, the facts are those at the start of the game.
         """
         info = _GymnasiumInfo(
-            task_id=self.stage.task.id,
+            task_id=self.setup.task.id,
             goals=list(self.reached),
             won=self.won,
             fault=None if action_fault is None else action_fault.value,
@@ -403,7 +403,7 @@ class Game:
         """
         bindings = SearchEffort(_MAX_BINDINGS)
         commands = [
-            self.stage.commands.write_command(action) for action in self.find_possible_actions(bindings)
+            self.setup.commands.write_command(action) for action in self.find_possible_actions(bindings)
         ]
         if bindings.is_exceeded:
             raise InputError(
@@ -419,8 +419,8 @@ class Game:
                 default `_MAX_BINDINGS`.
         """
         known = self.memory.known
-        objects = [index for index in self.stage.observer.subjects if index in known]
-        domain, state = self.stage.domain, self._episode.state
+        objects = [index for index in self.setup.observer.subjects if index in known]
+        domain, state = self.setup.domain, self._episode.state
         effort = effort or SearchEffort(_MAX_BINDINGS)
         for operator in domain.operators:
             yield from generate_applicable_of_operator(domain, operator, state, objects, effort)

@@ -129,9 +129,9 @@ class GameSetup:
 
         Games end by `DONE`.
         """
-        stage = copy(self)
-        stage.rules = self.rules.model_copy(
+        setup = copy(self)
+        setup.rules = self.rules.model_copy(
             update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}
         )
-        stage.__dict__.pop("action_limit", None)
-        return stage
+        setup.__dict__.pop("action_limit", None)
+        return setup

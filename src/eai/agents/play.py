@@ -270,7 +270,7 @@ class RecordedGame(Game):
     """A game that records its commands as an episode.
 
     Args:
-        stage: the task, prepared for games.
+        setup: the task, prepared for games.
         seed: the seed of slips, the random failures of possible actions.
         epoch: the number of the episode, from 1 on. Each number gives other slips with the same seed.
         harness: the harness of the agent.
@@ -284,16 +284,16 @@ class RecordedGame(Game):
         without_call: the first reply that called no tool; empty if each reply called a tool.
     """
 
-    def __init__(self, stage: GameSetup, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
-        super().__init__(stage, seed, epoch)
+    def __init__(self, setup: GameSetup, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
+        super().__init__(setup, seed, epoch)
         self.turns: list[_CommandInEpisodeText] = []
         self.failed: list[bool] = []
-        self.max_actions = stage.action_limit or _ESTIMATED_ACTIONS
+        self.max_actions = setup.action_limit or _ESTIMATED_ACTIONS
         self.harness = harness
         self.without_call = ""
         self._thought = ""
         self._about = EpisodeAnswer(
-            (), stage.rules, seed, epoch, "", begun, hash_text(self.write_first_observation())
+            (), setup.rules, seed, epoch, "", begun, hash_text(self.write_first_observation())
         )
 
     def play_command(self, command: str, thought: str = "") -> str:
@@ -303,7 +303,7 @@ class RecordedGame(Game):
         """
         if self.over:
             return OVER
-        if self.stage.rules.feedback != "changes" and is_look_command(command, self.stage.domain):
+        if self.setup.rules.feedback != "changes" and is_look_command(command, self.setup.domain):
             return self.memory.look_around()
         command, thought = _replace_surrogates(command), _replace_surrogates(thought)
         told = self.act(command).observation
@@ -321,7 +321,7 @@ class RecordedGame(Game):
             InputError: objects have no 3D bodies, or a picture has no room for them.
             EaiError: the extra that draws pictures is not installed.
         """
-        if self.stage.rules.feedback != "pictures" or self.over:
+        if self.setup.rules.feedback != "pictures" or self.over:
             return ()
         rendered = load_from_extension("rendered_pictures", "feedback pictures")
         images: tuple[Image, ...] = rendered.render_task_images(

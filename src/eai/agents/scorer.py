@@ -95,8 +95,8 @@ class _ActingScorer(Scorer):
         """
         if self.task.unplannable_reason is not None:
             return self.task.unplannable_reason
-        stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_unrewarded_replay)
-        return self.task.make_exclusion(NO_REFERENCE) if stage.reference.commands is None else None
+        setup = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_unrewarded_replay)
+        return self.task.make_exclusion(NO_REFERENCE) if setup.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an episode.
@@ -184,7 +184,7 @@ class _ActingScorer(Scorer):
 
         If no turn was played, no goal counts as reached, even if it holds at the start.
         """
-        stage, held = game.stage, game.reached if turns else self.goals.none_reached
+        setup, held = game.setup, game.reached if turns else self.goals.none_reached
         faults = [turn.fault for turn in turns if turn.fault is not None]
         additional = faults.count(FaultKind.ADDITIONAL_STEP)
         return ActingVerdict(
@@ -201,9 +201,9 @@ class _ActingScorer(Scorer):
             refused=game.refused,
             declared=ended == "done",
             reached=bool(turns) and all(held),
-            shortest=stage.reference.shortest,
-            budget=stage.action_limit,
-            view=f"{stage.rules.view}, {stage.rules.observe}",
+            shortest=setup.reference.shortest,
+            budget=setup.action_limit,
+            view=f"{setup.rules.view}, {setup.rules.observe}",
             harness=episode.harness,
             begun=episode.begun,
             without_call=episode.without_call or None,
@@ -262,7 +262,7 @@ def _report_turn(turn: Turn, game: Game) -> StepReport:
 
     The reason of a failure is always one line, even if an object's name has a line break.
     """
-    reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
+    reason, fact = game.outcome.text.partition("\n")[0], game.setup.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
     if game.ended == "steps" and not turn.is_action:
         fault = _TOO_LATE

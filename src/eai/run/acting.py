@@ -115,9 +115,9 @@ def _make_tools(state: TaskState, play: RecordedGame) -> list[ToolDef]:
 
     tools = [
         ToolDef(make_tool_function(name), name, description, ToolParams.model_validate(schema), max_output=0)
-        for name, description, schema in list_tool_names_texts_and_schemas(play.stage.domain)
+        for name, description, schema in list_tool_names_texts_and_schemas(play.setup.domain)
     ]
-    return [*tools, *_make_plan_verifier_tools_for_task(state)] if play.stage.rules.verifier else tools
+    return [*tools, *_make_plan_verifier_tools_for_task(state)] if play.setup.rules.verifier else tools
 
 
 def _make_plan_verifier_tools_for_task(state: TaskState) -> Iterator[ToolDef]:

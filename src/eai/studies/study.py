@@ -86,8 +86,8 @@ def format_suite_heading(suite: SuiteIdentity) -> str:
     return str(suite._replace(domain=get_title(suite.domain)))
 
 
-def add_suite_title(suite: SuiteIdentity, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Add the title of a suite to a figure; return the pair of the figure's file name and the figure.
+def name_suite_figure(suite: SuiteIdentity, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """Return a file name for a figure of a suite, and the figure with the title of the suite.
 
     The file name is the given name and the name of the suite. A figure that is None (nothing to show) stays
     None.
@@ -97,8 +97,8 @@ def add_suite_title(suite: SuiteIdentity, name: str, figure: Figure | None) -> t
     return f"{name}-{suite.file_name}", figure
 
 
-def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Add a title with suite and model to a figure; return the pair of the given file name and the figure.
+def name_run_figure(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """Return a file name for a figure of a run, and the figure with a title of suite and model.
 
     A figure that is None (nothing to show) stays None.
     """

@@ -119,19 +119,19 @@ def test_prompts_give_only_the_instruction_and_allow_a_question(like: str) -> No
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_budget_does_not_reveal_ambiguity(like: str) -> None:
     rules = make_game_rules(STANDARD)
-    stages = [make_setup(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
-    assert {stage.action_limit for stage in stages} == {50}
-    assert all(len(stage.reference.commands or ()) < 50 for stage in stages)
+    setups = [make_setup(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
+    assert {setup.action_limit for setup in setups} == {50}
+    assert all(len(setup.reference.commands or ()) < 50 for setup in setups)
 
 
 def test_an_acting_agent_learns_the_meant_object_for_an_action() -> None:
     benchmark = find_benchmark("behavior")
     rules = TRAINING.model_copy(update={"until": "done", "feedback": "changes", "max_steps": 2})
     for task in pairs("behavior")[0]:
-        stage = make_setup(task, benchmark, rules)
-        assert "ASK(your question)" in stage.opening
-        assert stage.opening.count(task.instruction) == 1
-        game = Game(stage)
+        setup = make_setup(task, benchmark, rules)
+        assert "ASK(your question)" in setup.opening
+        assert setup.opening.count(task.instruction) == 1
+        game = Game(setup)
         told = [game.act("ASK(which one, please?)").observation for _ in range(3)]
         assert told[0].startswith(f"{fits(task)[0]} is meant.")
         assert (told[1], game.tried) == (told[0], 2)

@@ -123,22 +123,22 @@ def test_the_category_does_not_reveal_the_impossible_task(like: str) -> None:
 def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) -> None:
     (made, *_), benchmark = pairs(like), find_benchmark(like)
     assert made.paired is not None
-    stages = [
+    setups = [
         make_setup(task, benchmark, make_game_rules(STANDARD)) for task in (made.task, made.paired.task)
     ]
-    assert {stage.action_limit for stage in stages} == {50}
-    for stage in stages:
-        is_right = stage.task.has_no_plan
-        assert "IMPOSSIBLE(predicate(object))" in stage.opening
-        assert upper(stage) == (True, "refused" if is_right else "done")
-        game = Game(stage)
+    assert {setup.action_limit for setup in setups} == {50}
+    for setup in setups:
+        is_right = setup.task.has_no_plan
+        assert "IMPOSSIBLE(predicate(object))" in setup.opening
+        assert upper(setup) == (True, "refused" if is_right else "done")
+        game = Game(setup)
         turn = game.act("IMPOSSIBLE(something is missing)")
         assert (game.ended, game.won, turn.terminated, turn.reward) == ("refused", is_right, True, is_right)
         assert (game.metrics["success"], game.metrics["progress"]) == (is_right, is_right)
-        episode = RecordedGame(stage, 0, 1)
+        episode = RecordedGame(setup, 0, 1)
         episode.play_command("IMPOSSIBLE(something is missing)")
-        suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
-        verdict = suite.score(stage.task.id, episode.write_as_json_text("stopped"))
+        suite = eai.open(replace(benchmark, open_tasks=given(setup.task)), "acting")
+        verdict = suite.score(setup.task.id, episode.write_as_json_text("stopped"))
         assert isinstance(verdict, PlanVerdict)
         assert (verdict.success, verdict.refused, verdict.is_task_declined_by_answer) == (
             is_right,
@@ -147,10 +147,10 @@ def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) ->
         )
 
 
-def upper(stage: GameSetup) -> tuple[bool, str | None]:
+def upper(setup: GameSetup) -> tuple[bool, str | None]:
     """Return whether an agent with the reference commands wins, and the reason for the end."""
-    game = Game(stage)
-    for command in (*(stage.reference.commands or ()), "DONE"):
+    game = Game(setup)
+    for command in (*(setup.reference.commands or ()), "DONE"):
         if not game.over:
             game.act(command)
     return game.won, game.ended
@@ -158,8 +158,8 @@ def upper(stage: GameSetup) -> tuple[bool, str | None]:
 
 def test_a_refusal_is_no_command_in_other_tasks() -> None:
     made = pairs("behavior")[0]
-    stage = make_setup(
+    setup = make_setup(
         replace(made.task, special=None), find_benchmark("behavior"), make_game_rules(STANDARD)
     )
-    assert "IMPOSSIBLE" not in stage.opening
-    assert Game(stage).act("IMPOSSIBLE(why)").info["fault"] == "hallucination"
+    assert "IMPOSSIBLE" not in setup.opening
+    assert Game(setup).act("IMPOSSIBLE(why)").info["fault"] == "hallucination"

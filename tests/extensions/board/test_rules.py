@@ -15,8 +15,8 @@ def test_a_board_refuses_other_rules_and_counts_what_does_not_replay(
     eai: Command, tmp_path: Path, data_store: Store
 ) -> None:
     suite = open_suite("virtualhome", ACTING)
-    stage = EpisodeFactory(suite.benchmark).make_setup(suite.tasks["27_2"])
-    right = "\n".join([*(stage.reference.commands or ()), "DONE"])
+    setup = EpisodeFactory(suite.benchmark).make_setup(suite.tasks["27_2"])
+    right = "\n".join([*(setup.reference.commands or ()), "DONE"])
     board = tmp_path / "board" / "mine"
     place = board / "virtualhome" / "acting"
     place.mkdir(parents=True)

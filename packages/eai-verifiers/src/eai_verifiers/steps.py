@@ -57,12 +57,12 @@ class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
         """Start an episode of the task."""
         rules = self.config.rules.model_copy(update={"reward": self.config.shaping})
         line = self.data.line
-        stage = find_setup(self.data.task, rules) if line is None else _stage_of_one(line, rules)
-        return Game(stage)
+        setup = find_setup(self.data.task, rules) if line is None else _setup_of_one(line, rules)
+        return Game(setup)
 
 
 @lru_cache(_KEPT)
-def _stage_of_one(line: str, rules: GameRules) -> GameSetup:
+def _setup_of_one(line: str, rules: GameRules) -> GameSetup:
     suite = suite_of_one(line, Ability.ACTION_SEQUENCING)
     return make_setup(suite.tasks[suite.task_ids[0]], suite.benchmark, rules)
 

@@ -42,7 +42,7 @@ from eai.results.plots import (
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_suite_title
+from eai.studies.study import Analysis, Figures, Study, name_suite_figure
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -333,7 +333,7 @@ def _analyze_task_difficulties(records: StudyRecords, chosen: Options) -> Iterat
 def _draw_figures(tables: Sequence[Table]) -> Figures:
     abilities = group_rows_by_suite(tables[1])
     for suite, rows in group_rows_by_suite(tables[3]).items():
-        yield add_suite_title(suite, "items", draw_difficulties_and_abilities(rows, abilities[suite]))
+        yield name_suite_figure(suite, "items", draw_difficulties_and_abilities(rows, abilities[suite]))
 
 
 _BINS_PER_UNIT = 2

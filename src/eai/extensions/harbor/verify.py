@@ -85,11 +85,11 @@ def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
     path = find_journal_path(folder, (task_id, 1))
     if not os.path.lexists(path):
         return ""
-    stage = EpisodeFactory(suite.benchmark).make_setup(suite.tasks[task_id])
+    setup = EpisodeFactory(suite.benchmark).make_setup(suite.tasks[task_id])
     return read_journal(
         path,
         read_key_that_seals_journals(folder),
-        RecordedGame(stage, STANDARD.slip_seed, epoch=1, harness=HARNESS),
+        RecordedGame(setup, STANDARD.slip_seed, epoch=1, harness=HARNESS),
     )
 
 

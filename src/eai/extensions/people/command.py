@@ -132,9 +132,9 @@ def _begin_unfinished_tasks(
 
     arena = EpisodeFactory(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):
-        stage = arena.make_setup(suite.tasks[task_id])
+        setup = arena.make_setup(suite.tasks[task_id])
         play, observations = begin_or_resume_episode(
-            stage, setting.slip_seed, answers.get_episode_text(task_id)
+            setup, setting.slip_seed, answers.get_episode_text(task_id)
         )
         if not play.over:
             yield number, play, observations

@@ -79,7 +79,7 @@ def _make_page_content(
     number: int, total: int, play: RecordedGame, log: Sequence[list[str]]
 ) -> dict[str, Json]:
     return {
-        "title": play.stage.benchmark.title or play.stage.benchmark.name,
+        "title": play.setup.benchmark.title or play.setup.benchmark.name,
         "number": number,
         "total": total,
         "rules": RULES,

@@ -73,16 +73,16 @@ def begin_or_resume_episode(
 
 def complete_words(play: RecordedGame, before: str) -> list[str]:
     """Return words that may come next on a line: actions at its beginning, then objects seen so far."""
-    stage, wording = play.stage, play.stage.benchmark.observation_wording()
+    setup, wording = play.setup, play.setup.benchmark.observation_wording()
     if not before.strip():
-        return _list_operator_names(stage)
-    return [wording.object_name(stage.task, index) for index in sorted(play.memory.known)]
+        return _list_operator_names(setup)
+    return [wording.object_name(setup.task, index) for index in sorted(play.memory.known)]
 
 
 def execute_line(play: RecordedGame, line: str) -> str:
     """Execute a typed line and return the observation. If the line is a question, return its answer."""
-    stage = play.stage
-    command = normalize_command(line, _list_operator_names(stage))
+    setup = play.setup
+    command = normalize_command(line, _list_operator_names(setup))
     if command.startswith(POSSIBLE):
         play.harness = PROMPTED
         return (
@@ -90,7 +90,7 @@ def execute_line(play: RecordedGame, line: str) -> str:
             or "Nothing like that."
         )
     if command.casefold() == HELP:
-        return f"{make_manual(stage.benchmark, stage.rules)}\n\n{stage.opening}"
+        return f"{make_manual(setup.benchmark, setup.rules)}\n\n{setup.opening}"
     words = [*complete_words(play, ""), *complete_words(play, command)]
     turns = len(play.turns)
     observation = play.play_command(command)
@@ -112,8 +112,8 @@ def normalize_command(line: str, operators: Sequence[str]) -> str:
     return operator + (brackets or (f"({', '.join(words.replace(',', ' ').split())})" if words else ""))
 
 
-def _list_operator_names(stage: GameSetup) -> list[str]:
-    return [*stage.domain.operator_arities, DONE, LOOK, *list_declining_commands(stage.task)]
+def _list_operator_names(setup: GameSetup) -> list[str]:
+    return [*setup.domain.operator_arities, DONE, LOOK, *list_declining_commands(setup.task)]
 
 
 def _list_possible_actions_with_words(game: RecordedGame, words: Sequence[str]) -> Iterator[str]:
@@ -121,7 +121,7 @@ def _list_possible_actions_with_words(game: RecordedGame, words: Sequence[str]) 
 
     Only actions whose text contains all the given words are listed.
     """
-    write = game.stage.commands.write_command
+    write = game.setup.commands.write_command
     for operator, actions in groupby(game.find_possible_actions(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]
         chosen = [

@@ -51,7 +51,7 @@ from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.results.tidy import TidyTables
 from eai.studies.cofactors.effects import compute_rank_correlation, fit_logistic_regression
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_suite_title
+from eai.studies.study import Analysis, Figures, Study, name_suite_figure
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -308,15 +308,15 @@ def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) 
 def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:
     adjusted, _, curves, by_action, by_predicate = tables
     for suite, rows in group_rows_by_suite(curves).items():
-        yield add_suite_title(suite, "curves", draw_feature_curves(rows, f"{measure}, percent"))
+        yield name_suite_figure(suite, "curves", draw_feature_curves(rows, f"{measure}, percent"))
     for suite, rows in group_rows_by_suite(adjusted).items():
-        yield add_suite_title(suite, "adjusted", draw_feature_effects(rows))
+        yield name_suite_figure(suite, "adjusted", draw_feature_effects(rows))
     for suite, rows in group_rows_by_suite(by_action).items():
         figure = draw_rates_by_name(rows, "action", "executed", "executed of the steps tried")
-        yield add_suite_title(suite, "by_action", figure)
+        yield name_suite_figure(suite, "by_action", figure)
     for suite, rows in group_rows_by_suite(by_predicate).items():
         figure = draw_rates_by_name(rows, "predicate", "reached", "reached of the goals that mention it")
-        yield add_suite_title(suite, "by_predicate", figure)
+        yield name_suite_figure(suite, "by_predicate", figure)
 
 
 DRAWN_FEATURES = (

@@ -44,7 +44,7 @@ from eai.results.plots import (
 from eai.results.table import Cell, Estimate, Label, Row, Table, make_table
 from eai.studies.errors.overview import draw_flows, make_outcome_counts_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_suite_title
+from eai.studies.study import Analysis, Figures, Study, name_suite_figure
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -294,13 +294,13 @@ def _draw_error_figures(tables: Sequence[Table]) -> Figures:
     leaves, checks = tables[:2]
     yield from draw_flows(tables[-1])
     for suite, rows in group_rows_by_suite(leaves).items():
-        yield add_suite_title(suite, "flow", draw_answer_outcomes(rows))
+        yield name_suite_figure(suite, "flow", draw_answer_outcomes(rows))
         levels = ("stage", "kind", "detail")
-        yield add_suite_title(
+        yield name_suite_figure(
             suite, "leaves", draw_rate_matrix(rows, levels, "answers", "percent of answers")
         )
     for suite, rows in group_rows_by_suite(checks).items():
-        yield add_suite_title(
+        yield name_suite_figure(
             suite, "why", draw_rates_by_name(rows, "check", "share", "share of runtime errors")
         )
 

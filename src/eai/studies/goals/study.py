@@ -22,7 +22,7 @@ from eai.results.lines import (
 from eai.results.plots import draw_rate_matrix, draw_rates_by_name, group_rows_by_suite
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_suite_title
+from eai.studies.study import Analysis, Figures, Study, name_suite_figure
 from eai.tasks.options import Options
 
 MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
@@ -140,9 +140,9 @@ def _draw_goal_score_figures(tables: Sequence[Table]) -> Figures:
     by_predicate, reasons = tables[:2]
     for suite, rows in group_rows_by_suite(by_predicate).items():
         for score in ("precision", "recall"):
-            yield add_suite_title(suite, score, draw_rates_by_name(rows, "predicate", score, score))
+            yield name_suite_figure(suite, score, draw_rates_by_name(rows, "predicate", score, score))
     for suite, rows in group_rows_by_suite(reasons).items():
-        yield add_suite_title(
+        yield name_suite_figure(
             suite, "reasons", draw_rate_matrix(rows, ("reason",), "share", "percent of wrong goals")
         )
 

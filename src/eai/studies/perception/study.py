@@ -31,7 +31,7 @@ from eai.studies.perception.declaration import compute_perception_shares
 from eai.studies.perception.steps import compute_mean_steps
 from eai.studies.perception.verdict import PerceptionErrors
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
-from eai.studies.study import Analysis, Figures, Study, add_run_title, choose_metric
+from eai.studies.study import Analysis, Figures, Study, choose_metric, name_run_figure
 from eai.studies.variation import AskModel, StageBeforeQuestions
 from eai.tasks.options import Options
 from eai.tasks.share import Share
@@ -356,7 +356,7 @@ def _make_key_without_scene(key: RunKey) -> str:
 
 
 def _draw_error_rate_figure(table_of_runs: Table, metric: str, key: RunKey) -> Figures:
-    yield add_run_title(key, "success_by_error_rate", draw_success_by_error_rate(table_of_runs, metric))
+    yield name_run_figure(key, "success_by_error_rate", draw_success_by_error_rate(table_of_runs, metric))
 
 
 def draw_success_by_error_rate(table_of_runs: Table, metric: str) -> Figure:

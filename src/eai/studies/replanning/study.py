@@ -40,7 +40,7 @@ from eai.results.runs import RunKey, recount_errors_as_in_paper
 from eai.results.summary import drop_later_attempts, estimate_share, find_answer_outcome, make_cases_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
-from eai.studies.study import Analysis, Figures, Study, add_run_title, write_paper_remarks
+from eai.studies.study import Analysis, Figures, Study, name_run_figure, write_paper_remarks
 from eai.studies.variation import VariationOptions
 from eai.tasks.options import Options
 from eai.world.fault import FaultKind, Notice
@@ -446,7 +446,7 @@ def _make_tables(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> tuple[li
 
 
 def _draw_success_by_attempt_figure(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> Figures:
-    yield add_run_title(key, "success_by_attempt", draw_success_by_attempt(groups))
+    yield name_run_figure(key, "success_by_attempt", draw_success_by_attempt(groups))
 
 
 @make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))

@@ -39,7 +39,7 @@ from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.results.tidy import make_identifying_columns
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_option_at_commas
+from eai.studies.study import Analysis, Figures, Study, name_suite_figure, split_option_at_commas
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 from eai.tasks.task import PredicateCategory
@@ -312,12 +312,12 @@ def _draw_operator_figures(tables: Sequence[Table], replaced_parts: Sequence[Rep
             label = f"percent solved with the model's {replaced}"
             shown = [row for row in of_part if row["category"] == OVERALL]
             models = draw_rate_matrix(shown, ("operator",), "solved", label, zeros=True)
-            yield add_suite_title(suite, replaced, models)
+            yield name_suite_figure(suite, replaced, models)
             shown = [row for row in of_part if row["model"] == of_part[0]["model"]]
             categories = draw_rate_matrix(
                 shown, ("operator",), "solved", label, across="category", zeros=True
             )
-            yield add_suite_title(suite, f"{replaced}-categories", categories)
+            yield name_suite_figure(suite, f"{replaced}-categories", categories)
 
 
 SENSITIVITY = Study(
