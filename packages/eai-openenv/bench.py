@@ -28,41 +28,43 @@ from eai.results.reward import open_reward_suite
 PORT = 8765
 
 
-def cpu_seconds(pid: int) -> float:
+def read_cpu_seconds(pid: int) -> float:
     """Return the processor seconds that a process has used (Linux)."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def quantiles(seconds: list[float]) -> str:
+def format_quantiles(seconds: list[float]) -> str:
     """Return the median and the 99th percentile in ms as text."""
     cuts = statistics.quantiles(seconds, n=100)
     return f"p50 {cuts[49] * 1e3:.2f} ms, p99 {cuts[98] * 1e3:.2f} ms of {len(seconds)}"
 
 
-def step_times(address: str, domain: str, number: int) -> list[float]:
+def measure_step_times(address: str, domain: str, number: int) -> list[float]:
     """Return the seconds of consecutive steps: first possible actions, then unreadable texts."""
     times: list[float] = []
     with GenericEnvClient(base_url=address).sync() as client:
         while len(times) < number:
             client.reset(split=domain, index=len(times) // 20 % 20)
             for turn in range(20):
-                begun = time.perf_counter()
+                start_time = time.perf_counter()
                 client.step({"command": f"WALK(bed.{turn})"})
-                times.append(time.perf_counter() - begun)
+                times.append(time.perf_counter() - start_time)
     return times
 
 
-async def reward_times(address: str, batches: list[dict[str, list[str]]], clients: int) -> list[float]:
+async def measure_reward_times(
+    address: str, batches: list[dict[str, list[str]]], clients: int
+) -> list[float]:
     """Return the seconds of requests with one answer each, from many clients at once."""
     times: list[float] = []
     waiting = iter(batches)
 
     async def ask(client: httpx.AsyncClient) -> None:
         for batch in waiting:
-            begun = time.perf_counter()
+            start_time = time.perf_counter()
             (await client.post("/reward", json=batch)).raise_for_status()
-            times.append(time.perf_counter() - begun)
+            times.append(time.perf_counter() - start_time)
 
     async with AsyncExitStack() as stack:
         opened = [
@@ -75,14 +77,14 @@ async def reward_times(address: str, batches: list[dict[str, list[str]]], client
     return times
 
 
-def gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
+def make_gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
     """Return requests with one gold plan each, after a prompt of typical length."""
     suite = open_reward_suite(domain, Ability.ACTION_SEQUENCING)
-    book, prompt = open_gold_answers(suite.benchmark, suite.ability), "x" * 14_000
+    gold_answers, prompt = open_gold_answers(suite.benchmark, suite.ability), "x" * 14_000
     batches = []
-    for place in range(number):
-        task_id = suite.task_ids[place % len(suite.task_ids)]
-        query = f"{prompt}{book[task_id].text}"
+    for number_of_batch in range(number):
+        task_id = suite.task_ids[number_of_batch % len(suite.task_ids)]
+        query = f"{prompt}{gold_answers[task_id].text}"
         batches.append({"query": [query], "prompts": [prompt], "labels": [suite.reference(task_id)]})
     return batches
 
@@ -104,20 +106,20 @@ def main() -> None:
                     break
                 except httpx.ConnectError:
                     time.sleep(0.1)
-            step_times(address, options.domain, 400)  # makes the tasks beforehand
-            used = cpu_seconds(server.pid)
-            told = quantiles(step_times(address, options.domain, options.requests))
-            used = (cpu_seconds(server.pid) - used) / options.requests
-            print(f"a step: {told}, {used * 1e3:.2f} CPU ms of the server")
-            batches = gold_batches(options.domain, options.requests)
-            asyncio.run(reward_times(address, batches, options.clients))
+            measure_step_times(address, options.domain, 400)  # makes the tasks beforehand
+            used = read_cpu_seconds(server.pid)
+            latencies = format_quantiles(measure_step_times(address, options.domain, options.requests))
+            used = (read_cpu_seconds(server.pid) - used) / options.requests
+            print(f"a step: {latencies}, {used * 1e3:.2f} CPU ms of the server")
+            batches = make_gold_batches(options.domain, options.requests)
+            asyncio.run(measure_reward_times(address, batches, options.clients))
             for clients in (1, options.clients):
-                used, begun = cpu_seconds(server.pid), time.perf_counter()
-                told = quantiles(asyncio.run(reward_times(address, batches, clients)))
-                rate = len(batches) / (time.perf_counter() - begun)
-                used = (cpu_seconds(server.pid) - used) / len(batches)
+                used, start_time = read_cpu_seconds(server.pid), time.perf_counter()
+                latencies = format_quantiles(asyncio.run(measure_reward_times(address, batches, clients)))
+                rate = len(batches) / (time.perf_counter() - start_time)
+                used = (read_cpu_seconds(server.pid) - used) / len(batches)
                 print(
-                    f"a reward, {clients} clients: {told}, {rate:,.0f} a second, "
+                    f"a reward, {clients} clients: {latencies}, {rate:,.0f} a second, "
                     f"{used * 1e3:.2f} CPU ms of the server"
                 )
         finally:

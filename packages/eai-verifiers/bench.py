@@ -27,21 +27,21 @@ def main() -> None:
     parser.add_argument("--domain", default="virtualhome")
     parser.add_argument("--rollouts", type=int, default=200)
     options = parser.parse_args()
-    here, there = multiprocessing.get_context("spawn").Pipe()
-    model = multiprocessing.get_context("spawn").Process(target=serve, args=(there,), daemon=True)
+    receiver, sender = multiprocessing.get_context("spawn").Pipe()
+    model = multiprocessing.get_context("spawn").Process(target=serve, args=(sender,), daemon=True)
     model.start()
-    address = f"http://127.0.0.1:{here.recv()}/v1"
+    address = f"http://127.0.0.1:{receiver.recv()}/v1"
     for turns, name in ((1, "eai-verifiers"), (10, "eai-verifiers-steps")):
         taskset = {"id": name, "domain": options.domain}
         if turns > 1:
-            taskset |= {"task": {"turns": turns}}
+            taskset |= {"task": {"rules": {"max_steps": turns}}}
         for _ in range(2):
-            wall, spent = time.perf_counter(), time.process_time()
+            wall_seconds, cpu_seconds = time.perf_counter(), time.process_time()
             episodes = asyncio.run(evaluate(taskset, address, options.rollouts))
-            wall, spent = time.perf_counter() - wall, time.process_time() - spent
+            wall_seconds, cpu_seconds = time.perf_counter() - wall_seconds, time.process_time() - cpu_seconds
         failed = sum(not episode.traces or not episode.traces[0].ok for episode in episodes)
-        told = f"{spent / len(episodes) * 1e3:.1f} CPU ms, {wall / len(episodes) * 1e3:.0f} ms"
-        print(f"{name}: {told} a rollout of {turns} turns; {len(episodes)} rollouts, {failed} failed")
+        times = f"{cpu_seconds / len(episodes) * 1e3:.1f} CPU ms, {wall_seconds / len(episodes) * 1e3:.0f} ms"
+        print(f"{name}: {times} a rollout of {turns} turns; {len(episodes)} rollouts, {failed} failed")
     model.terminate()
 
 

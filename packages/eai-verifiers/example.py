@@ -3,7 +3,7 @@
     pip install ../.. .
     PYTHONPATH=../../examples/lamps python example.py
 
-A fake server replaces the model. It is asked like any server compatible with OpenAI's.
+A fake server replaces the model. It is request like any server compatible with OpenAI's.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ class Model(BaseHTTPRequestHandler):
 
     def do_POST(self) -> None:
         """Reply to one request."""
-        asked = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-        message = {"role": "assistant", "content": policy(asked["messages"])}
+        request = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        message = {"role": "assistant", "content": policy(request["messages"])}
         reply = {
             "id": "reply",
             "object": "chat.completion",
             "created": 0,
-            "model": asked["model"],
+            "model": request["model"],
             "choices": [{"index": 0, "finish_reason": "stop", "message": message}],
             "usage": {"prompt_tokens": 1, "completion_tokens": 1, "total_tokens": 2},
         }
@@ -76,13 +76,13 @@ async def evaluate(taskset: dict[str, Any], address: str, number: int) -> list[E
     slots = [slot for task in env.taskset.take(number) for slot in env.slots(task, 1)]
 
     async def run(slot: RunSlot) -> Episode:
-        return await env.run_slot(slot, context, None, _nothing)
+        return await env.run_slot(slot, context, None, _ignore_episode)
 
     async with env.serving():
         return list(await asyncio.gather(*map(run, slots)))
 
 
-async def _nothing(episode: Episode) -> None:
+async def _ignore_episode(episode: Episode) -> None:
     """Ignore a finished episode."""
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from test_server import WON, address  # noqa: F401 - a fixture
 
-from eai_openenv import Act
+from eai_openenv import HouseholdAction
 from eai_openenv.client import HouseholdClient
 
 PACKAGE = Path(__file__).parents[1]
@@ -44,7 +44,7 @@ def test_the_client_plays_an_episode(client: HouseholdClient) -> None:
     result = client.reset(seed=1)
     for command in WON:
         assert not result.done
-        result = client.step(Act(command=command))
+        result = client.step(HouseholdAction(command=command))
     assert (result.done, client.state().over) == (True, True)
     assert result.observation.text
 

@@ -26,7 +26,7 @@ from eai.agents.rewards import PROMPT_NOT_FOUND
 from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.results.reward import METRICS, Shaping
-from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
+from eai_openenv import Household, HouseholdAction, Limits, Tasks, TimeLimitedProtocol, create_app, scorers
 
 LAMPS = "lamps:lamps"
 LIGHT = f"{LAMPS}/action_sequencing/light"
@@ -49,7 +49,7 @@ def address() -> Iterator[str]:
     """Start a server on a free port, and yield its address."""
     app = create_app(TASKS, RULES, LIMITS)
     config = uvicorn.Config(
-        app, port=0, http=PromptProtocol, log_level="error", ws_max_size=LIMITS.message_bytes
+        app, port=0, http=TimeLimitedProtocol, log_level="error", ws_max_size=LIMITS.message_bytes
     )
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run)
@@ -207,7 +207,7 @@ def test_an_answer_that_takes_for_ever_delays_nobody_else(
 
 
 def test_a_request_that_does_not_become_whole_is_ended(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(PromptProtocol, "seconds", 0.5)
+    monkeypatch.setattr(TimeLimitedProtocol, "seconds", 0.5)
     host, _, port = address.partition(":")
     head = f"POST /reward HTTP/1.1\r\nHost: {address}\r\n"
     for part in ("", "POST /rew", head, f"{head}Content-Length: 100\r\n\r\n[1"):
@@ -267,7 +267,7 @@ def test_an_episode_pays_what_the_library_pays(
 ) -> None:
     household = Household(Tasks({"all": "agents.switches:SWITCHES"}), GameRules(reward=shaping))
     household.reset(task=reference(task_id))
-    paid = [household.step(Act(command=command)).reward for command in commands]
+    paid = [household.step(HouseholdAction(command=command)).reward for command in commands]
     assert sum(paid) == pytest.approx(worth)
 
 
@@ -276,7 +276,7 @@ def test_a_session_that_was_closed_for_idleness_plays_no_more() -> None:
     household.reset(task=LIGHT)
     household.close()
     with pytest.raises(InputError, match="idle for too long"):
-        household.step(Act(command="GO(box)"))
+        household.step(HouseholdAction(command="GO(box)"))
 
 
 def test_a_message_that_is_too_long_ends_its_session_alone(address: str) -> None:

@@ -25,7 +25,7 @@ from eai.agents.rules import GameRules
 from eai.base.errors import DataError
 from eai.results.reward import METRICS, Shaping
 from eai_verifiers.steps import StepsConfig, StepsTaskConfig, StepsTaskset
-from eai_verifiers.tasks import suite_of_one
+from eai_verifiers.tasks import make_single_task_suite
 from eai_verifiers.taskset import HouseholdConfig, HouseholdTask, HouseholdTaskset
 
 LAMPS = "lamps:lamps"
@@ -73,7 +73,7 @@ def test_an_episode_is_played_step_by_step(play: Callable[..., list[vf.Trace]]) 
     (won,) = play(id=STEPS)
     assert (won.ok, won.reward, won.num_turns) == (True, 1, 4)
     assert won.metrics["success"] == 1
-    (lost,) = play("PRESS(sun)", id=STEPS, task={"turns": 3, "shaping": "diagnosis"})
+    (lost,) = play("PRESS(sun)", id=STEPS, task={"rules": {"max_steps": 3}, "shaping": "diagnosis"})
     assert (lost.ok, lost.reward, lost.num_turns) == (True, 0, 3)
     assert lost.metrics["fault.hallucination"] == 3
     told = [message.content for message in lost.branches[-1].messages]
@@ -82,15 +82,15 @@ def test_an_episode_is_played_step_by_step(play: Callable[..., list[vf.Trace]]) 
 
 
 def test_less_can_be_told_of_a_turn(play: Callable[..., list[vf.Trace]]) -> None:
-    (won,) = play(id=STEPS, task={"feedback": "outcome"})
+    (won,) = play(id=STEPS, task={"rules": {"feedback": "outcome"}})
     assert won.branches[-1].messages[2].content == "GO(lamp_1): done."
 
 
-def test_the_rules_are_those_of_environments_and_go_by_their_old_names_too() -> None:
-    options = {"turns": 3, "rules": {"slip": 0.5, "observe": "partial"}}
-    assert StepsTaskConfig.model_validate(options).rules == GameRules(
-        max_steps=3, slip=0.5, observe="partial"
-    )
+def test_rules_limit_actions_unless_another_limit_is_given() -> None:
+    options = {"rules": {"slip": 0.5, "observe": "partial"}}
+    expected = GameRules(max_steps=50, slip=0.5, observe="partial")
+    assert StepsTaskConfig.model_validate(options).rules == expected
+    assert StepsTaskConfig(rules=GameRules(max_steps=3)).rules == GameRules(max_steps=3)
     assert StepsTaskConfig().rules == GameRules(max_steps=50)
     with pytest.raises(ValueError, match="step"):
         StepsTaskConfig.model_validate({"rules": {"step": 3}})
@@ -104,7 +104,7 @@ def test_the_same_actions_pay_the_same_as_a_plan_and_step_by_step(
     whole = {task.data.task: task for task in HouseholdTaskset(HouseholdConfig.model_validate(options))}
     assert whole[reference(task_id)].grade(as_plan(commands)).value == pytest.approx(worth)
     steps = {task.data.task: task for task in StepsTaskset(StepsConfig.model_validate(options))}
-    game = steps[reference(task_id)].game()
+    game = steps[reference(task_id)].start_game()
     for command in commands:
         game.act(command)
     assert game.value == pytest.approx(worth)
@@ -172,7 +172,7 @@ def test_a_new_task_is_all_there_is_to_know_of_it() -> None:
     (task,) = new().take(1)
     there = HouseholdTask(type(task.data).model_validate_json(task.data.model_dump_json()), task.config)
     assert task.data.line is not None
-    suite = suite_of_one(task.data.line, Ability.ACTION_SEQUENCING)
+    suite = make_single_task_suite(task.data.line, Ability.ACTION_SEQUENCING)
     whole = suite.tasks[suite.task_ids[0]]
     plan = suite.benchmark.notation.plans.join(
         suite.benchmark.notation.plans.write(whole.script, whole.scene)
@@ -184,4 +184,4 @@ def test_a_new_task_is_all_there_is_to_know_of_it() -> None:
 def test_new_tasks_are_played_step_by_step_too() -> None:
     config = new().config.model_dump(exclude={"task"})
     (task,) = StepsTaskset(StepsConfig.model_validate(config)).take(1)
-    assert task.data.prompt == task.game().write_manual_and_first_observation()
+    assert task.data.prompt == task.start_game().write_manual_and_first_observation()

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from eai_openenv.connections import PromptProtocol
-from eai_openenv.household import Act, Household, Seen
+from eai_openenv.connections import TimeLimitedProtocol
+from eai_openenv.household import Household, HouseholdAction, HouseholdObservation
 from eai_openenv.limits import Limits
 from eai_openenv.server import create_app
 from eai_openenv.tasks import Tasks
 
-__all__ = ["Act", "Household", "Limits", "PromptProtocol", "Seen", "Tasks", "create_app"]
+__all__ = [
+    "Household",
+    "HouseholdAction",
+    "HouseholdObservation",
+    "Limits",
+    "Tasks",
+    "TimeLimitedProtocol",
+    "create_app",
+]

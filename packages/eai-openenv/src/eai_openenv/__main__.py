@@ -10,7 +10,7 @@ import uvicorn
 from eai.agents.rules import TRAINING, Feedback, GameRules, Observe
 from eai.base.errors import EaiError
 from eai.results.reward import Shaping
-from eai_openenv.connections import PromptProtocol
+from eai_openenv.connections import TimeLimitedProtocol
 from eai_openenv.limits import Limits
 from eai_openenv.server import create_app
 from eai_openenv.tasks import Tasks
@@ -53,22 +53,22 @@ def serve(
     limits = Limits(sessions=sessions, idle_seconds=idle, answers=answers)
     try:
         rules = GameRules(max_steps=turns, observe=observe, feedback=feedback, reward=shaping)
-        made = create_app(Tasks(dict(map(_split, domain))), rules, limits)
+        application = create_app(Tasks(dict(map(_parse_split, domain))), rules, limits)
     except EaiError as error:
         typer.echo(f"eai-openenv: {error}", err=True)
         raise typer.Exit(2) from error
     uvicorn.run(
-        made,
+        application,
         host=host,
         port=port,
-        http=PromptProtocol,
+        http=TimeLimitedProtocol,
         timeout_graceful_shutdown=1,
         ws_max_size=limits.message_bytes,
         log_level="warning",
     )
 
 
-def _split(text: str) -> tuple[str, str]:
+def _parse_split(text: str) -> tuple[str, str]:
     """Parse `SPLIT=BENCHMARK` into a split and its benchmark."""
     split, separator, benchmark = text.partition("=")
     return (split, benchmark) if separator else (text, text)

@@ -18,33 +18,33 @@ from eai_openenv.meters import Meters
 from eai_openenv.tasks import Tasks
 
 
-class Act(Action):
+class HouseholdAction(Action):
     """One action as text."""
 
     command: str = Field(description="The action with its objects on one line, such as OPEN(fridge.7).")
 
     @model_validator(mode="before")
     @classmethod
-    def _one_that_a_client_has_parsed(cls, value: Any) -> Any:
+    def _restore_parsed_command(cls, value: Any) -> Any:
         """Turn a command in JSON back into text: some clients parse it and send an object."""
         is_command = not isinstance(value, dict) or "command" in value
         return value if is_command else {"command": json.dumps(value)}
 
 
-class Seen(Observation):
+class HouseholdObservation(Observation):
     """An observation for the agent; ``metadata`` is for those who monitor the episode."""
 
     text: str = Field(description="What became of the action, and what is seen now.")
 
 
-class Standing(State):
+class HouseholdState(State):
     """State of an episode."""
 
     task: str | None = Field(default=None, description="The task that is played.")
     over: bool = Field(default=True, description="Whether no action can be taken.")
 
 
-class _Wanted(BaseModel):
+class _ResetArguments(BaseModel):
     """Arguments of `reset`, validated because OpenEnv forwards whatever a client sends."""
 
     model_config = ConfigDict(strict=True)
@@ -55,7 +55,7 @@ class _Wanted(BaseModel):
     index: int | None
 
 
-class Household(Environment[Act, Seen, Standing]):
+class Household(Environment[HouseholdAction, HouseholdObservation, HouseholdState]):
     """One session of a client: episodes one after the other, each of one task.
 
     The rewards of an episode's turns add up to the reward that `eai.Reward` pays for its actions.
@@ -80,7 +80,7 @@ class Household(Environment[Act, Seen, Standing]):
         self._rules = rules
         self._meters = meters or Meters()
         self._game: Game | None = None
-        self._standing = Standing()
+        self._state = HouseholdState()
         self._closed = False
 
     def reset(
@@ -92,7 +92,7 @@ class Household(Environment[Act, Seen, Standing]):
         split: str | None = None,
         index: int | None = None,
         **others: Any,
-    ) -> Seen:
+    ) -> HouseholdObservation:
         """Begin an episode.
 
         Args:
@@ -109,17 +109,21 @@ class Household(Environment[Act, Seen, Standing]):
         if others:
             raise InputError(f"reset: expected task, split, index or seed, not {', '.join(sorted(others))}")
         try:
-            _Wanted(seed=seed, task=task, split=split, index=index)
+            _ResetArguments(seed=seed, task=task, split=split, index=index)
         except ValidationError as error:
             raise InputError(f"reset: {describe_validation_error(error)}") from error
         self._refuse_if_closed()
-        chosen = self._tasks.chosen(task, split, index, seed)
+        chosen = self._tasks.choose_task(task, split, index, seed)
         self._game = Game(find_setup(chosen, self._rules), seed or 0)
-        self._standing = Standing(episode_id=episode_id, task=chosen, over=False)
-        self._meters.begun()
-        return Seen(text=self._game.write_manual_and_first_observation(), metadata={"task": chosen})
+        self._state = HouseholdState(episode_id=episode_id, task=chosen, over=False)
+        self._meters.count_episode_start()
+        return HouseholdObservation(
+            text=self._game.write_manual_and_first_observation(), metadata={"task": chosen}
+        )
 
-    def step(self, action: Act, timeout_s: float | None = None, **others: Any) -> Seen:
+    def step(
+        self, action: HouseholdAction, timeout_s: float | None = None, **others: Any
+    ) -> HouseholdObservation:
         """Play one turn. A turn takes milliseconds, so `timeout_s` is ignored.
 
         Raises:
@@ -130,29 +134,31 @@ class Household(Environment[Act, Seen, Standing]):
             raise InputError("no episode has begun: call reset first, in the same WebSocket session")
         turn = self._game.act(action.command)
         over = self._game.over
-        self._standing.step_count += 1
-        self._standing.over = over
-        self._meters.turned(turn.info["fault"])
-        told: dict[str, Any] = {"fault": turn.info["fault"]}
+        self._state.step_count += 1
+        self._state.over = over
+        self._meters.count_turn(turn.info["fault"])
+        metadata: dict[str, Any] = {"fault": turn.info["fault"]}
         if over:
-            self._meters.ended(won=turn.info["won"])
-            told["metrics"] = dict(self._game.metrics)
-        return Seen(text=turn.observation, reward=turn.reward, done=over, metadata=told)
+            self._meters.count_episode_end(won=turn.info["won"])
+            metadata["metrics"] = dict(self._game.metrics)
+        return HouseholdObservation(text=turn.observation, reward=turn.reward, done=over, metadata=metadata)
 
     async def reset_async(
         self, seed: int | None = None, episode_id: str | None = None, **kwargs: Any
-    ) -> Seen:
+    ) -> HouseholdObservation:
         """Begin an episode without a thread, because `reset` takes only milliseconds."""
         return self.reset(seed, episode_id, **kwargs)
 
-    async def step_async(self, action: Act, timeout_s: float | None = None, **kwargs: Any) -> Seen:
+    async def step_async(
+        self, action: HouseholdAction, timeout_s: float | None = None, **kwargs: Any
+    ) -> HouseholdObservation:
         """Play one turn without a thread, because a change of threads takes longer than `step`."""
         return self.step(action, timeout_s, **kwargs)
 
     @property
-    def state(self) -> Standing:
+    def state(self) -> HouseholdState:
         """Return the state of the episode."""
-        return self._standing
+        return self._state
 
     def close(self) -> None:
         """End the session. The server also calls this after the idle limit."""
@@ -173,17 +179,17 @@ class Household(Environment[Act, Seen, Standing]):
 
     def num_tasks(self, split: str) -> int:
         """Return the number of tasks of a split that can be played."""
-        return len(self._tasks.of(split))
+        return len(self._tasks.list_references(split))
 
     def get_task(self, split: str, index: int) -> dict[str, Any]:
         """Return a task's index, its reference for `reset`, and its instruction."""
-        tasks = self._tasks.of(split)
+        tasks = self._tasks.list_references(split)
         if not 0 <= index < len(tasks):
             raise IndexError(index)
         return {
             "index": index,
             "task": tasks[index],
-            "instruction": self._tasks.instruction(split, tasks[index]),
+            "instruction": self._tasks.get_instruction(split, tasks[index]),
         }
 
     def get_task_range(

@@ -34,24 +34,24 @@ class Meters:
         """Report the number of sessions, which is read whenever the counters are read."""
         Gauge("eai_sessions", "Sessions that are open.", registry=self._registry).set_function(number)
 
-    def begun(self) -> None:
+    def count_episode_start(self) -> None:
         """Count a new episode."""
         self._episodes.inc()
 
-    def turned(self, fault: str | None) -> None:
+    def count_turn(self, fault: str | None) -> None:
         """Count a turn, by the fault of its action."""
         self._turns.labels(fault or "none").inc()
 
-    def ended(self, *, won: bool) -> None:
+    def count_episode_end(self, *, won: bool) -> None:
         """Count an ended episode."""
         self._ended.labels(str(won).lower()).inc()
 
-    def rewarded(self, answers: int, seconds: float, lost: int) -> None:
+    def count_rewards(self, answers: int, seconds: float, number_without_prompt: int) -> None:
         """Count rewarded answers, and queries without their prompt."""
         self._answers.inc(answers)
-        self._lost.inc(lost)
+        self._lost.inc(number_without_prompt)
         self._seconds.observe(seconds)
 
-    def text(self) -> bytes:
+    def format_counters(self) -> bytes:
         """Return all counters in the text format of Prometheus."""
         return generate_latest(self._registry)

@@ -16,11 +16,11 @@ from eai_openenv.meters import Meters
 from eai_openenv.scorers import Scorers
 from eai_openenv.tasks import Tasks
 
-_TURN = 64
+_ANSWERS_PER_TURN = 64
 """Number of answers that are scored before another request gets its turn."""
 
 
-class Batch(BaseModel):
+class RewardRequest(BaseModel):
     """A request for the rewards of answers.
 
     Attributes:
@@ -38,13 +38,13 @@ class Batch(BaseModel):
     shaping: Shaping | None = None
 
     @model_validator(mode="after")
-    def _one_each(self) -> Batch:
+    def _check_equal_lengths(self) -> RewardRequest:
         if not len(self.query) == len(self.prompts) == len(self.labels):
             raise ValueError("query, prompts and labels must have equal lengths")
         return self
 
 
-class Rewards(BaseModel):
+class RewardReply(BaseModel):
     """The rewards of the answers, in order. ``scores`` repeats ``rewards``; ``extra_logs`` has the metrics.
 
     The reward is 0 if the task can pay no reward, or if the query does not contain the prompt.
@@ -55,45 +55,45 @@ class Rewards(BaseModel):
     extra_logs: dict[str, list[float]]
 
 
-def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters) -> APIRouter:
+def make_reward_router(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters) -> APIRouter:
     """Return the route ``POST /reward``."""
     router, scorers = APIRouter(tags=["Reward"]), Scorers()
 
     @router.post("/reward")
-    async def reward(batch: Batch, request: Request) -> Rewards:
+    async def reward(batch: RewardRequest, request: Request) -> RewardReply:
         """Reward answers. Equal requests have equal replies, so a client repeats an interrupted request."""
-        begun = time.perf_counter()
+        start_time = time.perf_counter()
         if len(batch.labels) > limits.answers:
             raise HTTPException(
                 413, f"{len(batch.labels)} answers in a request: expected at most {limits.answers}"
             )
-        labels = [tasks.known(label) for label in batch.labels]
-        paid: list[float] = []
+        labels = [tasks.require_served_task(label) for label in batch.labels]
+        rewards: list[float] = []
         logs: dict[str, list[float]] = {metric: [] for metric in (*METRICS, PROMPT_NOT_FOUND)}
-        left = limits.reward_seconds
-        for start in range(0, len(labels), _TURN):  # requests take turns
-            turn = slice(start, start + _TURN)
-            asked = (batch.query[turn], batch.prompts[turn], labels[turn], batch.shaping or shaping)
+        seconds_left = limits.reward_seconds
+        for start in range(0, len(labels), _ANSWERS_PER_TURN):  # requests take turns
+            turn = slice(start, start + _ANSWERS_PER_TURN)
+            request_part = (batch.query[turn], batch.prompts[turn], labels[turn], batch.shaping or shaping)
             try:
-                of_turn, took = await scorers.pay(*asked, left)
+                result, seconds = await scorers.compute_rewards(*request_part, seconds_left)
             except (TimeoutError, BrokenWorkerProcess) as error:
-                late = f"scoring takes longer than {limits.reward_seconds:g} s"
-                told = late if isinstance(error, TimeoutError) else "a scoring process has died"
-                place = f"answers {start + 1} to {start + len(asked[0])}"
-                raise HTTPException(503, f"{told}: ended at {place}") from error
-            left -= took
-            paid += _each(of_turn["rewards"])
+                timeout = f"scoring takes longer than {limits.reward_seconds:g} s"
+                reason = timeout if isinstance(error, TimeoutError) else "a scoring process has died"
+                answer_range = f"answers {start + 1} to {start + len(request_part[0])}"
+                raise HTTPException(503, f"{reason}: ended at {answer_range}") from error
+            seconds_left -= seconds
+            rewards += _make_list(result["rewards"])
             for metric, values in logs.items():
-                values += _each(of_turn["extra_logs"][metric])
+                values += _make_list(result["extra_logs"][metric])
             if await request.is_disconnected():
                 break  # the client has left, so nobody needs the rest
-        lost = int(sum(logs[PROMPT_NOT_FOUND]))
-        meters.rewarded(len(paid), time.perf_counter() - begun, lost)
-        return Rewards(rewards=paid, scores=paid, extra_logs=logs)
+        number_without_prompt = int(sum(logs[PROMPT_NOT_FOUND]))
+        meters.count_rewards(len(rewards), time.perf_counter() - start_time, number_without_prompt)
+        return RewardReply(rewards=rewards, scores=rewards, extra_logs=logs)
 
     return router
 
 
-def _each(values: float | list[float]) -> list[float]:
+def _make_list(values: float | list[float]) -> list[float]:
     """Return a list of values; `reward_func` returns the value of a single answer without a list."""
     return values if isinstance(values, list) else [values]

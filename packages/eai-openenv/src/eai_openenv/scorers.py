@@ -22,9 +22,9 @@ class Scorers:
 
     def __init__(self) -> None:
         number = max(2, os.cpu_count() or 0)
-        self._free, self._processes = CapacityLimiter(number), CapacityLimiter(number)
+        self._free_workers, self._worker_processes = CapacityLimiter(number), CapacityLimiter(number)
 
-    async def pay(
+    async def compute_rewards(
         self,
         queries: Sequence[str],
         prompts: Sequence[str],
@@ -46,9 +46,9 @@ class Scorers:
             BrokenWorkerProcess: The process ended by itself, or did not start.
             InputError: A task does not exist.
         """
-        async with self._free:
-            begun = time.perf_counter()
-            asked = partial(reward_func, queries, prompts, labels, shaping=shaping)
+        async with self._free_workers:
+            start_time = time.perf_counter()
+            compute = partial(reward_func, queries, prompts, labels, shaping=shaping)
             with fail_after(seconds):
-                told = await to_process.run_sync(asked, cancellable=True, limiter=self._processes)
-            return told, time.perf_counter() - begun
+                result = await to_process.run_sync(compute, cancellable=True, limiter=self._worker_processes)
+            return result, time.perf_counter() - start_time

@@ -11,10 +11,10 @@ from openenv.core.env_server import ConcurrencyConfig, HTTPEnvServer
 
 from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import EaiError
-from eai_openenv.household import Act, Household, Seen, Standing
+from eai_openenv.household import Household, HouseholdAction, HouseholdObservation, HouseholdState
 from eai_openenv.limits import Limits
 from eai_openenv.meters import Meters
-from eai_openenv.rewards import reward_route
+from eai_openenv.rewards import make_reward_router
 from eai_openenv.tasks import Tasks
 
 __version__ = version("eai-bench-openenv")
@@ -33,17 +33,17 @@ def create_app(tasks: Tasks, rules: GameRules = TRAINING, limits: Limits | None 
     app = FastAPI(title="Embodied Agent Interface", version=__version__, max_body_size=limits.body_bytes)
     server = HTTPEnvServer(
         partial(Household, tasks, rules, meters),
-        Act,
-        Seen,
+        HouseholdAction,
+        HouseholdObservation,
         concurrency_config=ConcurrencyConfig(
             max_concurrent_envs=limits.sessions, session_timeout=limits.idle_seconds
         ),
         env_name="eai",
-        state_cls=Standing,
+        state_cls=HouseholdState,
     )
     server.register_routes(app)
     meters.watch_sessions(lambda: server.active_sessions)
-    app.include_router(reward_route(tasks, rules.reward, limits, meters))
+    app.include_router(make_reward_router(tasks, rules.reward, limits, meters))
 
     @app.exception_handler(EaiError)
     async def refuse(request: Request, error: EaiError) -> Response:
@@ -53,6 +53,6 @@ def create_app(tasks: Tasks, rules: GameRules = TRAINING, limits: Limits | None 
     @app.get("/metrics", tags=["Health"])
     async def read_meters() -> Response:
         """Return the counters in the text format of Prometheus."""
-        return Response(meters.text(), media_type="text/plain; version=0.0.4")
+        return Response(meters.format_counters(), media_type="text/plain; version=0.0.4")
 
     return app

@@ -32,52 +32,54 @@ class Tasks:
         if not splits:
             raise InputError("no benchmark: name at least one to serve")
         self._benchmarks = frozenset(splits.values())
-        self._of_split: dict[str, Mapping[str, Task]] = {}
+        self._tasks_by_split: dict[str, Mapping[str, Task]] = {}
         for split, benchmark in splits.items():
             suite = open_reward_suite(benchmark, Ability.ACTION_SEQUENCING)
-            played = {
+            playable = {
                 f"{benchmark}/{suite.ability.value}/{task_id}": suite.tasks[task_id]
                 for task_id in suite.task_ids
                 if suite.tasks[task_id].unplannable_reason is None
             }
-            if not played:
+            if not playable:
                 raise InputError(f"{benchmark} has no task that can be played")
-            self._of_split[split] = played
-        self._names = {split: tuple(played) for split, played in self._of_split.items()}
+            self._tasks_by_split[split] = playable
+        self._references_by_split = {
+            split: tuple(playable) for split, playable in self._tasks_by_split.items()
+        }
         self._refuse_common_goals()
 
     def _refuse_common_goals(self) -> None:
         """Raise if two splits with names of `eai generate` have common goals."""
         goals = {
-            split: {fingerprint_task(task)[0] for task in self._of_split[split].values()}
+            split: {fingerprint_task(task)[0] for task in self._tasks_by_split[split].values()}
             for split in SHARES
-            if split in self._of_split
+            if split in self._tasks_by_split
         }
         for one, other in combinations(goals, 2):
             if common := goals[one] & goals[other]:
-                told = f"{one.value} and {other.value} have {len(common)} goals in common"
-                raise InputError(f"{told}: see eai check --against, or rename the splits")
+                difference = f"{one.value} and {other.value} have {len(common)} goals in common"
+                raise InputError(f"{difference}: see eai check --against, or rename the splits")
 
     @property
     def splits(self) -> Sequence[str]:
         """Names of the splits, in order."""
-        return tuple(self._names)
+        return tuple(self._references_by_split)
 
-    def of(self, split: str) -> Sequence[str]:
+    def list_references(self, split: str) -> Sequence[str]:
         """Return the tasks of a split that can be played, in the order of the data set.
 
         Raises:
             IndexError: The split does not exist.
         """
-        if split not in self._names:
+        if split not in self._references_by_split:
             raise IndexError(f"unknown split {split!r}: expected one of {', '.join(self.splits)}")
-        return self._names[split]
+        return self._references_by_split[split]
 
-    def instruction(self, split: str, task: str) -> str:
+    def get_instruction(self, split: str, task: str) -> str:
         """Return the instruction of a task."""
-        return self._of_split[split][task].instruction
+        return self._tasks_by_split[split][task].instruction
 
-    def known(self, task: str) -> str:
+    def require_served_task(self, task: str) -> str:
         """Return the reference of a task if the server has its benchmark.
 
         Raises:
@@ -88,18 +90,18 @@ class Tasks:
             raise InputError(f"{task[:200]!r}: this server has no such benchmark; expected one of {served}")
         return task
 
-    def chosen(self, task: str | None, split: str | None, index: int | None, seed: int | None) -> str:
+    def choose_task(self, task: str | None, split: str | None, index: int | None, seed: int | None) -> str:
         """Return the reference of the named task, of a task by its index, or of a random task of a split.
 
         Raises:
             InputError: The task does not exist.
         """
         if task is not None:
-            return self.known(task)
+            return self.require_served_task(task)
         name = split or self.splits[0]
-        if name not in self._names:
+        if name not in self._references_by_split:
             raise InputError(f"unknown split {name!r}: expected one of {', '.join(self.splits)}")
-        tasks = self._names[name]
+        tasks = self._references_by_split[name]
         if index is None:
             return random.Random(seed).choice(tasks)  # noqa: S311 - chance, not secrets
         if not 0 <= index < len(tasks):

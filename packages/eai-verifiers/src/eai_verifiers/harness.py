@@ -40,14 +40,14 @@ class InProcessHarness(vf.Harness[InProcessHarnessConfig]):
         """Ask the model to continue the conversation."""
         system, prompt = self.resolve_prompt(data)
         messages = [UserMessage(content=prompt)] if isinstance(prompt, str) else prompt or []
-        asked: list[dict[str, Any]] = [message_to_wire(message) for message in messages]
+        messages_to_send: list[dict[str, Any]] = [message_to_wire(message) for message in messages]
         if system is not None:
-            asked.insert(0, {"role": "system", "content": system})
+            messages_to_send.insert(0, {"role": "system", "content": system})
         # A server on this machine needs no certificates, and loading them takes longer than all the rest.
         async with httpx.AsyncClient(timeout=None, verify=endpoint.startswith("https:")) as client:  # noqa: S113
             reply = await client.post(
                 f"{endpoint}/chat/completions",
-                json={"model": ctx.model, "messages": asked},
+                json={"model": ctx.model, "messages": messages_to_send},
                 headers={"Authorization": f"Bearer {secret}"},
             )
         return vf.ProgramResult(0 if reply.is_success else 1, "", "" if reply.is_success else reply.text)

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import verifiers.v1 as vf
-from pydantic import model_validator
+from pydantic import field_validator
 
 from eai.abilities.protocol import Ability
 from eai.agents.game import Game
@@ -15,15 +15,11 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.reference import find_setup, make_setup
 from eai.agents.rewards import extract_answer
 from eai.agents.rules import TRAINING, GameRules
-from eai_verifiers.tasks import suite_of_one
+from eai_verifiers.tasks import make_single_task_suite
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
 
-_KEPT = 4096
+_MAX_CACHED_TASKS = 4096
 """Maximum number of generated tasks that a process keeps in its cache."""
-
-
-_MOVED = {"turns": "max_steps", "observe": "observe", "feedback": "feedback"}
-"""Former options of a task that are now options of its rules: old name to new name."""
 
 
 class StepsTaskConfig(HouseholdTaskConfig):
@@ -32,16 +28,10 @@ class StepsTaskConfig(HouseholdTaskConfig):
     rules: GameRules = TRAINING
     """Rules of a game, as `eai.agents.gym.make` takes them. Their reward is set by ``shaping``."""
 
-    @model_validator(mode="before")
+    @field_validator("rules", mode="before")
     @classmethod
-    def _with_rules(cls, given: Any) -> Any:
-        if not isinstance(given, Mapping):
-            return given
-        rules = given.get("rules", {})
-        chosen = rules.model_dump(exclude_unset=True) if isinstance(rules, GameRules) else rules
-        moved = {_MOVED[name]: value for name, value in given.items() if name in _MOVED}
-        others = {name: value for name, value in given.items() if name not in _MOVED}
-        return {**others, "rules": {"max_steps": TRAINING.max_steps, **chosen, **moved}}
+    def _limit_actions_by_default(cls, rules: Any) -> Any:
+        return {"max_steps": TRAINING.max_steps, **rules} if isinstance(rules, Mapping) else rules
 
 
 class StepsConfig(HouseholdConfig):
@@ -53,17 +43,17 @@ class StepsConfig(HouseholdConfig):
 class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
     """One task, whose reward the environment pays."""
 
-    def game(self) -> Game:
+    def start_game(self) -> Game:
         """Start an episode of the task."""
         rules = self.config.rules.model_copy(update={"reward": self.config.shaping})
         line = self.data.line
-        setup = find_setup(self.data.task, rules) if line is None else _setup_of_one(line, rules)
+        setup = find_setup(self.data.task, rules) if line is None else _make_single_task_setup(line, rules)
         return Game(setup)
 
 
-@lru_cache(_KEPT)
-def _setup_of_one(line: str, rules: GameRules) -> GameSetup:
-    suite = suite_of_one(line, Ability.ACTION_SEQUENCING)
+@lru_cache(_MAX_CACHED_TASKS)
+def _make_single_task_setup(line: str, rules: GameRules) -> GameSetup:
+    suite = make_single_task_suite(line, Ability.ACTION_SEQUENCING)
     return make_setup(suite.tasks[suite.task_ids[0]], suite.benchmark, rules)
 
 
@@ -74,7 +64,9 @@ class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):
         """Yield the tasks that can be played, in order."""
         for whole in super().load():
             task = StepsTask(whole.data, self.config.task)
-            yield task.with_data(prompt=task.game().write_manual_and_first_observation(), system_prompt=None)
+            yield task.with_data(
+                prompt=task.start_game().write_manual_and_first_observation(), system_prompt=None
+            )
 
 
 class StepsEnvConfig(vf.EnvConfig):
@@ -88,7 +80,7 @@ class StepsEnv(vf.Env[StepsEnvConfig]):
 
     async def run(self, task: StepsTask, agents: vf.Agents) -> None:
         """Play one episode, and record its value as the reward and its faults as metrics."""
-        game = task.game()
+        game = task.start_game()
         async with agents.agent.interaction(task) as interaction:
             segment = await interaction.turn()
             while not segment.terminated:

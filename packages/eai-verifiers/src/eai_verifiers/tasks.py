@@ -21,14 +21,14 @@ from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source, given
 from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 
-_TOGETHER = 8
+_TASKS_PER_BATCH = 8
 """Number of generated tasks whose prompts are made together: each shows another of them as example."""
 
-_KEPT = 4096
+_MAX_CACHED_TASKS = 4096
 """Maximum number of generated tasks that a process keeps in its cache."""
 
 
-class Asked(NamedTuple):
+class TaskWithPrompt(NamedTuple):
     """A task with its prompt.
 
     Attributes:
@@ -41,17 +41,17 @@ class Asked(NamedTuple):
     line: str | None = None
 
 
-def own_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[Asked]:
+def iterate_benchmark_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[TaskWithPrompt]:
     """Yield the tasks of a benchmark for an ability, in the order of the data set."""
     suite = open_reward_suite(domain, ability)
-    asked = PromptLibrary(prompts, None, suite.source).open(suite.benchmark, ability)
+    prompts_by_task = PromptLibrary(prompts, None, suite.source).open(suite.benchmark, ability)
     for task_id in suite.task_ids:
-        yield Asked(suite.reference(task_id), asked[task_id])
+        yield TaskWithPrompt(suite.reference(task_id), prompts_by_task[task_id])
 
 
-def new_tasks(
+def generate_tasks(
     domain: str, ability: Ability, split: TaskSplit, seed: int, tier: PlanLengthTier
-) -> Iterator[Asked]:
+) -> Iterator[TaskWithPrompt]:
     """Yield new tasks in the world of a benchmark without end. Equal seeds give equal tasks.
 
     Two splits have no goals in common. A plan of one split may still solve a task of another split: an
@@ -59,27 +59,29 @@ def new_tasks(
     """
     base, source = find_benchmark(domain), Source(planner=PlannerChoice.NONE)
     spec = TaskSpecification(domain, base.tasks(source).sha256, tier, split=split)
-    made = generate_from_seeds(
+    attempts = generate_from_seeds(
         TaskGenerator(base, spec, source), make_seeds(split.value, seed), sys.maxsize, set()
     )
-    found = (each for each in made if isinstance(each, GeneratedTask))
-    while batch := list(islice(found, _TOGETHER)):
-        asked = PromptLibrary("eai", None, source).open(
-            replace_tasks(base, split.value, given(*[each.task for each in batch])), ability
+    generated_tasks = (generated for generated in attempts if isinstance(generated, GeneratedTask))
+    while batch := list(islice(generated_tasks, _TASKS_PER_BATCH)):
+        prompts_by_task = PromptLibrary("eai", None, source).open(
+            replace_tasks(base, split.value, given(*[generated.task for generated in batch])), ability
         )
-        for each in batch:
-            line = write_task_line(each.task, domain, base.domain, each.about)
-            yield Asked(f"{domain}/{ability.value}/{each.task.id}", asked[each.task.id], line)
+        for generated in batch:
+            line = write_task_line(generated.task, domain, base.domain, generated.about)
+            yield TaskWithPrompt(
+                f"{domain}/{ability.value}/{generated.task.id}", prompts_by_task[generated.task.id], line
+            )
 
 
-@lru_cache(_KEPT)
-def suite_of_one(line: str, ability: Ability) -> Suite:
+@lru_cache(_MAX_CACHED_TASKS)
+def make_single_task_suite(line: str, ability: Ability) -> Suite:
     """Return the suite of one task from its line of a task file.
 
     Raises:
         InputError: The line is not a task.
     """
-    read = read_task_line(line)
-    base = find_benchmark(read.base)
-    made = replace_tasks(base, "generated", given(make_task_from_line(read, base.domain)))
-    return open_suite(made, ability, source=Source(planner=PlannerChoice.NONE))
+    line_content = read_task_line(line)
+    base = find_benchmark(line_content.base)
+    benchmark = replace_tasks(base, "generated", given(make_task_from_line(line_content, base.domain)))
+    return open_suite(benchmark, ability, source=Source(planner=PlannerChoice.NONE))

@@ -13,7 +13,12 @@ from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import Grade, Reward, Shaping, open_reward
 from eai.tasks.prompts.prompt import PromptSet
-from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one
+from eai_verifiers.tasks import (
+    TaskWithPrompt,
+    generate_tasks,
+    iterate_benchmark_tasks,
+    make_single_task_suite,
+)
 
 
 class HouseholdData(vf.TaskData):
@@ -65,20 +70,22 @@ class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
 
     async def validate(self, runtime: vf.Runtime) -> bool:
         """Return whether the gold answer earns the full reward, for ``vf-validate``."""
-        task, suite = TaskReference.parse(self.data.task), self.paid().suite
-        book = open_gold_answers(suite.benchmark, suite.ability, suite.source)
-        return self.grade(book[task.task_id].text).value == 1
+        task, suite = TaskReference.parse(self.data.task), self.open_reward_function().suite
+        gold_answers = open_gold_answers(suite.benchmark, suite.ability, suite.source)
+        return self.grade(gold_answers[task.task_id].text).value == 1
 
     def grade(self, reply: str) -> Grade:
         """Return the reward of a reply with its reasons."""
-        return self.paid().grade(TaskReference.parse(self.data.task).task_id, extract_answer(reply))
+        return self.open_reward_function().grade(
+            TaskReference.parse(self.data.task).task_id, extract_answer(reply)
+        )
 
-    def paid(self) -> Reward:
+    def open_reward_function(self) -> Reward:
         """Return the reward function: of the benchmark's suite, or of the generated task alone."""
         task, shaping = TaskReference.parse(self.data.task), self.config.shaping
         if self.data.line is None:
             return open_reward(task, shaping)
-        return Reward(suite_of_one(self.data.line, task.ability), shaping)
+        return Reward(make_single_task_suite(self.data.line, task.ability), shaping)
 
 
 class HouseholdTaskset(vf.Taskset[HouseholdTask, HouseholdConfig]):
@@ -88,24 +95,24 @@ class HouseholdTaskset(vf.Taskset[HouseholdTask, HouseholdConfig]):
         super().__init__(config)
         self.INFINITE = config.generated
 
-    def asked(self) -> Iterator[Asked]:
+    def iterate_tasks(self) -> Iterator[TaskWithPrompt]:
         """Yield the tasks with their prompts."""
         config = self.config
         if config.generated:
-            yield from new_tasks(config.domain, config.ability, config.split, config.seed, config.tier)
+            yield from generate_tasks(config.domain, config.ability, config.split, config.seed, config.tier)
         else:
-            yield from own_tasks(config.domain, config.ability, config.prompts)
+            yield from iterate_benchmark_tasks(config.domain, config.ability, config.prompts)
 
     def load(self) -> Iterator[HouseholdTask]:
         """Yield the tasks that can pay a reward, in order."""
-        for each in self.asked():
+        for task_with_prompt in self.iterate_tasks():
             data = HouseholdData(
-                id=each.task,
-                name=each.task,
-                prompt=each.prompt.user,
-                system_prompt=each.prompt.system,
-                task=each.task,
-                line=each.line,
+                id=task_with_prompt.task,
+                name=task_with_prompt.task,
+                prompt=task_with_prompt.prompt.user,
+                system_prompt=task_with_prompt.prompt.system,
+                task=task_with_prompt.task,
+                line=task_with_prompt.line,
             )
             task = HouseholdTask(data, self.config.task)
             if task.grade("").value is not None:
