@@ -20,9 +20,9 @@ def main() -> None:
     """Run the named program with the other arguments of the command line."""
     words = sys.argv[1:]
     if not words or words[0] in ("-h", "--help"):
-        print(listing())
+        print(format_program_list())
         return
-    modules = program_modules()
+    modules = find_program_modules()
     if words[0] not in modules:
         sys.exit(f"bench: no program {words[0]!r}; `python -m bench` lists the programs")
     sys.path.insert(0, str(TESTS))
@@ -30,7 +30,7 @@ def main() -> None:
     sys.exit(import_module(modules[words[0]]).main())
 
 
-def program_modules() -> Mapping[str, str]:
+def find_program_modules() -> Mapping[str, str]:
     """Return the module of each program, by program name in alphabetical order."""
     modules = {
         path.stem: f"{package}.{path.stem}"
@@ -41,10 +41,10 @@ def program_modules() -> Mapping[str, str]:
     return dict(sorted(modules.items()))
 
 
-def listing() -> str:
+def format_program_list() -> str:
     """Return a line for each program: its name and the first line of its docstring."""
     lines = ["python -m bench NAME [options]", ""]
-    for name, module in program_modules().items():
+    for name, module in find_program_modules().items():
         package, _, file = module.partition(".")
         text = ast.get_docstring(ast.parse((FOLDERS[package] / f"{file}.py").read_text(encoding="utf-8")))
         lines.append(f"  {name:24}{(text or '').partition(chr(10))[0]}")

@@ -40,10 +40,10 @@ class EpisodeProgress(NamedTuple):
     held: Sequence[bool]
     done: int | None
 
-    def by_done(self, budget: int) -> bool:
+    def wins_by_done(self, budget: int) -> bool:
         return self.done is not None and self.done <= budget and self.held[self.done]
 
-    def by_last_state(self, budget: int) -> bool:
+    def wins_by_last_state(self, budget: int) -> bool:
         return self.held[min(budget, len(self.held) - 1)]
 
 
@@ -83,8 +83,8 @@ def sample_setups(name: str, rules: GameRules, sample: int) -> tuple[list[GameSe
 
 def measure_win_shares(courses: Sequence[tuple[EpisodeProgress, int]]) -> str:
     """Return the shares of episodes won within each budget, by `DONE` and by the last state."""
-    done = sum(course.by_done(budget) for course, budget in courses)
-    state = sum(course.by_last_state(budget) for course, budget in courses)
+    done = sum(course.wins_by_done(budget) for course, budget in courses)
+    state = sum(course.wins_by_last_state(budget) for course, budget in courses)
     return f"{100 * done / len(courses):.1f} / {100 * state / len(courses):.1f}"
 
 

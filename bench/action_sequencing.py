@@ -76,7 +76,7 @@ def score_once(path: Path) -> Cost:
     return Cost(**json.loads(child.stdout.splitlines()[-1]))
 
 
-def median(costs: list[Cost]) -> Cost:
+def choose_median_cost(costs: list[Cost]) -> Cost:
     """Return the run with the median scoring time."""
     return sorted(costs, key=lambda cost: cost.score_cpu_seconds)[len(costs) // 2]
 
@@ -92,10 +92,10 @@ def measure(python: Path, responses: list[Response], repeats: int) -> tuple[Cost
         before = [score_once(path) for _ in range(repeats)]
         theirs = evaluate(python, Ability.ACTION_SEQUENCING, responses)
         after = [score_once(path) for _ in range(repeats)]
-    return median(before + after), theirs
+    return choose_median_cost(before + after), theirs
 
 
-def agreement(ours: Cost, theirs: Measurement) -> str:
+def count_agreements(ours: Cost, theirs: Measurement) -> str:
     """Return on how many answers both packages agree whether the plan can be executed, as in "340 of 342"."""
     _, rows = theirs.results
     same = sum(ours.executable[task_id] == row["executable"] for task_id, row in rows.items())
@@ -125,7 +125,7 @@ def report(ours: Cost, theirs: Measurement, *, write: bool) -> bool:
         f"eai        {ours.tasks_per_cpu_second:9.2f} tasks per CPU s   {ours.score_cpu_seconds:7.3f} CPU s, "
         f"import {ours.import_cpu_seconds:.2f} CPU s, load {ours.load_cpu_seconds:.2f} CPU s"
     )
-    print(f"agreement on executability: {agreement(ours, theirs)} answers that the reference lists")
+    print(f"agreement on executability: {count_agreements(ours, theirs)} answers that the reference lists")
     for text, kept in limits:
         print(f"{'kept  ' if kept else 'MISSED'}  {text}")
     if write:
@@ -147,6 +147,6 @@ def main() -> int:
     arguments = parser.parse_args()
     fetch_packs(packs=find_packs(list_paper_benchmarks()))
     python = environment(arguments.cache)
-    responses = answers.responses(package_folder(python))[: arguments.limit]
+    responses = answers.make_responses(package_folder(python))[: arguments.limit]
     costs = measure(python, responses, arguments.repeats)
     return 0 if report(*costs, write=arguments.write) else 1

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bench.record import add_write_option, suite_title, write_rows
+from bench.record import add_write_option, get_suite_title, write_rows
 from bench.result import Figure
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
@@ -53,7 +53,9 @@ def main() -> None:
             for target in TARGETS:
                 asked, at_random, distance, within = measure_target(collect_scores(of_suite), target)
                 print(f"{suite}, {target}: {asked}, {at_random}; {distance}; {within}", flush=True)
-                rows.append([suite_title(suite.domain, suite.ability), target, asked, at_random, distance])
+                rows.append(
+                    [get_suite_title(suite.domain, suite.ability), target, asked, at_random, distance]
+                )
     if arguments.write:
         write_rows("adaptive", rows, table=1, keys=2)
 
@@ -79,11 +81,13 @@ def measure_target(scores: SuiteScores, target: float) -> tuple[str, int, float,
 
         known = HeldOutDifficulties(difficulties, names, variance)
         asked = ask_adaptively(own, known, target, informative)
-        (estimated_ability, error), (whole, _) = known.ability(asked), known.ability(own)
+        (estimated_ability, error), (whole, _) = known.estimate_ability(asked), known.estimate_ability(own)
         sizes.append(len(asked))
         distances.append(estimated_ability - whole)
         within += abs(distances[-1]) <= 1.96 * error
-        drawn += [len(ask_adaptively(own, known, target, shuffled(own, seed))) for seed in range(DRAWS)]
+        drawn += [
+            len(ask_adaptively(own, known, target, make_random_chooser(own, seed))) for seed in range(DRAWS)
+        ]
     distance = sqrt(fmean(each * each for each in distances))
     asked_tasks = f"{median(sizes):.0f} ({min(sizes)}, {max(sizes)})"
     return asked_tasks, round(median(drawn)), round(distance, 2), f"{within}/{len(sizes)}"
@@ -96,7 +100,7 @@ class HeldOutDifficulties(NamedTuple):
     names: Mapping[str, str]
     variance: float
 
-    def ability(self, scores: Numbers) -> tuple[float, float]:
+    def estimate_ability(self, scores: Numbers) -> tuple[float, float]:
         return estimate_ability(scores, self.difficulties, self.names, self.variance)
 
 
@@ -105,12 +109,12 @@ def ask_adaptively(
 ) -> dict[str, float]:
     """Return the answers of an adaptive run."""
     asked: dict[str, float] = {}
-    while len(asked) < len(own) and (not asked or known.ability(asked)[1] > target):
+    while len(asked) < len(own) and (not asked or known.estimate_ability(asked)[1] > target):
         asked |= {task: own[task] for task in choose(asked)}
     return asked
 
 
-def shuffled(own: Numbers, seed: int) -> Choose:
+def make_random_chooser(own: Numbers, seed: int) -> Choose:
     """Yield tasks one by one in random order."""
     order = random.Random(seed).sample(list(own), len(own))  # noqa: S311 - reproducible, not secret
     return lambda asked: (order[len(asked)],)

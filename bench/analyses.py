@@ -41,7 +41,8 @@ def main() -> None:
         subprocess.run([sys.executable, "-c", command, *words], check=True)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds, megabytes = used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
-    print(f"{copied} runs: {seconds:.1f} CPU s, {megabytes:.0f} MB; {LOOP:,} additions: {loop():.2f} CPU s")
+    additions = f"{LOOP:,} additions: {measure_loop():.2f} CPU s"
+    print(f"{copied} runs: {seconds:.1f} CPU s, {megabytes:.0f} MB; {additions}")
     if arguments.write:
         cost = f"{seconds:.1f} s, {megabytes:.0f} MB, {copied} runs"
         write_figures("analyses", {"CPU time, memory and runs of `eai analyze all`": cost})
@@ -65,7 +66,7 @@ def copy(files: Sequence[Path], folder: Path, models: int) -> int:
     return copied
 
 
-def loop() -> float:
+def measure_loop() -> float:
     """Return the CPU seconds of a loop of fixed length."""
     begun, total = time.process_time(), 0
     for number in range(LOOP):

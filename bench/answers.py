@@ -40,7 +40,7 @@ class Step(NamedTuple):
     items: tuple[Item, ...]
 
 
-def responses(package: Path, seed: int = 0) -> list[Response]:
+def make_responses(package: Path, seed: int = 0) -> list[Response]:
     """Return one answer for each of the 342 tasks, in the data set's order. Equal seeds give equal answers.
 
     Args:
@@ -49,21 +49,26 @@ def responses(package: Path, seed: int = 0) -> list[Response]:
     """
     tasks = json.loads((package / "resources" / "virtualhome" / "id2task.json").read_text(encoding="utf-8"))
     choice = random.Random(seed)  # noqa: S311 - reproducible, not secret
-    return [Response(task_id, answer_text(changed(steps(package, task_id), choice))) for task_id in tasks]
+    return [
+        Response(task_id, write_answer(change_one_step(list_executable_steps(package, task_id), choice)))
+        for task_id in tasks
+    ]
 
 
-def steps(package: Path, task_id: str) -> list[Step]:
+def list_executable_steps(package: Path, task_id: str) -> list[Step]:
     """Return the steps of a script that the reference package can execute, with relevant objects only."""
     script = package / DATA_SET / "executable_programs" / SCENE / f"file{task_id}.txt"
-    usable = relevant(package / DATA_SET / "init_and_final_graphs" / SCENE / f"file{task_id}.json")
+    usable = find_changed_objects(
+        package / DATA_SET / "init_and_final_graphs" / SCENE / f"file{task_id}.json"
+    )
     return [
         step
-        for step in script_steps(script)
+        for step in read_script_steps(script)
         if step.action not in UNUSABLE and all(item.number in usable for item in step.items)
     ]
 
 
-def script_steps(script: Path) -> Iterator[Step]:
+def read_script_steps(script: Path) -> Iterator[Step]:
     """Return all steps of a script file. Lines without a leading bracket are its title and description."""
     for line in script.read_text(encoding="utf-8").splitlines():
         if action := STEP.match(line):
@@ -71,10 +76,10 @@ def script_steps(script: Path) -> Iterator[Step]:
             yield Step(action["action"], items)
 
 
-def relevant(graphs: Path) -> frozenset[int]:
+def find_changed_objects(graphs: Path) -> frozenset[int]:
     """Return the ids of objects whose states or relations differ between a task's first and last graph."""
     pair = json.loads(graphs.read_text(encoding="utf-8"))
-    before, after = (facts(pair[key]) for key in ("init_graph", "final_graph"))
+    before, after = (list_graph_facts(pair[key]) for key in ("init_graph", "final_graph"))
     return frozenset(number for fact in before ^ after for number in (fact.subject, fact.other))
 
 
@@ -86,14 +91,14 @@ class Fact(NamedTuple):
     other: int
 
 
-def facts(graph: dict[str, Any]) -> frozenset[Fact]:
+def list_graph_facts(graph: dict[str, Any]) -> frozenset[Fact]:
     """Return the nodes and edges of a graph, in a form that can be compared across graphs."""
     nodes = (Fact(node["id"], " ".join(sorted(node["states"])), node["id"]) for node in graph["nodes"])
     edges = (Fact(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in graph["edges"])
     return frozenset((*nodes, *edges))
 
 
-def changed(plan: list[Step], choice: random.Random) -> list[Step]:
+def change_one_step(plan: list[Step], choice: random.Random) -> list[Step]:
     """Return the plan with one step repeated, removed, or exchanged with the next one."""
     at = choice.randrange(len(plan))
     kind = choice.choice(("repeat", "leave out", "exchange"))
@@ -105,12 +110,12 @@ def changed(plan: list[Step], choice: random.Random) -> list[Step]:
     return [*plan[:at], plan[at + 1], plan[at], *plan[at + 2 :]]
 
 
-def answer_text(plan: list[Step]) -> str:
+def write_answer(plan: list[Step]) -> str:
     """Return a plan in the form that prompts ask for: `"ACTION": ["name", "number", ...]`, in order."""
-    return "{" + ", ".join(f'"{step.action}": [{arguments(step)}]' for step in plan) + "}"
+    return "{" + ", ".join(f'"{step.action}": [{write_step_arguments(step)}]' for step in plan) + "}"
 
 
-def arguments(step: Step) -> str:
+def write_step_arguments(step: Step) -> str:
     """Return a step's object names and numbers in turn.
 
     A step without objects has a blank, because the reference package drops a step with `[]`.

@@ -141,7 +141,7 @@ def import_bddl(folder: Path) -> Any:
     return import_module("bddl.activity")
 
 
-def backend_of(asked: BddlAtomReader) -> Any:
+def make_bddl_backend(asked: BddlAtomReader) -> Any:
     """Return a backend for bddl whose predicates look up atoms in a state of `eai`."""
     base = import_module("bddl.logic_base")
     unary = {each.name for each in p.GOAL_STATES} | {"future"}
@@ -159,7 +159,7 @@ def backend_of(asked: BddlAtomReader) -> Any:
     return Backend()
 
 
-def conditions_of(bddl: Any, task_id: str, definition: str | None, asked: BddlAtomReader) -> list[Any]:
+def compile_conditions(bddl: Any, task_id: str, definition: str | None, asked: BddlAtomReader) -> list[Any]:
     """Return the compiled conditions of a goal. Names that end in ``_*`` stand for no object here (D13).
 
     The definition of the distribution is used if no other is given.
@@ -169,7 +169,7 @@ def conditions_of(bddl: Any, task_id: str, definition: str | None, asked: BddlAt
     for kind, names in kinds.items():
         kinds[kind] = [name for name in names if not name.endswith(ANY_OTHER)]
     scope = {name: BddlObject(name) for names in kinds.values() for name in names}
-    found = bddl.get_goal_conditions(activity, backend_of(asked), scope, generate_ground_options=False)
+    found = bddl.get_goal_conditions(activity, make_bddl_backend(asked), scope, generate_ground_options=False)
     return list({str(each.body): each for each in found}.values())
 
 
@@ -230,7 +230,7 @@ def compare_goals(
         task = tasks[task_id]
         asked = BddlAtomReader(domain, task.initial)
         with contextlib.redirect_stdout(io.StringIO()):
-            theirs = conditions_of(bddl, task_id, definitions.get(task_id), asked)
+            theirs = compile_conditions(bddl, task_id, definitions.get(task_id), asked)
         ours = [goal.formula for goal in task.goals]
         seen["activities"] += 1
         seen["conditions that bddl leaves out"] += len(ours) - len(theirs)
@@ -312,7 +312,7 @@ TAKES_FOR: dict[str, tuple[int, Predicate]] = {
 Mutate: TypeAlias = Callable[[Dice, Task, "list[tuple[str, list[str]]]"], "Mutant | None"]
 
 
-def drop(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+def leave_out_step(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
     """Return a mutant without one step: a later step fails, or the goal is not reached.
 
     Return None if the plan has a single step.
@@ -323,7 +323,7 @@ def drop(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant |
     return Mutant(steps[:place] + steps[place + 1 :], LATE | {UNMET}, place, later=True)
 
 
-def swap(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+def exchange_steps(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
     """Return a mutant with a step exchanged with the next one; None if no two such steps share an object."""
     places = [i for i in range(len(steps) - 1) if set(steps[i][1]) & set(steps[i + 1][1])]
     if not places:
@@ -333,14 +333,14 @@ def swap(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant |
     return Mutant(steps, LATE | {UNMET}, place, later=True)
 
 
-def repeat(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant:
+def repeat_step(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant:
     """Return a mutant with a repeated step: it is unnecessary, or its precondition has been used up."""
     place = dice.below(len(steps))
     steps.insert(place, steps[place])
     return Mutant(steps, ADDITIONAL if steps[place][0] in ALREADY else WRONG_ORDER, place + 1)
 
 
-def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+def replace_by_unsuitable_object(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
     """Return a mutant with an object of the wrong kind in the role of a tool, a container or a target.
 
     Return None if no step has such a role, or no object of the wrong kind is known.
@@ -360,7 +360,7 @@ def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str
     return Mutant(steps, AFFORDANCE, place)
 
 
-def misspell(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+def misspell_name(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
     """Return a mutant with an unknown name of an action or an object; None if the drawn name is known."""
     place = dice.below(len(steps))
     action, names = steps[place]
@@ -376,7 +376,7 @@ def misspell(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Muta
     return Mutant(steps, HALLUCINATION, place)
 
 
-def miscount(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant:
+def change_argument_number(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant:
     """Return a mutant with one object too many or too few in a step."""
     place = dice.below(len(steps))
     action, names = steps[place]
@@ -387,12 +387,12 @@ def miscount(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Muta
 
 
 MUTATIONS: dict[str, Mutate] = {
-    "step left out": drop,
-    "steps exchanged": swap,
-    "step repeated": repeat,
-    "wrong thing": take_the_wrong_thing,
-    "misspelt name": misspell,
-    "number of objects": miscount,
+    "step left out": leave_out_step,
+    "steps exchanged": exchange_steps,
+    "step repeated": repeat_step,
+    "wrong thing": replace_by_unsuitable_object,
+    "misspelt name": misspell_name,
+    "number of objects": change_argument_number,
 }
 
 
@@ -405,7 +405,7 @@ def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int
     for task_id in chosen:
         for how, mutant in make_mutants(suite.tasks[task_id], arguments.seed, arguments.each):
             verdict = suite.score(task_id, write_mutant_answer(mutant))
-            kind, place = kind_of(verdict)
+            kind, place = find_fault_kind(verdict)
             found[how][kind] += 1
             as_put_in = kind in mutant.kinds and (
                 place is None or place == mutant.place or (mutant.later and place > mutant.place)
@@ -446,7 +446,7 @@ def write_mutant_answer(mutant: Mutant) -> str:
     return f"[{', '.join(steps)}]"
 
 
-def kind_of(verdict: Verdict) -> tuple[str, int | None]:
+def find_fault_kind(verdict: Verdict) -> tuple[str, int | None]:
     """Return the kind of fault found, and the number of its step, or None for a fault without a step."""
     if verdict.error is not None:
         return verdict.error.kind.value, verdict.error.step

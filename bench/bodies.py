@@ -91,13 +91,13 @@ def measure_frames(scenes: Sequence[MujocoScene]) -> str:
     """Print and return the cost of rendering a frame of 640 x 480 pixels."""
     costs = []
     for shadows in (True, False):
-        times = list(timed(scenes, shadows=shadows))
+        times = list(measure_frame_times(scenes, shadows=shadows))
         print(f"frame, shadows {shadows}: CPU s median {median(times):.3f}, most {max(times):.2f}")
         costs.append(f"{median(times):.2f} ({max(times):.2f})")
     return ", ".join(costs)
 
 
-def timed(scenes: Sequence[MujocoScene], *, shadows: bool) -> Iterator[float]:
+def measure_frame_times(scenes: Sequence[MujocoScene], *, shadows: bool) -> Iterator[float]:
     for scene in scenes:
         with Camera(scene, shadows=shadows) as camera:
             camera.render_colours("head")
@@ -131,13 +131,13 @@ def print_seen_facts(suite: Suite, seen: Mapping[str, Seen]) -> None:
     facts = Rate(
         sum(len(each.graph.facts) for each in seen.values()), sum(each.facts for each in seen.values())
     )
-    print(f"seen: things {share(things)}, facts {share(facts)}")
+    print(f"seen: things {format_rate(things)}, facts {format_rate(facts)}")
     believed = apply_scene_graphs(suite.benchmark, {i: each.graph for i, each in seen.items()})
     book = open_answers_of_planner(believed, Ability.ACTION_SEQUENCING, limits=Limits(200))
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in seen]
     won = Rate(sum(isinstance(v, PlanVerdict) and bool(v.success) for v in verdicts), len(verdicts))
-    print(f"planner that knows what is seen: {share(won)}")
+    print(f"planner that knows what is seen: {format_rate(won)}")
 
 
-def share(rate: Rate) -> str:
+def format_rate(rate: Rate) -> str:
     return f"{rate.percent:.1f} % ({rate.numerator}/{rate.denominator})"

@@ -54,7 +54,11 @@ def main() -> None:
         _measure_rewards_that_search()
         return
     suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING)
-    answers = _noisy(suite) if arguments.responses is None else _given(suite, arguments.responses)
+    answers = (
+        _make_noisy_answers(suite)
+        if arguments.responses is None
+        else _read_given_answers(suite, arguments.responses)
+    )
     speeds: list[int] = []
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
@@ -64,18 +68,20 @@ def main() -> None:
                 (place / f"model-{copy}-{model}_outputs.json").write_text(json.dumps(written))
         number = arguments.copies * sum(map(len, answers))
         print(f"eai score, {number:,} answers, records written: answers per CPU s")
-        _cpu(place, ["score", str(next(place.iterdir())), *NAMED])  # leaves the bytecode
+        _measure_command(place, ["score", str(next(place.iterdir())), *NAMED])  # leaves the bytecode
         for option in ("--no-explanations", "--explanations"):
-            seconds, memory = _cpu(place, ["score", folder, *NAMED, option, "--out", str(place / "out")])
+            seconds, memory = _measure_command(
+                place, ["score", folder, *NAMED, option, "--out", str(place / "out")]
+            )
             speeds.append(round(number / seconds))
             print(f"  {option:18} {number / seconds:8,.0f}   {memory:5.0f} MB at most")
     together = [answer for rows in answers for answer in rows]
     reduce_garbage_collection()
     for name in ("the first time", "steady"):
-        seconds = _timed(lambda: [suite.score(*answer) for answer in together])
+        seconds = _measure_seconds(lambda: [suite.score(*answer) for answer in together])
         speeds.append(round(len(together) / seconds))
         print(f"  scoring alone, {name:15} {len(together) / seconds:8,.0f}")
-    reward, batch = _rewards(suite, together)
+    reward, batch = _measure_rewards(suite, together)
     if arguments.write:
         write_figures(
             "bulk",
@@ -88,7 +94,7 @@ def main() -> None:
         )
 
 
-def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
+def _make_noisy_answers(suite: Suite) -> list[list[tuple[str, str]]]:
     book = open_gold_answers(suite.benchmark, suite.ability)
     return [
         [(task_id, make_noisy_answer(book, task_id, 0.2, f"{seed}").text) for task_id in suite.task_ids]
@@ -108,13 +114,13 @@ def _measure_rewards_that_search() -> None:
             for task_id in suite.task_ids[:_TASKS]
             for seed in range(BATCH // _TASKS)
         ]
-        first = _timed(lambda: [reward(*answer) for answer in answers[:: BATCH // _TASKS]])  # noqa: B023
-        rest = _timed(lambda: [reward(*answer) for answer in answers])  # noqa: B023
+        first = _measure_seconds(lambda: [reward(*answer) for answer in answers[:: BATCH // _TASKS]])  # noqa: B023
+        rest = _measure_seconds(lambda: [reward(*answer) for answer in answers])  # noqa: B023
         print(f"{suite.domain} {ability.value} {shaping}: {len(answers)} answers {first + rest:.1f} CPU s,")
         print(f"  the first answer to each of {_TASKS} tasks {first:.1f} CPU s")
 
 
-def _given(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:
+def _read_given_answers(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:
     files = [
         read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
         for file in find_response_files(path)
@@ -122,7 +128,7 @@ def _given(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:
     return [[(response.task_id, response.text) for response in file.responses] for file in files]
 
 
-def _cpu(folder: Path, arguments: Sequence[str]) -> tuple[float, float]:
+def _measure_command(folder: Path, arguments: Sequence[str]) -> tuple[float, float]:
     """Return the CPU seconds of a command with its processes, and the peak memory of the largest one in MB.
 
     Args:
@@ -142,27 +148,30 @@ def _cpu(folder: Path, arguments: Sequence[str]) -> tuple[float, float]:
     return used, after.ru_maxrss / 1024
 
 
-def _rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> tuple[str, str]:
+def _measure_rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> tuple[str, str]:
     """Print and return the milliseconds of a reward, and of a batch of rewards."""
     reward = Reward(suite, "progress")
     for answer in answers:  # all scorers are made
         reward(*answer)
-    single = [1e6 * _timed(partial(reward, *answer)) for answer in answers]
+    single = [1e6 * _measure_seconds(partial(reward, *answer)) for answer in answers]
     cuts = quantiles(single, n=100)
     print(f"one reward: {cuts[49]:.0f} microseconds in the median, {cuts[98]:.0f} at the 99th percentile")
     batch = answers[:BATCH]
-    here = min(_timed(lambda: reward.batch(*zip(*batch, strict=True)), time.perf_counter) for _ in range(5))
+    here = min(
+        _measure_seconds(lambda: reward.batch(*zip(*batch, strict=True)), time.perf_counter) for _ in range(5)
+    )
     with Scoring(workers=2) as scoring:
         for _ in range(5):  # by now both workers have made the scorers of all tasks
             list(scoring.compute_rewards(reward, answers))
         there = min(
-            _timed(lambda: list(scoring.compute_rewards(reward, batch)), time.perf_counter) for _ in range(9)
+            _measure_seconds(lambda: list(scoring.compute_rewards(reward, batch)), time.perf_counter)
+            for _ in range(9)
         )
     print(f"a warm batch of {BATCH}: {1e3 * here:.0f} ms here, {1e3 * there:.0f} ms with two workers (wall)")
     return f"{cuts[49] / 1e3:.2f}, {cuts[98] / 1e3:.2f}", f"{1e3 * here:.0f}, {1e3 * there:.0f} ms"
 
 
-def _timed(call: Callable[[], object], clock: Callable[[], float] = time.process_time) -> float:
+def _measure_seconds(call: Callable[[], object], clock: Callable[[], float] = time.process_time) -> float:
     start = clock()
     call()
     return clock() - start

@@ -31,7 +31,7 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from bench.record import add_write_option, suite_title, write_rows
+from bench.record import add_write_option, get_suite_title, write_rows
 from bench.result import Figure
 from differential import reference
 from differential.oracle_answers import ORACLE, oracle_answers, require_oracle
@@ -82,34 +82,35 @@ def main() -> None:
     for domain, ability in suites:
         name = f"{domain}/{ability.value}"
         runs = [
-            [_once(build, name, arguments.protocol) for build in builds] for _ in range(arguments.repeats)
+            [_measure_fresh_process(build, name, arguments.protocol) for build in builds]
+            for _ in range(arguments.repeats)
         ]
-        speeds = [_medians(of_build) for of_build in zip(*runs, strict=True)]
+        speeds = [_compute_medians(of_build) for of_build in zip(*runs, strict=True)]
         told = "".join(f"{figure:8,.0f}" for speed in speeds for figure in speed)
         if len(builds) > 1:
             ratios = [Speed(*(b / a for a, b in zip(*run, strict=True))) for run in runs]
-            told += "   times " + ", ".join(f"{ratio:.2f}" for ratio in _medians(ratios))
+            told += "   times " + ", ".join(f"{ratio:.2f}" for ratio in _compute_medians(ratios))
         print(f"{name:34}{told}", flush=True)
-        rows.append([suite_title(domain, ability.value), *_cells(speeds[0])])
+        rows.append([get_suite_title(domain, ability.value), *_make_cells(speeds[0])])
         if arguments.reference and domain == "virtualhome":
-            speed_there = reference_speed(ability, arguments.reference)
+            speed_there = measure_reference_speed(ability, arguments.reference)
             print(f"    {reference.REFERENCE:30}{speed_there:8.1f}", flush=True)
     if arguments.write:
         write_rows("by_suite", rows)
 
 
-def _cells(speed: Speed) -> list[Figure]:
+def _make_cells(speed: Speed) -> list[Figure]:
     """Return the speeds, and the cost of 100 million answers at the steady speed."""
     hours = 1e8 / speed.steady / 3600
     on_node = f"{hours / 64:.1f} h" if hours > 64 else f"{60 * hours / 64:.1f} min"
     return [*map(round, speed), float(f"{hours:.2g}"), on_node, f"${0.05 * hours:.2f}"]
 
 
-def _medians(speeds: Sequence[Speed]) -> Speed:
+def _compute_medians(speeds: Sequence[Speed]) -> Speed:
     return Speed(*map(median, zip(*speeds, strict=True)))
 
 
-def _once(python: str, suite: str, protocol: Protocol) -> Speed:
+def _measure_fresh_process(python: str, suite: str, protocol: Protocol) -> Speed:
     """Measure the speed of a fresh process of an interpreter."""
     program = [python, "-m", "bench", "by_suite"]
     command = [*program, "--once", "--suite", suite, "--protocol", protocol.value]
@@ -122,14 +123,14 @@ def _once(python: str, suite: str, protocol: Protocol) -> Speed:
 def measure_this_process(domain: str, ability: Ability, protocol: Protocol) -> Speed:
     """Measure the speed of this process, which must not have scored anything yet."""
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
-    first, *others = [_answers(domain, ability, model) for model in MODELS]
+    first, *others = [_read_answers(domain, ability, model) for model in MODELS]
     reduce_garbage_collection()
-    return Speed(_speed(suite, [first]), _speed(suite, others), _speed(suite, others))
+    return Speed(_measure_speed(suite, [first]), _measure_speed(suite, others), _measure_speed(suite, others))
 
 
-def reference_speed(ability: Ability, number: int) -> float:
+def measure_reference_speed(ability: Ability, number: int) -> float:
     """Return how many answers the reference package scores per CPU second, without its start-up."""
-    answers = _answers("virtualhome", ability, MODELS[0])
+    answers = _read_answers("virtualhome", ability, MODELS[0])
     some = answers[:: max(1, len(answers) // number)][:number]
     measurement = reference.evaluate(
         reference.environment(),
@@ -139,7 +140,7 @@ def reference_speed(ability: Ability, number: int) -> float:
     return measurement.tasks_per_cpu_second
 
 
-def _speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:
+def _measure_speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:
     start = time.process_time()
     for answers in files:
         together = suite.adapt_suite_to_answers([text for _, text in answers])
@@ -148,6 +149,6 @@ def _speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:
     return sum(map(len, files)) / (time.process_time() - start)
 
 
-def _answers(domain: str, ability: Ability, model: str) -> list[tuple[str, str]]:
+def _read_answers(domain: str, ability: Ability, model: str) -> list[tuple[str, str]]:
     path = ORACLE / domain / ability.value / f"{model}.json.gz"
     return [(answer.task_id, answer.text) for answer in oracle_answers(path)]

@@ -26,7 +26,7 @@ _NOTHING = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, to
 _NOTHING |= {tokenize.ENCODING, tokenize.ENDMARKER}
 
 
-def code_lines(text: str) -> int:
+def count_code_lines(text: str) -> int:
     """Return the number of lines that hold a token of code."""
     lines = {
         line
@@ -48,11 +48,11 @@ def read_from(start: Sequence[str]) -> set[str]:
         module = pending.pop()
         if module not in found and module in _MODULES:
             found.add(module)
-            pending += _imported(_MODULES[module])
+            pending += _find_imported_modules(_MODULES[module])
     return found
 
 
-def _imported(path: Path) -> Iterator[str]:
+def _find_imported_modules(path: Path) -> Iterator[str]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
             for alias in node.names:
@@ -69,7 +69,7 @@ def main() -> None:
     for module in read_from(start) if start else _MODULES:
         path = _MODULES[module]
         part = path.relative_to(_SOURCE / "eai").parts
-        counts[part[0] if len(part) > 1 else "."] += code_lines(path.read_text(encoding="utf-8"))
+        counts[part[0] if len(part) > 1 else "."] += count_code_lines(path.read_text(encoding="utf-8"))
     for package, count in counts.most_common():
         print(f"{count:7,} {package}")
     print(f"{counts.total():7,} in all")

@@ -45,17 +45,19 @@ def require_certainty(cases: Sequence[TaskContribution]) -> ConfidenceIntervals:
     return found
 
 
-def reported(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
+def compute_reported_interval(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return the interval that reports show."""
     return require_certainty(cases).interval
 
 
-def independent(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
+def compute_interval_for_independent_tasks(
+    cases: Sequence[TaskContribution], generator: random.Random
+) -> Interval:
     """Return the interval for independent tasks."""
     return require_certainty(cases).by_task
 
 
-def bootstrap(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
+def compute_bootstrap_interval(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return the percentile interval of a bootstrap over names."""
     sums = list(sum_shares_by_task_name(cases).values())
     values = []
@@ -66,7 +68,7 @@ def bootstrap(cases: Sequence[TaskContribution], generator: random.Random) -> In
     return Interval(cuts[0], cuts[-1])
 
 
-def plain(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
+def compute_plain_wilson_interval(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
     rate = compute_rate_with_error_by_sampling_unit(sum_shares_by_task_name(cases))
     if rate is None:
@@ -80,10 +82,10 @@ def plain(cases: Sequence[TaskContribution], generator: random.Random) -> Interv
 
 
 METHODS: dict[str, Method] = {
-    "reports": reported,
-    "independent": independent,
-    "bootstrap": bootstrap,
-    "plain Wilson": plain,
+    "reports": compute_reported_interval,
+    "independent": compute_interval_for_independent_tasks,
+    "bootstrap": compute_bootstrap_interval,
+    "plain Wilson": compute_plain_wilson_interval,
 }
 
 
@@ -96,39 +98,39 @@ def main() -> None:
     samples, rows = arguments.samples, []
     print("rate".ljust(16), *(name.rjust(14) for name in METHODS))
     for rate in RATES:
-        generator = seeded(f"rate/{rate}")
+        generator = make_seeded_generator(f"rate/{rate}")
         runs = [successes(generator, rate) for _ in range(samples)]
-        rows.append(row(f"yes/no, {100 * rate:.0f} %", runs, 100 * rate))
+        rows.append(print_row(f"yes/no, {100 * rate:.0f} %", runs, 100 * rate))
     for rate in RATES:
-        generator = seeded(f"f1/{rate}")
+        generator = make_seeded_generator(f"f1/{rate}")
         runs = [matches(generator, rate) for _ in range(samples)]
-        rows.append(row(f"F1, {100 * expected_f1(rate):.0f} %", runs, 100 * expected_f1(rate)))
+        rows.append(print_row(f"F1, {100 * expected_f1(rate):.0f} %", runs, 100 * expected_f1(rate)))
     for pair in PAIRS:
-        generator = seeded(f"difference/{pair}")
+        generator = make_seeded_generator(f"difference/{pair}")
         found = [
             compute_difference_intervals(*(successes(generator, rate) for rate in pair))
             for _ in range(samples)
         ]
         intervals = [each.interval for each in found if each is not None]
         name = f"from {100 * pair[0]:.0f} to {100 * pair[1]:.0f} %"
-        within = cell(intervals, 100 * (pair[1] - pair[0]))
-        rows.append([name, tidy(within), "", "", ""])
+        within = format_coverage(intervals, 100 * (pair[1] - pair[0]))
+        rows.append([name, strip_alignment(within), "", "", ""])
         print(name.ljust(16), within)
-    effects(samples)
+    print_effect_coverage(samples)
     if arguments.write:
         write_rows("coverage", rows)
 
 
-def effects(samples: int) -> None:
+def print_effect_coverage(samples: int) -> None:
     """Print the coverage of intervals of log odds, rank correlations and abilities, in hundredths.
 
     Nine models answer. Chances of success and cofactors are equal within a name. The truth is computed on
     20,000 tasks.
     """
-    whole = answers(seeded("effects"), [1] * 20_000)
+    whole = answers(make_seeded_generator("effects"), [1] * 20_000)
     odds, rho, logit = log_odds(whole), correlation(whole), ability(whole)
     for title, sizes in (("26 names", NAME_SIZES), ("100 tasks", [1] * 100)):
-        generator = seeded(f"effects/{title}")
+        generator = make_seeded_generator(f"effects/{title}")
         runs = [answers(generator, sizes) for _ in range(samples)]
         pairs = (
             ("log odds", log_odds, odds),
@@ -140,28 +142,28 @@ def effects(samples: int) -> None:
             intervals = [
                 Interval(100 * (e.low or 0), 100 * (e.high or 0)) for e in found if e.low is not None
             ]
-            print(f"{name}, {title}".ljust(28), cell(intervals, 100 * (truth.value or 0)))
+            print(f"{name}, {title}".ljust(28), format_coverage(intervals, 100 * (truth.value or 0)))
 
 
-def seeded(name: str) -> random.Random:
+def make_seeded_generator(name: str) -> random.Random:
     """Return a random generator for one line of a table, so that lines do not depend on each other."""
     return random.Random(name)  # noqa: S311 - reproducible, not secret
 
 
-def row(name: str, runs: Sequence[Sequence[TaskContribution]], truth: float) -> list[str]:
+def print_row(name: str, runs: Sequence[Sequence[TaskContribution]], truth: float) -> list[str]:
     """Print and return one line: the coverage of every method on the same simulated runs."""
-    generator = seeded(name)
-    cells = [cell([method(run, generator) for run in runs], truth) for method in METHODS.values()]
+    generator = make_seeded_generator(name)
+    cells = [format_coverage([method(run, generator) for run in runs], truth) for method in METHODS.values()]
     print(name.ljust(16), *cells)
-    return [name, *map(tidy, cells)]
+    return [name, *map(strip_alignment, cells)]
 
 
-def tidy(text: str) -> str:
+def strip_alignment(text: str) -> str:
     """Return a cell without the spaces that align it."""
     return text.strip().replace("( ", "(")
 
 
-def cell(intervals: Sequence[Interval], truth: float) -> str:
+def format_coverage(intervals: Sequence[Interval], truth: float) -> str:
     """Return the coverage and the mean half width as a cell of the table."""
     within = 100 * fmean(interval.low <= truth <= interval.high for interval in intervals)
     width = fmean(interval.high - interval.low for interval in intervals) / 2

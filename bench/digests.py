@@ -132,12 +132,12 @@ def _list_digested() -> dict[str, Callable[[], Iterable[str]]]:
     """Yield everything that has a digest, by name."""
     found: dict[str, Callable[[], Iterable[str]]] = {}
     for suite, protocol in product(SUITE_FIELDS, Protocol.list_names()):
-        found[f"{suite} {protocol.value}"] = partial(_lines, suite, protocol)
+        found[f"{suite} {protocol.value}"] = partial(_score_answers, suite, protocol)
     for household, protocol in product(HOUSEHOLDS, Protocol.list_names()):
         planned = partial(_plan_operators, household, protocol)
-        found[f"{household}/planner {protocol.value}"] = partial(_without_plans, planned)
+        found[f"{household}/planner {protocol.value}"] = partial(_remove_plans, planned)
         found[f"{household}/planner {protocol.value} with plans"] = planned
-    return {**found, **{f"{household}/plans": partial(_plans, household) for household in HOUSEHOLDS}}
+    return {**found, **{f"{household}/plans": partial(_find_plans, household) for household in HOUSEHOLDS}}
 
 
 @cache
@@ -153,12 +153,12 @@ def _plan_operators(household: str, protocol: Protocol) -> Sequence[str]:
     return lines
 
 
-def _without_plans(planned: Callable[[], Sequence[str]]) -> Iterator[str]:
+def _remove_plans(planned: Callable[[], Sequence[str]]) -> Iterator[str]:
     for line in planned():
         yield json.dumps(json.loads(line)[:-1]) + "\n"
 
 
-def _plans(household: str) -> Iterator[str]:
+def _find_plans(household: str) -> Iterator[str]:
     """Yield the plan for each task of a household."""
     source = Source(planner=PlannerChoice.NONE)
     opened = open_suite(household, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
@@ -169,7 +169,7 @@ def _plans(household: str) -> Iterator[str]:
         yield json.dumps([household, task_id, found.end.value, plan]) + "\n"
 
 
-def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
+def _score_answers(suite: str, protocol: Protocol) -> Iterator[str]:
     """Yield the verdicts on all answers of a suite, file by file. All answers of a file are read together."""
     domain, ability = suite.split("/")
     for path in answer_files(suite):
@@ -178,13 +178,18 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
         opened = open_suite(domain, Ability(ability), protocol, source=source)
         together = opened.adapt_suite_to_answers([answer.text for answer in answers])
         for answer in answers:
-            fields = _kept(suite, verdict_to_record_fields(together.score(answer.task_id, answer.text)))
+            fields = _select_fields(
+                suite, verdict_to_record_fields(together.score(answer.task_id, answer.text))
+            )
             yield json.dumps([path.name, answer.identifier, fields], sort_keys=True) + "\n"
 
 
-def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
+def _select_fields(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields to compare. Whole numbers lose their decimal point, and empty values are removed."""
-    kept = {name: _plain(fields.get(RENAMED.get(name, name))) for name in (*FIELDS, *SUITE_FIELDS[suite])}
+    kept = {
+        name: _remove_decimal_points(fields.get(RENAMED.get(name, name)))
+        for name in (*FIELDS, *SUITE_FIELDS[suite])
+    }
     if kept["error"] is not None:
         kept["error"] = {name: kept["error"][name] for name in ERROR_FIELDS}
         for pattern, before in REWORDED:
@@ -192,14 +197,14 @@ def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in kept.items() if value not in (None, [], {})}
 
 
-def _plain(value: Any) -> Any:
+def _remove_decimal_points(value: Any) -> Any:
     match value:
         case float():
             return int(value) if value.is_integer() else value
         case dict():
-            return {key: _plain(part) for key, part in value.items()}
+            return {key: _remove_decimal_points(part) for key, part in value.items()}
         case list() | tuple():
-            return [_plain(part) for part in value]
+            return [_remove_decimal_points(part) for part in value]
         case _:
             return value
 

@@ -46,7 +46,7 @@ class Plan(NamedTuple):
     commands: Sequence[str]
 
 
-def gold_plans(name: str) -> list[Plan]:
+def list_gold_plans(name: str) -> list[Plan]:
     suite, found = open_suite(name, Ability.ACTION_SEQUENCING), []
     book = open_gold_answers(suite.benchmark, Ability.ACTION_SEQUENCING)
     for task_id in suite.task_ids:
@@ -81,7 +81,7 @@ def observe_plainly(plans: Sequence[Plan]) -> Iterator[int]:
         yield len(states) - 1
 
 
-def steps_per_second(games: Callable[[], Iterator[int]], seconds: float) -> float:
+def measure_steps_per_second(games: Callable[[], Iterator[int]], seconds: float) -> float:
     """Return the steps per CPU second, over as many whole episodes as fit into the time."""
     steps, start = 0, time.process_time()
     while True:
@@ -100,15 +100,15 @@ def main() -> None:
     seconds, rates = arguments.seconds, dict[tuple[str, str], list[float]]()
     ratios: list[float] = []
     for name in PAPER_BENCHMARKS:
-        plans = gold_plans(name)
-        plain = steps_per_second(partial(observe_plainly, plans), seconds)
+        plans = list_gold_plans(name)
+        plain = measure_steps_per_second(partial(observe_plainly, plans), seconds)
         print(f"{name}: {len(plans)} plans, {plain:,.0f} steps/s the plain way")
         told = [(observe, "facts") for observe in get_args(Observe)]
         for observe, feedback in [*told, ("full", "changes"), ("full", "outcome")]:
             environment = make(name, observe=observe, max_steps=None, feedback=feedback)
             for _ in play(environment, plans):  # the tasks are built
                 pass
-            rate = steps_per_second(partial(play, environment, plans), seconds)
+            rate = measure_steps_per_second(partial(play, environment, plans), seconds)
             rates.setdefault((name, feedback), []).append(rate)
             ratios += [rate / plain] if (name, feedback) == (PAPER_BENCHMARKS[0], "facts") else []
             times = f"{rate / plain:5.1f} times the plain way"
@@ -119,8 +119,10 @@ def main() -> None:
         write_figures(
             "environment",
             {
-                "Steps per CPU second with the text of observations, both households": _range(with_text),
-                "Times as fast as the plain way, VirtualHome": _range(ratios),
+                "Steps per CPU second with the text of observations, both households": _format_range(
+                    with_text
+                ),
+                "Times as fast as the plain way, VirtualHome": _format_range(ratios),
                 "Steps with the outcome as text: VirtualHome, BEHAVIOR": ", ".join(
                     f"{rate:,.0f}" for rate in outcomes
                 ),
@@ -128,5 +130,5 @@ def main() -> None:
         )
 
 
-def _range(values: Sequence[float]) -> str:
+def _format_range(values: Sequence[float]) -> str:
     return f"{min(values):,.0f} to {max(values):,.0f}"

@@ -79,17 +79,20 @@ def main() -> None:
                 kind=arguments.kind,
                 most_objects=arguments.objects,
             )
-            _say(like, **make(file, TaskGenerator(benchmark, spec, source), arguments.n, arguments.seed))
-        _say(like, **measure_opening(file, find_benchmark(like).domain))
-        _say(like, **find_set_faults(file, like))
-        _say(like, **validate_certificates(file, like, arguments.val))
+            _print_findings(
+                like,
+                **make_task_set(file, TaskGenerator(benchmark, spec, source), arguments.n, arguments.seed),
+            )
+        _print_findings(like, **measure_opening(file, find_benchmark(like).domain))
+        _print_findings(like, **find_set_faults(file, like))
+        _print_findings(like, **validate_certificates(file, like, arguments.val))
 
 
-def _say(like: str, **found: object) -> None:
+def _print_findings(like: str, **found: object) -> None:
     print(like, json.dumps(found), flush=True)
 
 
-def make(file: Path, generator: TaskGenerator, number: int, seed: int) -> dict[str, object]:
+def make_task_set(file: Path, generator: TaskGenerator, number: int, seed: int) -> dict[str, object]:
     """Make a set of tasks."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
@@ -140,12 +143,12 @@ def find_set_faults(file: Path, like: str) -> dict[str, object]:
             solves_task(domain, task, (*task.script[:i], *task.script[i + 1 :]))
             for i in range(len(task.script))
         )
-        wrong["steps of an unknown kind"] += sum(map(len, _unknown(task, prior)))
+        wrong["steps of an unknown kind"] += sum(map(len, _find_unknown_uses(task, prior)))
         steps += len(task.script)
     return {"different": len(prints), "tasks": prints.total(), "steps": steps, **wrong}
 
 
-def _unknown(task: Task, prior: UsualGoals) -> Iterator[Sequence[object]]:
+def _find_unknown_uses(task: Task, prior: UsualGoals) -> Iterator[Sequence[object]]:
     for action in task.script:
         yield [kind for kind in find_argument_uses(action, task.scene) if kind not in prior.uses][:1]
 

@@ -68,31 +68,31 @@ def main() -> None:
     taken = {}
     for name in arguments.curves or CURVES:
         sizes = [size for size in CURVES[name].sizes if size <= arguments.most]
-        taken[name] = {size: least(CURVES[name], size, arguments.runs) for size in sizes}
-        print(f"| {' | '.join(row(name, taken[name]))} |", flush=True)
+        taken[name] = {size: measure_least_seconds(CURVES[name], size, arguments.runs) for size in sizes}
+        print(f"| {' | '.join(make_row(name, taken[name]))} |", flush=True)
     if arguments.write:
-        write_rows("growth", [row(name, of_size) for name, of_size in taken.items()])
+        write_rows("growth", [make_row(name, of_size) for name, of_size in taken.items()])
     if arguments.out is not None:
-        draw(taken, arguments.out)
+        draw_curves(taken, arguments.out)
 
 
-def least(curve: Curve, size: int, runs: int) -> float:
+def measure_least_seconds(curve: Curve, size: int, runs: int) -> float:
     """Return the minimum processor seconds of some runs, with the programs that they start."""
     with tempfile.TemporaryDirectory() as folder:
         work = curve.prepare(size, Path(folder))
-        found = [timed(work)]
+        found = [measure_seconds(work)]
         while len(found) < runs and sum(found) < 10:
-            found.append(timed(work))
+            found.append(measure_seconds(work))
     return min(found)
 
 
-def timed(work: Work) -> float:
+def measure_seconds(work: Work) -> float:
     before = cpu_seconds()
     work()
     return cpu_seconds() - before
 
 
-def exponent(taken: Mapping[int, float]) -> float:
+def estimate_exponent(taken: Mapping[int, float]) -> float:
     """Return the slope of the logarithms over the upper half of the sizes."""
     import numpy as np
 
@@ -101,12 +101,12 @@ def exponent(taken: Mapping[int, float]) -> float:
     return float(np.polyfit(sizes, seconds, 1)[0])
 
 
-def row(name: str, taken: Mapping[int, float]) -> list[str]:
+def make_row(name: str, taken: Mapping[int, float]) -> list[str]:
     told = ", ".join(f"{size:,}: {1000 * seconds:,.3g}" for size, seconds in taken.items())
-    return [CURVES[name].title, told, f"{exponent(taken):.2f}"]
+    return [CURVES[name].title, told, f"{estimate_exponent(taken):.2f}"]
 
 
-def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
+def draw_curves(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
     """Draw all curves on one pair of logarithmic axes, each with its exponent."""
     with use_plot_style():
         from matplotlib.figure import Figure
@@ -115,7 +115,7 @@ def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
         axes = figure.subplots()
         marks = cycle(("o-", "s--"))
         for color, mark, (name, of_size) in zip(cycle(LINES), marks, taken.items(), strict=False):
-            label = f"{CURVES[name].title}: {exponent(of_size):.2f}"
+            label = f"{CURVES[name].title}: {estimate_exponent(of_size):.2f}"
             milliseconds = [1000 * s for s in of_size.values()]
             axes.plot(list(of_size), milliseconds, mark, color=color, label=label, markersize=4)
         axes.set(
@@ -127,19 +127,19 @@ def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
         figure.savefig(path, dpi=100, metadata={"Software": None})
 
 
-def lamps(number: int) -> Benchmark:
+def make_lamp_benchmark(number: int) -> Benchmark:
     """Return a task in which a robot must switch on a number of lamps."""
-    task = make_task("light", "Switch all lamps on.", dark(number), "forall l: lamp. (lit(l))")
+    task = make_task("light", "Switch all lamps on.", make_dark_state(number), "forall l: lamp. (lit(l))")
     return Benchmark("many-lamps", domain, given(task))
 
 
-def dark(number: int) -> State:
+def make_dark_state(number: int) -> State:
     """Return the state in which no lamp is lit."""
     kinds = {"robot": "robot", **{f"lamp_{n}": "lamp" for n in range(number)}}
     return w.Scene(domain.vocabulary, kinds, agent="robot").state([])
 
 
-def scoring(benchmark: Benchmark, ability: Ability, answer: object, *, fails: bool = False) -> Work:
+def prepare_scoring(benchmark: Benchmark, ability: Ability, answer: object, *, fails: bool = False) -> Work:
     """Return the work of scoring an answer to the only task of a benchmark, which is opened beforehand."""
     suite, text = open_suite(benchmark, ability), json.dumps(answer)
     (task_id,) = suite.task_ids
@@ -152,49 +152,57 @@ def scoring(benchmark: Benchmark, ability: Ability, answer: object, *, fails: bo
     return work
 
 
-def plan(names: Sequence[str]) -> list[dict[str, str]]:
+def make_plan(names: Sequence[str]) -> list[dict[str, str]]:
     return [{"action": "GO", "object": name} for name in names]
 
 
-def length(size: int, _: Path) -> Work:
+def prepare_plan_of_length(size: int, _: Path) -> Work:
     """Prepare a plan that goes back and forth between two lamps; its size is the number of steps."""
-    return scoring(lamps(2), PLANS, plan([*islice(cycle(["lamp_0", "lamp_1"]), size)]))
+    return prepare_scoring(
+        make_lamp_benchmark(2), PLANS, make_plan([*islice(cycle(["lamp_0", "lamp_1"]), size)])
+    )
 
 
-def touched(size: int, _: Path) -> Work:
+def prepare_plan_with_many_objects(size: int, _: Path) -> Work:
     """Prepare a plan whose steps each go to another lamp; its size is the number of steps."""
-    return scoring(lamps(size), PLANS, plan([f"lamp_{n}" for n in range(size)]))
+    return prepare_scoring(make_lamp_benchmark(size), PLANS, make_plan([f"lamp_{n}" for n in range(size)]))
 
 
-def objects(size: int, _: Path) -> Work:
+def prepare_scene_with_many_objects(size: int, _: Path) -> Work:
     """Prepare a plan of ten steps in a scene; its size is the number of objects of the scene."""
-    return scoring(lamps(size), PLANS, plan([*islice(cycle(["lamp_0", "lamp_1"]), 10)]))
+    return prepare_scoring(
+        make_lamp_benchmark(size), PLANS, make_plan([*islice(cycle(["lamp_0", "lamp_1"]), 10)])
+    )
 
 
-def subgoals(size: int, _: Path) -> Work:
+def prepare_subgoals(size: int, _: Path) -> Work:
     """Prepare subgoals that each need an action; the size is their number."""
     lines = [*islice(cycle(["at(robot, lamp_0)", "at(robot, lamp_1)"]), size)]
-    return scoring(lamps(2), SUBGOALS, {"output": lines})
+    return prepare_scoring(make_lamp_benchmark(2), SUBGOALS, {"output": lines})
 
 
-def conjuncts(size: int, _: Path) -> Work:
+def prepare_conjuncts(size: int, _: Path) -> Work:
     """Prepare a subgoal that two actions reach; its size is the number of conjuncts."""
     others = [f"not lit(lamp_{n})" for n in range(1, size)]
-    return scoring(lamps(size), SUBGOALS, {"output": [" and ".join(["lit(lamp_0)", *others])]})
+    return prepare_scoring(
+        make_lamp_benchmark(size), SUBGOALS, {"output": [" and ".join(["lit(lamp_0)", *others])]}
+    )
 
 
-def far(size: int, _: Path) -> Work:
+def prepare_distant_subgoal(size: int, _: Path) -> Work:
     """Prepare a subgoal that needs more actions than the limit; its size is the number of conjuncts."""
     line = " and ".join(f"lit(lamp_{n})" for n in range(size))
-    return scoring(lamps(size), SUBGOALS, {"output": [line]}, fails=True)
+    return prepare_scoring(make_lamp_benchmark(size), SUBGOALS, {"output": [line]}, fails=True)
 
 
-def nesting(size: int, _: Path) -> Work:
+def prepare_nested_subgoal(size: int, _: Path) -> Work:
     """Prepare a subgoal in parentheses; its size is the number of parentheses."""
-    return scoring(lamps(2), SUBGOALS, {"output": [f"{'(' * size}at(robot, lamp_0){')' * size}"]})
+    return prepare_scoring(
+        make_lamp_benchmark(2), SUBGOALS, {"output": [f"{'(' * size}at(robot, lamp_0){')' * size}"]}
+    )
 
 
-def operators(size: int, _: Path) -> Work:
+def prepare_operators(size: int, _: Path) -> Work:
     """Prepare operators to be compared and planned with; the size is their number."""
     x = w.Variable("x")
     done = [w.Predicate(f"done_{n}", 1) for n in range(size)]
@@ -207,15 +215,15 @@ def operators(size: int, _: Path) -> Work:
     goal = " and ".join(f"{each.name}(house)" for each in done)
     benchmark = Benchmark("chores", made, given(make_task("all", "Do all chores.", start, goal)))
     gold = open_gold_answers(benchmark, OPERATORS)["all"].text
-    return scoring(benchmark, OPERATORS, json.loads(gold))
+    return prepare_scoring(benchmark, OPERATORS, json.loads(gold))
 
 
-def many(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
+def write_many_answers(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
     """Return a benchmark with equal tasks, and a file with samples of answers to them."""
-    start = dark(3)
+    start = make_dark_state(3)
     made = [make_task(str(n), "Switch on.", start, "forall l: lamp. (lit(l))") for n in range(tasks)]
     path = folder / "m_outputs.jsonl"
-    text = json.dumps(plan(["lamp_0", "lamp_1"]))
+    text = json.dumps(make_plan(["lamp_0", "lamp_1"]))
     rows = (
         {"identifier": str(n), "sample": s, "llm_output": text} for s in range(samples) for n in range(tasks)
     )
@@ -224,7 +232,7 @@ def many(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
     return Benchmark("many-tasks", domain, given(*made)), path
 
 
-def scored(benchmark: Benchmark, answers: Path) -> Work:
+def prepare_scoring_of_file(benchmark: Benchmark, answers: Path) -> Work:
     """Score a file in the way of `eai score`."""
 
     def work() -> None:
@@ -237,20 +245,20 @@ def scored(benchmark: Benchmark, answers: Path) -> Work:
     return work
 
 
-def tasks(size: int, folder: Path) -> Work:
+def prepare_many_tasks(size: int, folder: Path) -> Work:
     """Prepare a file with one answer to each task; its size is the number of tasks."""
-    return scored(*many(size, 1, folder))
+    return prepare_scoring_of_file(*write_many_answers(size, 1, folder))
 
 
-def answers(size: int, folder: Path) -> Work:
+def prepare_many_answers(size: int, folder: Path) -> Work:
     """Prepare a file of answers to a hundred tasks; its size is the number of answers."""
-    return scored(*many(100, size // 100, folder))
+    return prepare_scoring_of_file(*write_many_answers(100, size // 100, folder))
 
 
-def models(size: int, folder: Path) -> Work:
+def prepare_report(size: int, folder: Path) -> Work:
     """Prepare a report, timed with the start of its process; its size is the number of models."""
     (folder / "runs").mkdir()
-    benchmark = lamps(3)
+    benchmark = make_lamp_benchmark(3)
     book = open_gold_answers(benchmark, PLANS)
     suite = open_suite(benchmark, PLANS)
     for number in range(size):
@@ -265,15 +273,17 @@ def models(size: int, folder: Path) -> Work:
 
 
 CURVES = {
-    "length": Curve("steps of a plan", length, (10, 100, 1_000, 10_000)),
-    "touched": Curve("steps, each to another object", touched, (10, 100, 1_000, 10_000)),
-    "objects": Curve("objects of a scene", objects, (10, 100, 1_000, 10_000)),
-    "subgoals": Curve("subgoals", subgoals, (10, 100, 1_000)),
-    "conjuncts": Curve("conjuncts of a subgoal", conjuncts, (2, 4, 8, 16, 32)),
-    "far": Curve("conjuncts out of reach", far, (2, 4, 8, 16, 32)),
-    "nesting": Curve("parentheses", nesting, (10, 100, 1_000)),
-    "operators": Curve("operators", operators, (2, 4, 8, 16, 32, 64)),
-    "tasks": Curve("tasks of a file", tasks, (100, 1_000, 10_000, 100_000)),
-    "answers": Curve("answers of a file", answers, (1_000, 10_000, 100_000, 1_000_000)),
-    "models": Curve("models of a report", models, (2, 20, 200)),
+    "length": Curve("steps of a plan", prepare_plan_of_length, (10, 100, 1_000, 10_000)),
+    "touched": Curve(
+        "steps, each to another object", prepare_plan_with_many_objects, (10, 100, 1_000, 10_000)
+    ),
+    "objects": Curve("objects of a scene", prepare_scene_with_many_objects, (10, 100, 1_000, 10_000)),
+    "subgoals": Curve("subgoals", prepare_subgoals, (10, 100, 1_000)),
+    "conjuncts": Curve("conjuncts of a subgoal", prepare_conjuncts, (2, 4, 8, 16, 32)),
+    "far": Curve("conjuncts out of reach", prepare_distant_subgoal, (2, 4, 8, 16, 32)),
+    "nesting": Curve("parentheses", prepare_nested_subgoal, (10, 100, 1_000)),
+    "operators": Curve("operators", prepare_operators, (2, 4, 8, 16, 32, 64)),
+    "tasks": Curve("tasks of a file", prepare_many_tasks, (100, 1_000, 10_000, 100_000)),
+    "answers": Curve("answers of a file", prepare_many_answers, (1_000, 10_000, 100_000, 1_000_000)),
+    "models": Curve("models of a report", prepare_report, (2, 20, 200)),
 }

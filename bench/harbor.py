@@ -25,7 +25,7 @@ from eai.extensions.harbor.folders import IMAGE, write_task_folders
 from extensions.harbor.trials import HARBOR, Trial, asked, lint
 
 
-def rewards(folder: Path, place: Path) -> tuple[float, float]:
+def measure_trial_rewards(folder: Path, place: Path) -> tuple[float, float]:
     """Return the reward of an untouched trial, and the reward after the solution."""
     with Trial(folder, place, Store()) as trial:
         idle = trial.judge()["reward"]
@@ -33,7 +33,7 @@ def rewards(folder: Path, place: Path) -> tuple[float, float]:
         return idle, trial.judge()["reward"]
 
 
-def measured(domain: str, ability: str, sample: int, place: Path) -> list[Figure]:
+def measure_suite(domain: str, ability: str, sample: int, place: Path) -> list[Figure]:
     """Run trials of sampled tasks, print the outcomes, and return their number and both sums of rewards."""
     start = time.perf_counter()
     suite, prompts = asked(domain, ability)
@@ -42,7 +42,7 @@ def measured(domain: str, ability: str, sample: int, place: Path) -> list[Figure
     folders = [path for path in (place / "out").iterdir() if path.name != IMAGE]
     size = sum(file.stat().st_size for path in folders for file in path.rglob("*") if file.is_file())
     print(f"{domain} {ability}: {written} folders of {size // written:,} bytes, {left_out.total()} left out")
-    found = [rewards(path, place / path.name) for path in folders]
+    found = [measure_trial_rewards(path, place / path.name) for path in folders]
     idle, right = map(sum, zip(*found, strict=True))
     print(f"    reward of doing nothing {idle:g}, of the solution {right:g}")
     if HARBOR is not None:
@@ -67,7 +67,7 @@ def main() -> None:
     for domain in arguments.domain:
         for ability in arguments.ability:
             with tempfile.TemporaryDirectory() as place:
-                counts = measured(domain, ability, arguments.sample, Path(place))
+                counts = measure_suite(domain, ability, arguments.sample, Path(place))
                 rows.append([f"{domain} {ability}", *counts])
     if arguments.write:
         write_rows("harbor", rows)

@@ -84,7 +84,7 @@ FORMULAS = {
 """Formulas with at least 20 operators each, by the part of evaluation that they stress."""
 
 
-def states(count: int) -> list[Facts]:
+def make_states(count: int) -> list[Facts]:
     """Return states in which facts become true and false with various periods."""
 
     def true(i: int) -> frozenset[tuple[str, tuple[str, ...]]]:
@@ -100,7 +100,7 @@ def states(count: int) -> list[Facts]:
     return [Facts(true(i), OBJECTS) for i in range(count)]
 
 
-def actions(count: int) -> list[TakenAction]:
+def make_actions(count: int) -> list[TakenAction]:
     return [("grab", (NAMES[i % 10],)) if i % 3 else ("pour", (NAMES[i % 10], "cup.1")) for i in range(count)]
 
 
@@ -108,7 +108,7 @@ def evaluate(formula: Formula, states: list[Facts], actions: list[TakenAction]) 
     return holds(formula, Trace(states, actions))
 
 
-def milliseconds(run: Callable[[], object], repetitions: int) -> float:
+def measure_milliseconds(run: Callable[[], object], repetitions: int) -> float:
     """Return the CPU time of one run in milliseconds: the minimum of three series."""
     series = []
     for _ in range(3):
@@ -125,8 +125,8 @@ def main() -> None:
     )
     add_write_option(parser)
     arguments = parser.parse_args()
-    long_states, long_actions = states(1000), actions(999)
-    short = Naive(tuple(states(30)), tuple(actions(29)))
+    long_states, long_actions = make_states(1000), make_actions(999)
+    short = Naive(tuple(make_states(30)), tuple(make_actions(29)))
     slowest = 0.0
     for name, text in FORMULAS.items():
         formula = read_formula(text, SIGNATURE)[0]
@@ -135,14 +135,14 @@ def main() -> None:
             for part in walk_subformulas(formula)
             if get_subformulas(part)
         )
-        spent = milliseconds(partial(evaluate, formula, long_states, long_actions), 5)
-        naive = milliseconds(partial(short.on, formula, 0, 29, {}), 1)
+        spent = measure_milliseconds(partial(evaluate, formula, long_states, long_actions), 5)
+        naive = measure_milliseconds(partial(short.on, formula, 0, 29, {}), 1)
         slowest = max(slowest, spent)
         print(f"{name:>24}: {operators} operators {spent:7.2f} ms; naively, on 30 states {naive:7.2f} ms")
     for count in (8, 30):
         text = " then ".join(f"next_to(cup.{i % 10}, cup.{i % 7})" for i in range(count))
-        spent = milliseconds(partial(read_formula, text, SIGNATURE, "release"), 100)
-        printed = milliseconds(partial(print_ltl, parse(text)), 100)
+        spent = measure_milliseconds(partial(read_formula, text, SIGNATURE, "release"), 100)
+        printed = measure_milliseconds(partial(print_ltl, parse(text)), 100)
         print(f"{f'{count} subgoals':>24}: read in {spent:.3f} ms, printed in {printed:.3f} ms")
     if arguments.write:
         write_figures("logic", {"CPU ms for the slowest formula on 1,000 states": round(slowest, 1)})

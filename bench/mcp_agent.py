@@ -33,7 +33,9 @@ from eai.results.responses import read_responses
 AGENT = Path(__file__).parents[1] / "examples/mcp/openai_agents.py"
 
 
-def next_call(messages: Sequence[Mapping[str, Any]], gold: Mapping[str, Sequence[str]]) -> tuple[str, object]:
+def choose_next_call(
+    messages: Sequence[Mapping[str, Any]], gold: Mapping[str, Sequence[str]]
+) -> tuple[str, object]:
     """Return the tool that the model calls after these messages, and its arguments."""
     told = [message["content"] for message in messages if message["role"] == "tool"]
     asked = [message["content"] for message in messages if message["role"] == "user"]
@@ -53,7 +55,7 @@ def next_call(messages: Sequence[Mapping[str, Any]], gold: Mapping[str, Sequence
 
 
 @contextmanager
-def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
+def serve_model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
     """Serve a scripted model as OpenAI chat completions, and yield its address."""
 
     class Handler(BaseHTTPRequestHandler):
@@ -62,7 +64,7 @@ def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
             over = any(each.get("tool_calls", [{"id": ""}])[0]["id"].startswith("done") for each in messages)
             message: dict[str, Any] = {"role": "assistant", "content": "It is done." if over else None}
             if not over:
-                name, arguments = next_call(messages, gold)
+                name, arguments = choose_next_call(messages, gold)
                 function = {"name": name, "arguments": json.dumps(arguments)}
                 message["tool_calls"] = [
                     {"id": f"{name}-{len(messages)}", "type": "function", "function": function}
@@ -86,14 +88,14 @@ def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
         server.shutdown()
 
 
-def references(suite: Suite, tickets: Path) -> dict[str, Sequence[str]]:
+def list_winning_commands(suite: Suite, tickets: Path) -> dict[str, Sequence[str]]:
     """Return the commands that win each ticket's task, by the text of its question."""
     arena = EpisodeFactory(suite.benchmark)
     tasks = [suite.tasks[row["identifier"]] for row in json.loads(tickets.read_text("utf-8"))]
     return {arena.make_prompt(task).user: arena.make_setup(task).reference.commands or () for task in tasks}
 
 
-def listens(port: int) -> bool:
+def accepts_connections(port: int) -> bool:
     """Return whether a server listens at a port of this machine."""
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
@@ -117,9 +119,9 @@ def main() -> None:
         subprocess.Popen([*program, *options, "--out", f"{folder}/served"]) as server,
     ):
         tickets = Path(folder, "served", "tickets.json")
-        while server.poll() is None and not (tickets.exists() and listens(8000)):
+        while server.poll() is None and not (tickets.exists() and accepts_connections(8000)):
             time.sleep(0.1)
-        with model(references(suite, tickets)) as url:
+        with serve_model(list_winning_commands(suite, tickets)) as url:
             start = time.monotonic()
             keys = {"OPENAI_BASE_URL": url, "OPENAI_API_KEY": "none", "OPENAI_AGENTS_DISABLE_TRACING": "1"}
             command = [str(arguments.python), str(AGENT)]

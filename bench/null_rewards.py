@@ -24,7 +24,7 @@ from random import Random
 from statistics import mean
 from typing import get_args
 
-from bench.record import add_write_option, suite_title, write_rows
+from bench.record import add_write_option, get_suite_title, write_rows
 from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
@@ -53,7 +53,7 @@ SHOWN = ("copy", "random", "everything")
 """Null answers that the page of results shows."""
 
 
-def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
+def list_null_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
     """Yield the null answers of a suite: a name, and a function from a task to its answer."""
     benchmark, ability, source = suite.benchmark, suite.ability, suite.source
     prompts = PromptLibrary("official", None, source).open(benchmark, ability)
@@ -64,21 +64,21 @@ def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
         ("copy", open_copied_answers),
         ("lookup", open_answers_of_similar_tasks),
     ):
-        yield name, answers_of(opened(benchmark, ability, source))
+        yield name, get_answer_text(opened(benchmark, ability, source))
     yield "random", lambda task_id: chance(task_id, "0", ()).text
     yield "the prompt", lambda task_id: prompts[task_id].user
     if ability is Ability.GOAL_INTERPRETATION:
-        yield "everything", lambda task_id: all_goals(suite, task_id)
+        yield "everything", lambda task_id: write_all_goals(suite, task_id)
     if ability is Ability.TRANSITION_MODELING:
-        yield "everything", lambda task_id: all_operators(suite, task_id)
+        yield "everything", lambda task_id: write_all_operators(suite, task_id)
 
 
-def answers_of(book: AnswersByTask) -> Callable[[str], str]:
+def get_answer_text(book: AnswersByTask) -> Callable[[str], str]:
     """Return a function from a task to the text of a null model's answer."""
     return lambda task_id: book[task_id].text
 
 
-def all_goals(suite: Suite, task_id: str) -> str:
+def write_all_goals(suite: Suite, task_id: str) -> str:
     """Return all states of all objects, all relations, and all actions if answers may have actions."""
     notation, task = suite.benchmark.notation.goals, suite.tasks[task_id]
     lexicon = GoalLexicon(task, suite.benchmark.domain, notation)
@@ -92,7 +92,7 @@ def all_goals(suite: Suite, task_id: str) -> str:
     return notation.join(notation.write(said))
 
 
-def all_operators(suite: Suite, task_id: str) -> str:
+def write_all_operators(suite: Suite, task_id: str) -> str:
     """Return operators whose preconditions and effects have every predicate of their parameters."""
     task = suite.benchmark.operators(suite.source)[task_id]
     written = []
@@ -135,7 +135,7 @@ def list_playable_tasks(environment: TextEnvironment) -> list[str]:
     return [task_id for task_id in environment.task_ids if tasks[task_id].unplannable_reason is None]
 
 
-def reward_immediate_done(name: str, reward: Shaping) -> float:
+def compute_reward_of_immediate_done(name: str, reward: Shaping) -> float:
     """Return the mean reward of an agent that says `DONE` at once."""
     environment, paid = make(name, reward=reward, gamma=0.9, until="done"), []
     for task_id in list_playable_tasks(environment):
@@ -144,7 +144,7 @@ def reward_immediate_done(name: str, reward: Shaping) -> float:
     return mean(paid)
 
 
-def steps_to_win(name: str, observe: Observe, sweeps: int) -> list[int]:
+def count_steps_to_win(name: str, observe: Observe, sweeps: int) -> list[int]:
     """Return the number of steps after which a random agent won each episode.
 
     An episode that it did not win has the maximum number of steps plus one.
@@ -189,9 +189,9 @@ def main() -> None:
     for name, ability in product(HOUSEHOLDS, PAPER_ABILITIES):
         if arguments.suite in f"{name}/{ability.value}":
             suite = open_suite(name, ability)
-            for called, answer in answers(suite):
+            for called, answer in list_null_answers(suite):
                 earned = measure_mean_reward(suite, answer)
-                row = [suite_title(name, ability.value), called]
+                row = [get_suite_title(name, ability.value), called]
                 print(f"| {' | '.join([*row, *(f'{value:.3f}' for value in earned.values())])} |", flush=True)
                 if called in SHOWN:
                     values = [earned[shaping] for shaping in Shaping if shaping is not Shaping.REPAIR]
@@ -199,8 +199,8 @@ def main() -> None:
     if arguments.write:
         write_rows("null_rewards", rows, keys=2)
     for name in HOUSEHOLDS if arguments.sweeps else ():
-        print(name, {reward.value: reward_immediate_done(name, reward) for reward in Shaping})
+        print(name, {reward.value: compute_reward_of_immediate_done(name, reward) for reward in Shaping})
         for observe in get_args(Observe):
-            steps = steps_to_win(name, observe, arguments.sweeps)
+            steps = count_steps_to_win(name, observe, arguments.sweeps)
             won = {most: f"{100 * sum(step <= most for step in steps) / len(steps):.1f} %" for most in STEPS}
             print(name, observe, f"{len(steps)} episodes, won after steps:", won, flush=True)

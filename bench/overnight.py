@@ -30,9 +30,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.explorer import measure_opening
-from bench.growth import exponent
+from bench.growth import estimate_exponent
 from bench.record import add_write_option, write_rows
-from bench.report import multiply
+from bench.report import copy_records_for_models
 from bench.result import Figure
 from bench.stream import write_answers
 from eai.benchmarks.generator.spec import SeedRejectionReason
@@ -162,7 +162,9 @@ def measure_line(line: WorkLine, scale: float, folder: Path, runs: int = 1) -> S
             costs[size] = min(cost, costs.get(size, cost))
     start, few, many = costs.values()
     sizes = [*costs][1:]
-    growth = exponent({sizes[0]: few.seconds - start.seconds, sizes[1]: many.seconds - start.seconds})
+    growth = estimate_exponent(
+        {sizes[0]: few.seconds - start.seconds, sizes[1]: many.seconds - start.seconds}
+    )
     hours: Figure = "not extrapolated"
     on_cores: Figure = hours
     if line.is_extrapolated and growth <= _MAX_EXPONENT:
@@ -211,7 +213,7 @@ def measure_scoring(size: int, folder: Path) -> ChildCost:
 def measure_report(records: Sequence[Path], size: int, folder: Path) -> ChildCost:
     """Return the cost of the report of as many models, which are copies of one model."""
     for number, file in enumerate(find_record_files(records)):
-        multiply(file, folder / "runs" / str(number), size)
+        copy_records_for_models(file, folder / "runs" / str(number), size)
     return run_child(["report", str(folder / "runs"), "--out", str(folder)])
 
 

@@ -37,78 +37,79 @@ def main() -> int:
     )
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
     if parser.parse_args().check:
-        return int(PAGE.read_text(encoding="utf-8") != page_text())
+        return int(PAGE.read_text(encoding="utf-8") != make_page())
     write_page()
     return 0
 
 
 def write_page() -> None:
     """Write the page from all results."""
-    PAGE.write_text(page_text(), encoding="utf-8")
+    PAGE.write_text(make_page(), encoding="utf-8")
 
 
-def page_text() -> str:
+def make_page() -> str:
     """Return the text of the page."""
-    return "\n".join([HEAD, *(line for result in read_results().values() for line in section_lines(result))])
+    return "\n".join([HEAD, *(line for result in read_results().values() for line in format_section(result))])
 
 
-def table_lines(table: FigureTable) -> list[str]:
+def format_table(table: FigureTable) -> list[str]:
     """Return a table in Markdown; columns of numbers are aligned to the right."""
     columns = list(zip(*table.rows, strict=True))
     rules = ["--:" if _is_numeric(column) else "---" for column in columns]
     return [
-        _row(table.columns),
-        _row(rules),
-        *(_row([figure_text(cell) for cell in row]) for row in table.rows),
+        _format_row(table.columns),
+        _format_row(rules),
+        *(_format_row([format_figure(cell) for cell in row]) for row in table.rows),
     ]
 
 
-def figure_text(figure: Figure) -> str:
+def format_figure(figure: Figure) -> str:
     """Return a figure as the page shows it."""
     return f"{figure:,}" if isinstance(figure, int | float) else figure
 
 
-def measurement_text(measured: Measurement) -> str:
+def format_measurement(measured: Measurement) -> str:
     """Return the command, the machine and the commit of a measurement."""
     command = "No program" if measured.command is None else f"`{measured.command}`"
     commit = "" if measured.commit is None else f", commit {measured.commit}"
     return f"{command}; machine: {measured.machine}{commit}"
 
 
-def section_lines(result: Result) -> Iterator[str]:
+def format_section(result: Result) -> Iterator[str]:
     """Yield the lines of a result's section."""
     yield f"## {result.title}\n"
-    yield f"{measurement_text(result.measured)}\n"
+    yield f"{format_measurement(result.measured)}\n"
     if result.claims:
         yield from (
-            f"- {claim.claim}: **{figure_text(claim.figure)}**{_of_claim(claim)}" for claim in result.claims
+            f"- {claim.claim}: **{format_figure(claim.figure)}**{_format_measurement_of_claim(claim)}"
+            for claim in result.claims
         )
         yield ""
     for table in result.tables:
-        yield f"{table.title}{_of_rows(table)}:\n"
-        yield from [*table_lines(table), ""]
+        yield f"{table.title}{_format_measurements_of_rows(table)}:\n"
+        yield from [*format_table(table), ""]
     if result.picture is not None:
         yield f"![{result.title}]({result.picture})\n"
 
 
-def _of_claim(claim: Claim) -> str:
-    return "" if claim.measured is None else f" ({measurement_text(claim.measured)})"
+def _format_measurement_of_claim(claim: Claim) -> str:
+    return "" if claim.measured is None else f" ({format_measurement(claim.measured)})"
 
 
-def _of_rows(table: FigureTable) -> str:
+def _format_measurements_of_rows(table: FigureTable) -> str:
     rows_of: dict[Measurement, list[str]] = {}
     for row, measured in table.measured.items():
         rows_of.setdefault(measured, []).append(row)
     texts = []
     for measured, rows in rows_of.items():
         names = "" if len(rows) == len(table.rows) else f"{', '.join(rows)}: "
-        texts.append(f" ({names}{measurement_text(measured)})")
+        texts.append(f" ({names}{format_measurement(measured)})")
     return "".join(texts)
 
 
 def _is_numeric(cells: Sequence[Figure]) -> bool:
-    return all(re.fullmatch(r"-?[\d.,]*", figure_text(cell)) for cell in cells)
+    return all(re.fullmatch(r"-?[\d.,]*", format_figure(cell)) for cell in cells)
 
 
-def _row(cells: Sequence[str]) -> str:
+def _format_row(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"

@@ -73,7 +73,7 @@ class Facts:
         return []
 
 
-def milliseconds(work: Callable[[], bool]) -> float:
+def measure_milliseconds(work: Callable[[], bool]) -> float:
     """Return the minimum processor time of five runs in milliseconds, with the programs that they start.
 
     All runs must have the same outcome.
@@ -98,7 +98,7 @@ def require_valid(found: bool) -> bool:
     return found
 
 
-def plan_of(length: int) -> list[str]:
+def make_plan(length: int) -> list[str]:
     """Return a plan of about the given length that reaches the goal."""
     before = (length - len(END)) // len(ROUND) * len(ROUND)
     return [*islice(cycle(ROUND), max(0, before)), *END]
@@ -120,14 +120,14 @@ def measure_judging(steps: list[str]) -> dict[str, float]:
         plan.write_text(text + "\n")
         words = [str(find_val_program()), str(DOMAIN), str(PROBLEM), str(plan)]
         return {
-            "verdict": milliseconds(lambda: require_valid(succeeds(scorer.score(text)))),
-            "execution": milliseconds(
+            "verdict": measure_milliseconds(lambda: require_valid(succeeds(scorer.score(text)))),
+            "execution": measure_milliseconds(
                 lambda: require_valid(execute_plan(domain, task.initial, actions).failure is None)
             ),
-            "game": milliseconds(
+            "game": measure_milliseconds(
                 lambda: require_valid(wins_game(Game(make_setup(task, suite.benchmark, rules)), actions))
             ),
-            "VAL": milliseconds(
+            "VAL": measure_milliseconds(
                 lambda: require_valid("Plan valid" in subprocess.check_output(words, text=True))
             ),
         }
@@ -145,7 +145,7 @@ def measure_evaluation(length: int) -> dict[str, float]:
     """Return the milliseconds that `eai` needs to evaluate a formula."""
     formula = read_formula(OURS, Signature(dict.fromkeys(LETTERS, 0), {}))[0]
     states = [Facts(number) for number in range(length)]
-    return {"formula": milliseconds(lambda: holds(formula, Trace(states)))}
+    return {"formula": measure_milliseconds(lambda: holds(formula, Trace(states)))}
 
 
 def measure_others(python: str, steps: list[str]) -> dict[str, float]:
@@ -169,7 +169,7 @@ def main() -> None:
     arguments, rows = parser.parse_args(), list[list[Figure]]()
     print(f"| steps | {' | '.join(COLUMNS)} |\n{'|---:' * (1 + len(COLUMNS))}|")
     for length in arguments.steps:
-        steps = plan_of(length)
+        steps = make_plan(length)
         took = {
             **measure_judging(steps),
             **measure_evaluation(len(steps)),

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 
-def milliseconds(work: Callable[[], object]) -> float:
+def measure_milliseconds(work: Callable[[], object]) -> float:
     """Return the minimum processor time of five runs in milliseconds. The first runs also fill caches."""
     found = []
     for _ in range(5):
@@ -111,7 +111,7 @@ def main() -> None:
         "TextWorld": make_game_run(asked["domain"], asked["problem"], asked["plan"]),
         "flloat": make_evaluation(asked["formula"], asked["trace"]),
     }
-    print(json.dumps({name: milliseconds(work) for name, work in works.items()}))
+    print(json.dumps({name: measure_milliseconds(work) for name, work in works.items()}))
 
 
 if __name__ == "__main__":

@@ -70,7 +70,7 @@ class Rules:
     simulator: Simulator
 
 
-def rules_of(protocol: Protocol) -> Rules:
+def make_rules(protocol: Protocol) -> Rules:
     """Return rules in which all parts follow one protocol."""
     simulator = (
         virtualhome.domain_in_paper_order()
@@ -80,9 +80,9 @@ def rules_of(protocol: Protocol) -> Rules:
     return Rules(*(protocol,) * 8, simulator)
 
 
-def variants() -> dict[str, Rules]:
+def list_variants() -> dict[str, Rules]:
     """Return the variants of `strict` with one rule of `eai-1.0.5` each, by name."""
-    strict = rules_of(STRICT)
+    strict = make_rules(STRICT)
     in_reference_order = Simulator("virtualhome", VOCABULARY, make_operators())
     return {
         "relation_goals_end_at_first": replace(strict, tasks=REFERENCE, relations=REFERENCE),
@@ -128,20 +128,24 @@ class Judge:
             return PlanVerdict(excluded=excluded)
         plan = self.scorers[rules.reading].notation.read(text)
         if isinstance(plan, Unreadable):
-            return _counted(self._not_run(ErrorReport(FaultKind.PARSING, None, plan.reason)), rules)
+            return _count_like_reference(
+                self._make_verdict_without_execution(ErrorReport(FaultKind.PARSING, None, plan.reason)), rules
+            )
         actions = self.scorers[rules.naming].resolve_names(plan)
         if isinstance(actions, ErrorReport):
-            return _counted(self._not_run(actions), rules)
+            return _count_like_reference(self._make_verdict_without_execution(actions), rules)
         if rules.script is REFERENCE and actions == self.task.script:
-            return replace(self._not_run(None), executable=True)
-        return _counted(self._judge(execute_plan(rules.simulator, self.task.initial, actions), rules), rules)
+            return replace(self._make_verdict_without_execution(None), executable=True)
+        return _count_like_reference(
+            self._judge(execute_plan(rules.simulator, self.task.initial, actions), rules), rules
+        )
 
-    def _not_run(self, error: ErrorReport | None) -> PlanVerdict:
+    def _make_verdict_without_execution(self, error: ErrorReport | None) -> PlanVerdict:
         goals = self.goals[STRICT].tally_by_kind(self.goals[STRICT].none_reached)
         return PlanVerdict(executable=False, success=False, error=error, additional_steps=0, goals=goals)
 
     def _judge(self, trajectory: Trajectory, rules: Rules) -> PlanVerdict:
-        tallies = {protocol: self._tallies(trajectory, protocol) for protocol in Protocol.list_names()}
+        tallies = {protocol: self._tally_goals(trajectory, protocol) for protocol in Protocol.list_names()}
         goals = TalliesByGoalKind(
             tallies[STRICT].state, tallies[rules.relations].relation, tallies[rules.actions].action
         )
@@ -156,7 +160,7 @@ class Judge:
             goals=goals,
         )
 
-    def _tallies(self, trajectory: Trajectory, protocol: Protocol) -> TalliesByGoalKind:
+    def _tally_goals(self, trajectory: Trajectory, protocol: Protocol) -> TalliesByGoalKind:
         test = self.goals[protocol]
         return test.tally_by_kind(
             test.find_reached_goals(
@@ -165,7 +169,7 @@ class Judge:
         )
 
 
-def _counted(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
+def _count_like_reference(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
     """Return the verdict with the reference package's counts if the rules ask for them."""
     if rules.counting is STRICT or verdict.goals is None:
         return verdict
@@ -182,7 +186,7 @@ class Answers:
     model: str
     judged: Sequence[tuple[Judge, str]]
 
-    def rates(self, rules: Rules) -> dict[str, Rate]:
+    def compute_rates(self, rules: Rules) -> dict[str, Rate]:
         """Return the summary under some rules."""
         verdicts = [judge.score(text, rules) for judge, text in self.judged]
         return compute_metric_rates(verdicts, Ability.ACTION_SEQUENCING)
@@ -196,56 +200,63 @@ class Answers:
         for protocol in Protocol.list_names():
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
             rates = compute_metric_rates(verdicts, Ability.ACTION_SEQUENCING)
-            if rates != self.rates(rules_of(protocol)):
+            if rates != self.compute_rates(make_rules(protocol)):
                 raise AssertionError(
                     f"{self.model}: the combined parts of {protocol.value} give other rates than the protocol"
                 )
 
 
-def answers_of(file: ResponseFile, tasks: TaskSet[VirtualHomeTask]) -> Answers:
+def make_answers(file: ResponseFile, tasks: TaskSet[VirtualHomeTask]) -> Answers:
     """Return the answers of a file, each with the judge of its task."""
     with_ids = do_most_answers_use_object_ids([response.text for response in file.responses])
     return Answers(file.model, [(Judge(tasks[r.task_id], with_ids), r.text) for r in file.responses])
 
 
-def percent(rate: Rate) -> float:
+def get_percent(rate: Rate) -> float:
     """Return a rate in percent, or 0 for a rate of nothing."""
     return rate.percent or 0.0
 
 
-def side_by_side(models: Sequence[Answers]) -> Iterator[str]:
+def format_rates(models: Sequence[Answers]) -> Iterator[str]:
     """Return the rates of each model under both protocols as a Markdown table."""
     yield "| model | task success | | execution success | |"
     yield "|---|---:|---:|---:|---:|"
     yield "| | eai-1.0.5 | strict | eai-1.0.5 | strict |"
     for model in models:
-        reference, strict = model.rates(rules_of(REFERENCE)), model.rates(rules_of(STRICT))
-        cells = [f"{percent(rates[name]):.1f}" for name in RATES for rates in (reference, strict)]
+        reference, strict = (
+            model.compute_rates(make_rules(REFERENCE)),
+            model.compute_rates(make_rules(STRICT)),
+        )
+        cells = [f"{get_percent(rates[name]):.1f}" for name in RATES for rates in (reference, strict)]
         yield f"| {model.model} | {' | '.join(cells)} |"
 
 
-def effects(models: Sequence[Answers]) -> Iterator[str]:
+def format_effects(models: Sequence[Answers]) -> Iterator[str]:
     """Return a Markdown table: how each rule of `eai-1.0.5` changes the rates of `strict`, in points."""
     yield "| rule | task success | execution success | kinds of error that change most (mean) |"
     yield "|---|---:|---:|---|"
-    base = [model.rates(rules_of(STRICT)) for model in models]
-    for name, rules in variants().items():
-        changed = [model.rates(rules) for model in models]
+    base = [model.compute_rates(make_rules(STRICT)) for model in models]
+    for name, rules in list_variants().items():
+        changed = [model.compute_rates(rules) for model in models]
         moved = {
-            rate: [percent(new[rate]) - percent(old[rate]) for new, old in zip(changed, base, strict=True)]
+            rate: [
+                get_percent(new[rate]) - get_percent(old[rate])
+                for new, old in zip(changed, base, strict=True)
+            ]
             for rate in (*RATES, *ERRORS)
         }
-        yield f"| {name} | {' | '.join(spread(moved[rate]) for rate in RATES)} | {largest(moved)} |"
+        cells = [*(format_differences(moved[rate]) for rate in RATES), name_largest_changes(moved)]
+        yield f"| {name} | {' | '.join(cells)} |"
 
 
-def spread(points: Sequence[float]) -> str:
+def format_differences(points: Sequence[float]) -> str:
     """Return the mean and range of differences in points."""
     if not any(round(point, 1) for point in points):
         return "0"
     return f"{mean(points):+.1f} ({min(points):+.1f} to {max(points):+.1f})"
 
 
-def largest(moved: Mapping[str, Sequence[float]]) -> str:
+def name_largest_changes(moved: Mapping[str, Sequence[float]]) -> str:
     """Return the kinds of error whose mean changes by at least a tenth of a point, largest change first."""
     means = {name: mean(moved[name]) for name in ERRORS}
     shown = sorted((n for n in ERRORS if abs(means[n]) >= 0.05), key=lambda n: -abs(means[n]))
@@ -256,7 +267,7 @@ def main() -> None:
     """Print the tables for some response files."""
     tasks = load_errata("virtualhome").correct_tasks(open_tasks())
     files = [file for path in sys.argv[1:] for file in find_response_files(Path(path))]
-    models = [answers_of(read_responses(file, tasks, convert_published_id), tasks) for file in files]
+    models = [make_answers(read_responses(file, tasks, convert_published_id), tasks) for file in files]
     for model in models:
         model.check()
-    print("\n".join((*side_by_side(models), "", *effects(models))))
+    print("\n".join((*format_rates(models), "", *format_effects(models))))

@@ -20,7 +20,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 
-from bench.mcp_agent import model
+from bench.mcp_agent import serve_model
 from bench.record import add_write_option, write_rows
 from bench.result import Figure
 from eai.agents.agents import random_agent
@@ -37,12 +37,12 @@ CALL = 120
 """Approximate characters of a tool call and its reply besides the command and the observation."""
 
 
-def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
+def play_with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
     """Play by the command in the docs. Print and return the tasks won and the CPU seconds per task."""
     arena = EpisodeFactory(suite.benchmark)
     tasks = [suite.tasks[task_id] for task_id in task_ids]
     gold = {arena.make_prompt(task).user: arena.make_setup(task).reference.commands or () for task in tasks}
-    with tempfile.TemporaryDirectory() as folder, model(gold) as url:
+    with tempfile.TemporaryDirectory() as folder, serve_model(gold) as url:
         command = [sys.executable, "-m", "eai", "run", "--ability", "acting", "--domain", suite.domain]
         command += ["--tasks", ",".join(task_ids), "--model", "openai-api/local/scripted"]
         command += ["--model-base-url", url, "-M", "api_key=none", "--out", folder, "--json"]
@@ -55,7 +55,7 @@ def with_inspect(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
         return [won, round(spent, 2)]
 
 
-def at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
+def play_at_random(suite: Suite, task_ids: Sequence[str]) -> list[Figure]:
     """Play without Inspect. Print and return the tokens of contexts and the CPU ms per episode."""
     arena = EpisodeFactory(suite.benchmark, AgentSetting(steps=TURNS, budget=1_000))
     contexts, ready, played = [], 0.0, 0.0
@@ -100,6 +100,6 @@ def main() -> None:
     suite = open_suite(arguments.domain, ACTING)
     there = [task_id for task_id in suite.task_ids if suite.tasks[task_id].unplannable_reason is None]
     task_ids = there[:: max(1, len(there) // arguments.tasks)][: arguments.tasks]
-    row = [arguments.domain, *with_inspect(suite, task_ids), *at_random(suite, task_ids)]
+    row = [arguments.domain, *play_with_inspect(suite, task_ids), *play_at_random(suite, task_ids)]
     if arguments.write:
         write_rows("react", [row])

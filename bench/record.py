@@ -21,10 +21,10 @@ from bench.result import (
     Figure,
     Measurement,
     Result,
+    format_result,
     read_result,
-    result_text,
-    with_figures,
-    with_rows,
+    replace_figures,
+    replace_rows,
 )
 from eai.benchmarks.registry import get_title
 
@@ -36,7 +36,7 @@ def add_write_option(parser: ArgumentParser) -> None:
     )
 
 
-def suite_title(domain: str, ability: str) -> str:
+def get_suite_title(domain: str, ability: str) -> str:
     """Return a suite's name in tables, such as "BEHAVIOR, action sequencing"."""
     return f"{get_title(domain)}, {ability.replace('_', ' ')}"
 
@@ -49,7 +49,7 @@ def write_figures(name: str, figures: Mapping[str, Figure]) -> None:
         figures: Figures by claim; the file has each claim.
     """
     result = read_result(FOLDER / f"{name}.json")
-    claims = with_figures(result.claims, figures, measurement())
+    claims = replace_figures(result.claims, figures, describe_measurement())
     save_result(name, replace(result, claims=tuple(claims)))
 
 
@@ -64,17 +64,17 @@ def write_rows(name: str, rows: Sequence[Sequence[Figure]], *, table: int = 0, k
     """
     result = read_result(FOLDER / f"{name}.json")
     tables = list(result.tables)
-    tables[table] = with_rows(tables[table], rows, keys, measurement())
+    tables[table] = replace_rows(tables[table], rows, keys, describe_measurement())
     save_result(name, replace(result, tables=tuple(tables)))
 
 
 def save_result(name: str, result: Result) -> None:
     """Write a result's file, and the page anew."""
-    (FOLDER / f"{name}.json").write_text(result_text(result), encoding="utf-8")
+    (FOLDER / f"{name}.json").write_text(format_result(result), encoding="utf-8")
     write_page()
 
 
-def measurement() -> Measurement:
+def describe_measurement() -> Measurement:
     """Return how this process measures: its command line, the commit and the machine.
 
     Absolute paths are shortened to their last name, because results are published.

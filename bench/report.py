@@ -26,7 +26,7 @@ def main() -> None:
     options = read_report_options(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         runs, out = Path(folder, "runs"), Path(folder, "out")
-        count = sum(multiply(file, runs / str(i), options.models)
+        count = sum(copy_records_for_models(file, runs / str(i), options.models)
                     for i, file in enumerate(find_record_files([options.records])))  # fmt: skip
         command = [sys.executable, "-c", "from eai.cli import main; main()"]
         subprocess.run([*command, "report", str(runs), "--out", str(out), "--paper"], check=True)
@@ -48,7 +48,7 @@ def read_report_options(docstring: str) -> argparse.Namespace:
     return arguments.parse_args()
 
 
-def multiply(file: Path, folder: Path, models: int) -> int:
+def copy_records_for_models(file: Path, folder: Path, models: int) -> int:
     """Write the records of a file under many model names, and return the number of records written."""
     records = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
     for number in range(models):

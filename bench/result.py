@@ -77,7 +77,7 @@ class Result:
 def read_result(path: Path) -> Result:
     """Read the result in a file."""
     fields: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    claims = [Claim(**{**claim, "measured": _measurement(claim)}) for claim in fields["claims"]]
+    claims = [Claim(**{**claim, "measured": _read_measurement(claim)}) for claim in fields["claims"]]
     tables = [
         FigureTable(
             table["title"],
@@ -97,18 +97,19 @@ def read_results(folder: Path = FOLDER) -> Mapping[str, Result]:
     return dict(sorted(results.items(), key=lambda item: item[1].title.removeprefix("The ").lower()))
 
 
-def result_text(result: Result) -> str:
+def format_result(result: Result) -> str:
     """Return the text of a result's file, in which each claim and each row has a line."""
     head = {"title": result.title, **asdict(result.measured)}
     if result.picture is not None:
         head["picture"] = result.picture
-    parts = [f" {_json(name)}: {_json(value)}" for name, value in head.items()]
-    parts.append(f' "claims": {_lines([f"  {_json(_fields(claim))}" for claim in result.claims], " ")}')
-    parts.append(f' "tables": {_lines([_table_text(table) for table in result.tables], " ")}')
+    parts = [f" {_format_json(name)}: {_format_json(value)}" for name, value in head.items()]
+    claims = [f"  {_format_json(_select_given_fields(claim))}" for claim in result.claims]
+    parts.append(f' "claims": {_format_lines(claims, " ")}')
+    parts.append(f' "tables": {_format_lines([_format_table(table) for table in result.tables], " ")}')
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
-def with_figures(
+def replace_figures(
     claims: Sequence[Claim], figures: Mapping[str, Figure], measured: Measurement
 ) -> list[Claim]:
     """Return claims with new figures.
@@ -124,7 +125,7 @@ def with_figures(
     ]
 
 
-def with_rows(
+def replace_rows(
     table: FigureTable, rows: Sequence[Sequence[Figure]], keys: int, measured: Measurement
 ) -> FigureTable:
     """Return a table with new rows. A row replaces the row with the same first cells, or is added at the end.
@@ -142,30 +143,30 @@ def with_rows(
     return replace(table, rows=tuple(by_key.values()), measured=measurements)
 
 
-def _measurement(fields: Mapping[str, Any]) -> Measurement | None:
+def _read_measurement(fields: Mapping[str, Any]) -> Measurement | None:
     return Measurement(**fields["measured"]) if "measured" in fields else None
 
 
-def _fields(claim: Claim) -> Mapping[str, Any]:
+def _select_given_fields(claim: Claim) -> Mapping[str, Any]:
     return {name: value for name, value in asdict(claim).items() if value is not None}
 
 
-def _table_text(table: FigureTable) -> str:
-    rows = _lines([f"    {_json(row)}" for row in table.rows], "   ")
+def _format_table(table: FigureTable) -> str:
+    rows = _format_lines([f"    {_format_json(row)}" for row in table.rows], "   ")
     parts = [
-        f'   "title": {_json(table.title)}',
-        f'   "columns": {_json(table.columns)}',
+        f'   "title": {_format_json(table.title)}',
+        f'   "columns": {_format_json(table.columns)}',
         f'   "rows": {rows}',
     ]
     if table.measured:
         measured = {row: asdict(measurement) for row, measurement in table.measured.items()}
-        parts.append(f'   "measured": {_json(measured)}')
+        parts.append(f'   "measured": {_format_json(measured)}')
     return "  {\n" + ",\n".join(parts) + "\n  }"
 
 
-def _lines(lines: Sequence[str], indent: str) -> str:
+def _format_lines(lines: Sequence[str], indent: str) -> str:
     return "[\n" + ",\n".join(lines) + f"\n{indent}]" if lines else "[]"
 
 
-def _json(value: object) -> str:
+def _format_json(value: object) -> str:
     return json.dumps(value, ensure_ascii=False)

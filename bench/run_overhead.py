@@ -57,21 +57,21 @@ class Questions:
     prompts: Mapping[str, Prompt]
 
 
-def processor_ms(work: Callable[[], object]) -> float:
+def measure_processor_ms(work: Callable[[], object]) -> float:
     """Return the processor time of a call in milliseconds."""
     start = time.process_time()
     work()
     return 1000 * (time.process_time() - start)
 
 
-def on_its_own_ms(work: Callable[[], object]) -> float:
+def measure_processor_ms_without_garbage(work: Callable[[], object]) -> float:
     """Return the processor time of a call in milliseconds, after collecting the garbage of earlier work."""
     gc.collect()
     reduce_garbage_collection()
-    return processor_ms(work)
+    return measure_processor_ms(work)
 
 
-def inspect_alone(asked: Questions, folder: Path) -> None:
+def ask_with_inspect_alone(asked: Questions, folder: Path) -> None:
     """Return a task of Inspect with the questions, Inspect's own solver and the built-in model."""
     task = build_task(asked.suite, asked.prompts, generate())
     inspect_ai.eval(
@@ -79,40 +79,40 @@ def inspect_alone(asked: Questions, folder: Path) -> None:
     )
 
 
-def by_sample(asked: Questions) -> list[dict[str, float]]:
+def measure_samples(asked: Questions) -> list[dict[str, float]]:
     """Return the milliseconds of each part of `eai`'s work, sample by sample, without one-time costs."""
     suite = asked.suite
     gold = open_gold_answers(suite.benchmark, suite.ability)
     answers = {task_id: gold[task_id].text for task_id in asked.prompts}
     reduce_garbage_collection()
-    times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
+    times = [dict(measure_parts(suite, task_id, text)) for task_id, text in answers.items()]
     return times[WARM_UP:]
 
 
-def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float]]:
+def measure_parts(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float]]:
     """Return the milliseconds of each part for one answer.
 
     Records and explanations count as the time that they add.
     """
-    yield "making", processor_ms(partial(suite.scorer, task_id))
-    scoring = processor_ms(partial(suite.score, task_id, text))
+    yield "making", measure_processor_ms(partial(suite.scorer, task_id))
+    scoring = measure_processor_ms(partial(suite.score, task_id, text))
     yield "scoring", scoring
     start = time.process_time()
     (record,) = Scoring().score_records(suite, MODEL, [Response(task_id, text)], explanations=True)
     yield "explaining", max(1000 * (time.process_time() - start) - scoring, 0.0)
-    yield "recording", processor_ms(lambda: json.dumps(record_to_json(record)))
+    yield "recording", measure_processor_ms(lambda: json.dumps(record_to_json(record)))
 
 
-def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
+def measure_asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
     """Return the milliseconds per sample of Inspect alone, and the additional ones of `eai`."""
     job = QuestionJob(Endpoint(MODEL), asked.suite, asked.prompts)
-    inspect_alone(asked, folder / "warm")
+    ask_with_inspect_alone(asked, folder / "warm")
     alone, ours = [], []
     for number in range(rounds):
         place = folder / str(number)
-        alone.append(on_its_own_ms(partial(inspect_alone, asked, place)))
+        alone.append(measure_processor_ms_without_garbage(partial(ask_with_inspect_alone, asked, place)))
         ask = partial(request_missing_answers, job, place / "answers.jsonl", place / "logs")
-        ours.append(on_its_own_ms(ask))
+        ours.append(measure_processor_ms_without_garbage(ask))
     beyond = statistics.median(a - b for a, b in zip(ours, alone, strict=True))
     count = len(asked.prompts)
     return {"inspect_alone": statistics.median(alone) / count, "asking": beyond / count}
@@ -120,12 +120,12 @@ def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
 
 def measure(asked: Questions, rounds: int) -> dict[str, float]:
     """Return the median of each part in milliseconds, and of the sum of all parts of `eai`."""
-    times = by_sample(asked)
+    times = measure_samples(asked)
     result = {part: statistics.median(sample[part] for sample in times) for part in PARTS}
     result["ours"] = statistics.median(sum(sample.values()) for sample in times)
     if rounds:
         with tempfile.TemporaryDirectory() as name:
-            result |= asking(asked, Path(name), rounds)
+            result |= measure_asking(asked, Path(name), rounds)
         result["ours"] += result["asking"]
     return result
 

@@ -74,7 +74,7 @@ def main() -> None:
         write_answers(answers, arguments.answers, arguments.different)
         print(f"{arguments.answers:,} answers, {arguments.different:,} of them different", flush=True)
         if arguments.simulated:
-            simulate(answers, arguments.simulated, explanations=arguments.explanations)
+            measure_simulated_workers(answers, arguments.simulated, explanations=arguments.explanations)
             return
         one = measure_stream(answers, [explained])
         ray = ["--ray", "local"] if arguments.ray else []
@@ -154,7 +154,7 @@ class Simulated:
         return self.parts
 
 
-def simulate(answers: Path, workers: int, *, explanations: bool) -> None:
+def measure_simulated_workers(answers: Path, workers: int, *, explanations: bool) -> None:
     """Print the processor time of a driver with this number of simulated workers."""
     work = Simulated(answers, explanations=explanations)
     suite = open_suite(*SUITE)

@@ -41,7 +41,7 @@ def main() -> None:
     for domain in ("virtualhome", "behavior"):
         files = model_files(f"{domain}/{Ability.SUBGOAL_DECOMPOSITION.value}")
         answers = [answer for file in files for answer in oracle_answers(file)][:: arguments.every]
-        costs = {protocol: _costs(domain, protocol, answers) for protocol in Protocol.list_names()}
+        costs = {protocol: _measure_costs(domain, protocol, answers) for protocol in Protocol.list_names()}
         means = {protocol: sum(each) / len(each) for protocol, each in costs.items()}
         print(f"{domain}, {len(answers)} answers, ms of processor time each")
         for protocol, each in costs.items():
@@ -55,7 +55,7 @@ def main() -> None:
         slowest[domain] = f"{strict[-1] / 1000:.2g} s ({means[Protocol.STRICT]:.1f} ms)"
         share = sum(cost > 50 for cost in costs[Protocol.STRICT]) / len(answers)
         print(f"  {share:.2%} cost more than 50 ms under strict")
-    (cost,) = _costs("virtualhome", Protocol.STRICT, [LONG])
+    (cost,) = _measure_costs("virtualhome", Protocol.STRICT, [LONG])
     print(f"virtualhome, an answer made to take long: {cost:,.0f} ms")
     if arguments.write:
         write_figures(
@@ -68,7 +68,7 @@ def main() -> None:
         )
 
 
-def _costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list[float]:
+def _measure_costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list[float]:
     """Return the processor time of each answer in ms, ascending."""
     suite = open_suite(domain, Ability.SUBGOAL_DECOMPOSITION, protocol)
     suite = suite.adapt_suite_to_answers([answer.text for answer in answers])

@@ -45,7 +45,7 @@ class _Possible(PossibleFacts):
         at_start = list(initial.facts())
         self._placed = {arguments[0] for predicate, arguments in at_start if predicate in SUPPORTS}
         changing = {predicate for predicate, _ in at_start}
-        chosen = [operator for operator in domain.operators if _matters(operator, changing)]
+        chosen = [operator for operator in domain.operators if _does_more_than_put_down(operator, changing)]
         super().__init__(replace(domain, operators=tuple(chosen)), initial, usable)
 
     def count_possible_literals(self) -> int:
@@ -69,10 +69,10 @@ class _Possible(PossibleFacts):
             super().add(fact)
 
 
-def _matters(operator: Operator, changing: Collection[str]) -> bool:
+def _does_more_than_put_down(operator: Operator, changing: Collection[str]) -> bool:
     """Return whether an action does more than to put down a held object."""
     held = {check.condition for check in operator.checks}
-    for adds, atom in _changes(operator.effects):
+    for adds, atom in _find_changed_atoms(operator.effects):
         predicate, first = atom.predicate, atom.arguments[0]
         if predicate in FREE or (not adds and (predicate in SUPPORTS or predicate not in changing)):
             continue
@@ -81,19 +81,19 @@ def _matters(operator: Operator, changing: Collection[str]) -> bool:
     return False
 
 
-def _changes(effects: Iterable[Effect]) -> Iterator[tuple[bool, f.Atom]]:
+def _find_changed_atoms(effects: Iterable[Effect]) -> Iterator[tuple[bool, f.Atom]]:
     """Return the atoms that effects add (True) or delete (False)."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
                 yield isinstance(effect, Add), atom
             case When(_, inner, otherwise):
-                yield from _changes((*inner, *otherwise))
+                yield from _find_changed_atoms((*inner, *otherwise))
             case ForEach(_, _, inner) | Let(_, _, inner):
-                yield from _changes(inner)
+                yield from _find_changed_atoms(inner)
 
 
-def _literals(task: Task) -> Iterator[GroundAtom]:
+def _list_required_facts(task: Task) -> Iterator[GroundAtom]:
     """Return the facts that the goals require in any case, and the facts that they forbid."""
     scene = task.scene
     for goal in task.goals:
@@ -121,7 +121,7 @@ def main() -> int:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.holds(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and rules.make_exclusion_prover(task.initial).are_exclusive(_literals(task)):
+        if not never and rules.make_exclusion_prover(task.initial).are_exclusive(_list_required_facts(task)):
             never, shown = list(task.goals), "its facts exclude each other"
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from bench.overnight import ChildCost, WorkLine, measure_line
-from bench.page import HEAD, PAGE, measurement_text, page_text, section_lines, table_lines
-from bench.record import measurement
+from bench.page import HEAD, PAGE, format_measurement, format_section, format_table, make_page
+from bench.record import describe_measurement
 from bench.result import (
     FOLDER,
     Claim,
@@ -19,11 +19,11 @@ from bench.result import (
     FigureTable,
     Measurement,
     Result,
+    format_result,
     read_result,
     read_results,
-    result_text,
-    with_figures,
-    with_rows,
+    replace_figures,
+    replace_rows,
 )
 from by_path import ROOT
 
@@ -34,7 +34,7 @@ TABLE = FigureTable("Speed", ("suite", "cold", "steady"), (("goals", 1, 2.5), ("
 
 def test_the_page_of_benchmarks_is_up_to_date() -> None:
     """If this fails, run `python -m bench page`."""
-    assert PAGE.read_text(encoding="utf-8") == page_text()
+    assert PAGE.read_text(encoding="utf-8") == make_page()
 
 
 def test_hand_written_words_of_the_page_are_at_most_3000() -> None:
@@ -48,7 +48,7 @@ def test_hand_written_words_of_the_page_are_at_most_3000() -> None:
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_result_file_is_as_it_would_be_written(name: str) -> None:
     path = FOLDER / f"{name}.json"
-    assert result_text(read_result(path)) == path.read_text(encoding="utf-8")
+    assert format_result(read_result(path)) == path.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", RESULTS)
@@ -94,53 +94,53 @@ def written_claims() -> Iterator[tuple[str, str]]:
 
 
 def test_new_rows_replace_rows_with_the_same_first_cell_or_are_added() -> None:
-    table = with_rows(TABLE, [("plans", 4, 5), ("operators", 6, 7)], 1, MEASURED)
+    table = replace_rows(TABLE, [("plans", 4, 5), ("operators", 6, 7)], 1, MEASURED)
     assert table.rows == (("goals", 1, 2.5), ("plans", 4, 5), ("operators", 6, 7))
     assert table.measured == {"plans": MEASURED, "operators": MEASURED}
 
 
 def test_a_row_of_another_width_is_an_error() -> None:
     with pytest.raises(ValueError, match="expected 3 cells, not 2"):
-        with_rows(TABLE, [("plans", 4)], 1, MEASURED)
+        replace_rows(TABLE, [("plans", 4)], 1, MEASURED)
 
 
 def test_a_new_figure_replaces_the_figure_of_its_claim_only() -> None:
     claims = [Claim("steps", 1), Claim("plans", 2)]
-    assert with_figures(claims, {"plans": 3}, MEASURED) == [Claim("steps", 1), Claim("plans", 3, MEASURED)]
+    assert replace_figures(claims, {"plans": 3}, MEASURED) == [Claim("steps", 1), Claim("plans", 3, MEASURED)]
 
 
 def test_a_figure_without_a_claim_is_an_error() -> None:
     with pytest.raises(ValueError, match="no claim of the result has this text: goals"):
-        with_figures([Claim("steps", 1)], {"goals": 3}, MEASURED)
+        replace_figures([Claim("steps", 1)], {"goals": 3}, MEASURED)
 
 
 def test_a_table_shows_numbers_with_separators_and_aligned_to_the_right() -> None:
-    lines = table_lines(FigureTable("Speed", ("suite", "cold"), (("goals", 1234567), ("plans", 2.5))))
+    lines = format_table(FigureTable("Speed", ("suite", "cold"), (("goals", 1234567), ("plans", 2.5))))
     assert lines == ["| suite | cold |", "| --- | --: |", "| goals | 1,234,567 |", "| plans | 2.5 |"]
 
 
 def test_a_measurement_shows_command_machine_and_commit() -> None:
     text = "`python -m bench coverage`; machine: 2 cores, 24 GB, commit abc1234"
-    assert measurement_text(MEASURED) == text
-    assert measurement_text(Measurement(None, None, "any")) == "No program; machine: any"
+    assert format_measurement(MEASURED) == text
+    assert format_measurement(Measurement(None, None, "any")) == "No program; machine: any"
 
 
 def test_a_result_with_measurements_of_its_own_is_read_as_it_was_written(tmp_path: Path) -> None:
     result = RESULTS["coverage"]
-    claims = with_figures(result.claims, {result.claims[0].claim: 7}, MEASURED)
-    table = with_rows(result.tables[0], result.tables[0].rows[:2], 1, MEASURED)
+    claims = replace_figures(result.claims, {result.claims[0].claim: 7}, MEASURED)
+    table = replace_rows(result.tables[0], result.tables[0].rows[:2], 1, MEASURED)
     changed = Result(result.title, result.measured, tuple(claims), (table,))
     path = tmp_path / "coverage.json"
-    path.write_text(result_text(changed), encoding="utf-8")
+    path.write_text(format_result(changed), encoding="utf-8")
     assert read_result(path) == changed
 
 
 def test_the_page_names_the_rows_that_were_measured_apart() -> None:
-    measured = measurement_text(MEASURED)
-    some = with_rows(TABLE, [("plans", 4, 5)], 1, MEASURED)
-    whole = with_rows(some, [("goals", 4, 5)], 1, MEASURED)
+    measured = format_measurement(MEASURED)
+    some = replace_rows(TABLE, [("plans", 4, 5)], 1, MEASURED)
+    whole = replace_rows(some, [("goals", 4, 5)], 1, MEASURED)
     result = Result("Speed", MEASURED, (), (some, whole, TABLE))
-    text = "\n".join(section_lines(result))
+    text = "\n".join(format_section(result))
     assert f"\nSpeed (plans: {measured}):\n" in text
     assert f"\nSpeed ({measured}):\n" in text
     assert "\nSpeed:\n" in text
@@ -149,7 +149,7 @@ def test_the_page_names_the_rows_that_were_measured_apart() -> None:
 def test_a_measurement_has_no_absolute_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     words = ["python -m bench report", str(tmp_path / "records"), "--models", "2", "--write"]
     monkeypatch.setattr(sys, "argv", words)
-    measured = measurement()
+    measured = describe_measurement()
     assert measured.command == "python -m bench report records --models 2"
     assert re.fullmatch(r"\d+ cores, \d+ GiB", measured.machine)
 

@@ -41,7 +41,7 @@ ABSENT = {*get_entry_point_names("eai.commands")}.difference(get_entry_points("e
 def walked(page: str) -> Iterator[str]:
     """Return the commands on a page, as `tools/walk_docs.py` finds them."""
     module = module_at("tools/walk_docs.py")
-    yield from module.commands(page)
+    yield from module.find_commands(page)
 
 
 def invocations(line: str) -> Iterator[list[str]]:

@@ -17,11 +17,11 @@ MODULES = sorted(Path(eai.cli.__file__).parent.glob("*.py"), key=lambda path: pa
 
 
 def test_the_page_is_what_the_help_says() -> None:
-    assert TOOL.PAGE.read_text(encoding="utf-8") == TOOL.page(), "run: python tools/commands_page.py"
+    assert TOOL.PAGE.read_text(encoding="utf-8") == TOOL.make_page(), "run: python tools/commands_page.py"
 
 
 def test_every_option_has_a_meaning() -> None:
-    rows = re.findall(r"^\| `([^`]+)` \| (.*)\|$", TOOL.page(), re.MULTILINE)
+    rows = re.findall(r"^\| `([^`]+)` \| (.*)\|$", TOOL.make_page(), re.MULTILINE)
     assert len(rows) > 100
     assert [option for option, meaning in rows if not meaning.strip()] == []
 

@@ -29,7 +29,7 @@ def test_code_without_effect_on_results_is_never_changed(
         "pairs = list(zip(a, b, strict=True))\nhappens = rng.random() < 0.5\n"
     )
     monkeypatch.setattr(tool, "ROOT", tmp_path)
-    made = {(mutant.line, mutant.change): mutant.text() for mutant in tool.mutants(Path("sample.py"))}
+    made = {(mutant.line, mutant.change): mutant.text() for mutant in tool.make_mutants(Path("sample.py"))}
     assert sorted(made) == [
         (3, "3 is 4"),
         (6, "2 is 3"),
@@ -43,7 +43,7 @@ def test_code_without_effect_on_results_is_never_changed(
 
 def test_the_tests_of_a_module_are_those_that_may_meet_it_nearest_first(tool: ModuleType) -> None:
     def names(path: str) -> list[list[str]]:
-        tests = tool._tests_of(Path(path))
+        tests = tool._find_tests_by_distance(Path(path))
         return [[each.relative_to(ROOT / "tests").as_posix() for each in some] for some in tests]
 
     own, package, elsewhere, last = names("results/tidy.py")
@@ -55,7 +55,7 @@ def test_the_tests_of_a_module_are_those_that_may_meet_it_nearest_first(tool: Mo
 
 def test_every_listed_equivalent_mutant_can_still_be_made(tool: ModuleType) -> None:
     paths = {Path(name.partition(":")[0]) for name in tool.EQUIVALENT}
-    assert tool.EQUIVALENT.keys() <= {mutant.name for path in paths for mutant in tool.mutants(path)}
+    assert tool.EQUIVALENT.keys() <= {mutant.name for path in paths for mutant in tool.make_mutants(path)}
 
 
 def test_tests_that_failed_before_and_quick_tests_come_first(tmp_path: Path) -> None:
@@ -95,10 +95,10 @@ def test_a_mutant_is_noticed_where_a_test_fails(
         "@pytest.mark.sweep\ndef test_far():\n    assert s.far == 3\n"
     )
     monkeypatch.setattr(tool, "ROOT", tmp_path)
-    monkeypatch.setattr(tool, "_tests_of", lambda path: iter([[test], [test], []]))
+    monkeypatch.setattr(tool, "_find_tests_by_distance", lambda path: iter([[test], [test], []]))
     shutil.copytree(tmp_path / "src", tmp_path / "copy" / "src")
 
-    near, far = tool.mutants(Path("sample.py"))
+    near, far = tool.make_mutants(Path("sample.py"))
     default, whole = (tool.Trial(tmp_path / "copy", 9, whole) for whole in (False, True))
     assert [default.is_noticed(each) for each in (near, far)] == [True, False]
     assert whole.is_noticed(far)

@@ -59,14 +59,14 @@ def test_docstrings_attribute_docstrings_and_long_comments_are_read(
         '"""A module."""\n\nLIMIT = 3\n"""A limit."""\n\n\n'
         'def draw():\n    """Draw."""\n    # another thread may draw too\n'
     )
-    texts = list(FINDER.texts_in(path))
+    texts = list(FINDER.find_texts(path))
     assert [(text.owner, text.content) for text in texts] == [
         ("module", "A module."),
         ("LIMIT", "A limit."),
         ("draw", "Draw."),
         ("#", "another thread may draw too"),
     ]
-    assert {FINDER.folder_of(text.path) for text in texts} == {"src/eai/world"}
+    assert {FINDER.get_folder(text.path) for text in texts} == {"src/eai/world"}
 
 
 def test_exceptions_are_few_exist_and_are_marked() -> None:
@@ -74,16 +74,16 @@ def test_exceptions_are_few_exist_and_are_marked() -> None:
     assert len(exceptions) <= FINDER.MAX_EXCEPTIONS
     assert all(exceptions.values())
     for path, owner, beginning in exceptions:
-        contents = [text.content for text in FINDER.texts_in(ROOT / path) if text.owner == owner]
+        contents = [text.content for text in FINDER.find_texts(ROOT / path) if text.owner == owner]
         marked = [content for content in contents if FINDER.read_habits().is_marked(content)]
         assert any(" ".join(content.split()).startswith(beginning) for content in marked), (path, owner)
 
 
 def test_each_checked_folder_has_a_limit() -> None:
     folders = {
-        FINDER.folder_of(path.relative_to(ROOT).as_posix())
+        FINDER.get_folder(path.relative_to(ROOT).as_posix())
         for folder in FINDER.CHECKED
-        for path in FINDER.python_files(ROOT / folder)
+        for path in FINDER.find_python_files(ROOT / folder)
     }
     assert folders == set(FINDER.read_habits().limits)
 
@@ -98,4 +98,4 @@ def test_each_checked_folder_has_a_limit() -> None:
     ],
 )
 def test_a_commit_subject_is_an_imperative_of_at_most_72_characters(subject: str, faults: int) -> None:
-    assert len(SUBJECTS.faults_of(subject)) == faults
+    assert len(SUBJECTS.find_faults(subject)) == faults

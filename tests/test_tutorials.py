@@ -122,7 +122,9 @@ def test_there_are_five() -> None:
 
 
 def test_the_notebook_is_the_page() -> None:
-    written = module_at("tools/notebook.py").notebook((ROOT / "docs/tutorials/train.md").read_text("utf-8"))
+    written = module_at("tools/notebook.py").make_notebook(
+        (ROOT / "docs/tutorials/train.md").read_text("utf-8")
+    )
     assert (ROOT / "docs/tutorials/train.ipynb").read_text("utf-8") == written, "python tools/notebook.py"
 
 

@@ -17,7 +17,7 @@ _SET = re.compile(r'^(Repository|repository-code)( = |: )".*"\n', re.MULTILINE)
 _LINK = re.compile(r"(pattern = '(?P<picture>!?)\\\[.*?replacement = )'.*'")
 
 
-def with_address(text: str, address: str, below: str = "") -> str:
+def set_address(text: str, address: str, below: str = "") -> str:
     """Return the text of a ``pyproject.toml`` with the address of the repository.
 
     Args:
@@ -26,10 +26,10 @@ def with_address(text: str, address: str, below: str = "") -> str:
         below: Folder of the file in the repository, with a slash at its end; empty for the root.
     """
     text = _SET.sub("", text).replace(URLS, f'{URLS}Repository = "{address}"\n', 1)
-    return _LINK.sub(lambda match: f"{match[1]}'{_replacement(match['picture'], address, below)}'", text)
+    return _LINK.sub(lambda match: f"{match[1]}'{_make_replacement(match['picture'], address, below)}'", text)
 
 
-def _replacement(picture: str, address: str, below: str) -> str:
+def _make_replacement(picture: str, address: str, below: str) -> str:
     kind = "raw" if picture else "blob"
     return rf"{picture}[\1]({address}/{kind}/main/{below}\2)" + (r"\n\n" if picture else "")
 
@@ -38,7 +38,7 @@ def write(root: Path, address: str) -> None:
     """Write the address into all files below the root folder that link to the repository."""
     for file in [root / "pyproject.toml", *sorted(root.glob("packages/*/pyproject.toml"))]:
         below = "" if file.parent == root else f"{file.parent.relative_to(root).as_posix()}/"
-        file.write_text(with_address(file.read_text(encoding="utf-8"), address, below), encoding="utf-8")
+        file.write_text(set_address(file.read_text(encoding="utf-8"), address, below), encoding="utf-8")
     citation = root / "CITATION.cff"
     kept = _SET.sub("", citation.read_text(encoding="utf-8"))
     written = kept.replace("license: MIT\n", f'license: MIT\nrepository-code: "{address}"\n', 1)

@@ -27,23 +27,23 @@ MARKDOWN = re.compile(r"([<>*_|])")
 """Characters of help texts that have a meaning in Markdown."""
 
 
-def page() -> str:
+def make_page() -> str:
     """Return the page."""
-    return HEAD + "".join(_sections(typer.main.get_command(app), "eai"))
+    return HEAD + "".join(_make_sections(typer.main.get_command(app), "eai"))
 
 
-def _sections(command: Any, name: str) -> Iterator[str]:
+def _make_sections(command: Any, name: str) -> Iterator[str]:
     """Yield the section of a command, then the sections of its subcommands."""
     context = command.context_class(command, info_name=name)
     parameters = [parameter for parameter in command.params if not parameter.hidden]
     arguments = [parameter.metavar for parameter in parameters if parameter.param_type_name == "argument"]
     yield f"\n## {name}\n\n`{' '.join([name, *arguments, '[OPTIONS]'])}`\n"
-    yield from (f"\n{_paragraph(text)}\n" for text in command.help.split("\n\n"))
+    yield from (f"\n{_format_paragraph(text)}\n" for text in command.help.split("\n\n"))
     if parameters:
         yield "\n| option | meaning |\n|---|---|\n"
         yield from (_row(*parameter.get_help_record(context)) for parameter in parameters)
     for below in getattr(command, "commands", ()):
-        yield from _sections(command.commands[below], f"{name} {below}")
+        yield from _make_sections(command.commands[below], f"{name} {below}")
 
 
 def _row(option: str, meaning: str) -> str:
@@ -51,7 +51,7 @@ def _row(option: str, meaning: str) -> str:
     return f"| `{option}` | {meaning} |\n"
 
 
-def _paragraph(text: str) -> str:
+def _format_paragraph(text: str) -> str:
     """Return a paragraph of help as Markdown, with examples as code."""
     example = EXAMPLE.match(text)
     if example is None:
@@ -61,4 +61,4 @@ def _paragraph(text: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(make_page(), encoding="utf-8")

@@ -21,7 +21,7 @@ FIRST_COMMIT = "e3b31bb50260f22088578c1ec2248699dac29c0b"
 """Commits after this one are checked by default."""
 
 
-def faults_of(subject: str) -> list[str]:
+def find_faults(subject: str) -> list[str]:
     """Return how a commit subject breaks the rule; empty if it keeps it."""
     words = subject.split()
     faults = [] if words and words[0].lower() in VERBS else ["no imperative verb first"]
@@ -30,7 +30,7 @@ def faults_of(subject: str) -> list[str]:
     return faults
 
 
-def subjects_in(commits: str) -> list[str]:
+def list_subjects(commits: str) -> list[str]:
     """Return hash and subject of each commit in a range, without merges.
 
     Raises:
@@ -56,9 +56,11 @@ def main() -> int:
             print("commit subjects: not checked, because this clone lacks the history")
             return 0
         commits = f"{FIRST_COMMIT}..HEAD"
-    subjects = subjects_in(commits)
+    subjects = list_subjects(commits)
     faulty = [
-        f"{line} ({', '.join(faults)})" for line in subjects if (faults := faults_of(line.partition(" ")[2]))
+        f"{line} ({', '.join(faults)})"
+        for line in subjects
+        if (faults := find_faults(line.partition(" ")[2]))
     ]
     print(
         *faulty, f"{len(subjects) - len(faulty)} of {len(subjects)} commit subjects keep the rule", sep="\n"

@@ -22,7 +22,7 @@ CORRECTIONS = {
 }
 
 
-def page() -> str:
+def make_page() -> str:
     """Return the page with a new table."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     errata = load_all_errata()
@@ -51,4 +51,4 @@ def _row(entry: _Erratum) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(make_page(), encoding="utf-8")

@@ -160,8 +160,8 @@ def main() -> None:
     records, names = Path(sys.argv[1]), sys.argv[2:]
     PICTURES.mkdir(parents=True, exist_ok=True)
     chosen = [figure for figure in FIGURES if figure.name in names or not names]
-    drawn = sorted(chosen, key=_source)
-    for (command, patterns), figures in groupby(drawn, key=_source):
+    drawn = sorted(chosen, key=_get_source)
+    for (command, patterns), figures in groupby(drawn, key=_get_source):
         with tempfile.TemporaryDirectory(prefix="eai-gallery-") as folder:
             if not patterns:
                 write_photographs(Path(folder))
@@ -172,7 +172,7 @@ def main() -> None:
                 shrink(Path(folder) / f"{figure.file}.png", PICTURES / f"{figure.name}.png")
 
 
-def _source(figure: Figure) -> tuple[str, tuple[str, ...]]:
+def _get_source(figure: Figure) -> tuple[str, tuple[str, ...]]:
     return figure.command, figure.records
 
 

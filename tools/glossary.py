@@ -58,7 +58,7 @@ class PublicClass(NamedTuple):
     meaning: str
 
 
-def public_classes() -> Iterator[PublicClass]:
+def list_public_classes() -> Iterator[PublicClass]:
     """Yield all public classes of the package, by module."""
     source = ROOT / "src" / "eai"
     for path in sorted(source.rglob("*.py")):
@@ -68,10 +68,10 @@ def public_classes() -> Iterator[PublicClass]:
                 yield PublicClass(module, node.name, (ast.get_docstring(node) or "").partition("\n\n")[0])
 
 
-def page() -> str:
+def make_page() -> str:
     """Return the content of the page."""
     return HEAD + "".join(f"| {noun} | {meaning} |\n" for noun, meaning in NOUNS.items())
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(make_page(), encoding="utf-8")

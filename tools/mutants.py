@@ -130,16 +130,21 @@ class Mutant(NamedTuple):
 
     def text(self) -> str:
         """Return the source of the changed module."""
-        tree = _parsed(self.path)
+        tree = _parse_file(self.path)
         _change(next(node for number, node in enumerate(ast.walk(tree)) if number == self.node))
         return ast.unparse(ast.fix_missing_locations(tree))
 
 
-def mutants(path: Path) -> Iterator[Mutant]:
+def make_mutants(path: Path) -> Iterator[Mutant]:
     """Yield all mutants of a module."""
-    tree, lines = _parsed(path), _text(path).splitlines()
+    tree, lines = _parse_file(path), _read_text(path).splitlines()
     before: Counter[tuple[int, str]] = Counter()
-    kept = {id(node) for parent in ast.walk(tree) for root in _kept_nodes(parent) for node in ast.walk(root)}
+    kept = {
+        id(node)
+        for parent in ast.walk(tree)
+        for root in _find_unchanged_nodes(parent)
+        for node in ast.walk(root)
+    }
     for number, node in enumerate(ast.walk(tree)):
         # `ast.walk` has already queued the parts of this node, so changing the node here is safe.
         if id(node) not in kept and (change := _change(node)) is not None:
@@ -149,7 +154,7 @@ def mutants(path: Path) -> Iterator[Mutant]:
             yield Mutant(path, number, line, change, lines[line - 1].strip(), before[line, change])
 
 
-def _kept_nodes(node: ast.AST) -> Iterator[ast.AST]:
+def _find_unchanged_nodes(node: ast.AST) -> Iterator[ast.AST]:
     """Yield the parts of a node that have no effect on results."""
     match node:
         case ast.arg(annotation=ast.AST() as annotation) | ast.AnnAssign(annotation=annotation):
@@ -164,11 +169,11 @@ def _kept_nodes(node: ast.AST) -> Iterator[ast.AST]:
             yield strict
 
 
-def _parsed(path: Path) -> ast.Module:
-    return ast.parse(_text(path))
+def _parse_file(path: Path) -> ast.Module:
+    return ast.parse(_read_text(path))
 
 
-def _text(path: Path) -> str:
+def _read_text(path: Path) -> str:
     return (ROOT / "src" / "eai" / path).read_text(encoding="utf-8")
 
 
@@ -223,7 +228,7 @@ class Trial:
         original = module.read_text(encoding="utf-8")
         module.write_text(mutant.text(), encoding="utf-8")
         try:
-            own, near, *elsewhere = _tests_of(mutant.path)
+            own, near, *elsewhere = _find_tests_by_distance(mutant.path)
             return not (
                 self.passes(near, first=own) and self.passes([p for files in elsewhere for p in files])
             )
@@ -262,7 +267,7 @@ class Trial:
             process.wait()
 
 
-def _tests_of(path: Path) -> Iterator[list[Path]]:
+def _find_tests_by_distance(path: Path) -> Iterator[list[Path]]:
     """Yield test files and folders by distance: of the module, its package, its importers, benchmarks."""
     tests = ROOT / "tests"
     folder = tests / path.parent
@@ -304,7 +309,7 @@ def main() -> int:
     selected = [
         p for p in paths if not arguments.only or any(text in p.as_posix() for text in arguments.only)
     ]
-    made = [mutant for path in selected for mutant in mutants(path)]
+    made = [mutant for path in selected for mutant in make_mutants(path)]
     made = [mutant for mutant in made if mutant.name not in EQUIVALENT]
     sample = random.Random(arguments.seed).sample(made, min(arguments.number, len(made)))  # noqa: S311
     survivors = 0

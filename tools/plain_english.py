@@ -75,12 +75,12 @@ class Habits:
         return any(
             any(pattern.search(sentence) for pattern in self.strong.values())
             or sum(bool(pattern.search(sentence)) for pattern in self.weak.values()) > 1
-            for sentence in sentences(text)
+            for sentence in split_sentences(text)
         )
 
     def names_in(self, text: str) -> list[str]:
         """Return the names of all habits in the text."""
-        parts = sentences(text)
+        parts = split_sentences(text)
         patterns = {**self.strong, **self.weak}.items()
         return [name for name, pattern in patterns if any(map(pattern.search, parts))]
 
@@ -106,13 +106,13 @@ def read_habits(path: Path = DATA) -> Habits:
     )
 
 
-def sentences(text: str) -> list[str]:
+def split_sentences(text: str) -> list[str]:
     """Split a text into sentences and entries. Code becomes `X`; names of sections are removed."""
     prose = SECTION_NAMES.sub("", CODE.sub("X", text))
     return [" ".join(sentence.split()) for sentence in SENTENCE_END.split(prose) if sentence.strip()]
 
 
-def texts_in(path: Path) -> Iterator[Text]:
+def find_texts(path: Path) -> Iterator[Text]:
     """Yield the docstrings, attribute docstrings and long comments of a Python file."""
     source = path.read_text(encoding="utf-8")
     name = path.relative_to(ROOT).as_posix()
@@ -120,7 +120,7 @@ def texts_in(path: Path) -> Iterator[Text]:
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             if content := ast.get_docstring(node):
                 yield Text(name, getattr(node, "lineno", 1), getattr(node, "name", "module"), content)
-            for owner, line, content in _attribute_docstrings(node.body):
+            for owner, line, content in _find_attribute_docstrings(node.body):
                 yield Text(name, line, owner, content)
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         comment = token.string
@@ -129,7 +129,7 @@ def texts_in(path: Path) -> Iterator[Text]:
             yield Text(name, token.start[0], "#", comment.lstrip("# "))
 
 
-def _attribute_docstrings(body: Sequence[ast.stmt]) -> Iterator[tuple[str, int, str]]:
+def _find_attribute_docstrings(body: Sequence[ast.stmt]) -> Iterator[tuple[str, int, str]]:
     for assignment, statement in pairwise(body):
         match assignment, statement:
             case (
@@ -139,13 +139,13 @@ def _attribute_docstrings(body: Sequence[ast.stmt]) -> Iterator[tuple[str, int, 
                 yield ast.unparse(target), statement.lineno, content
 
 
-def folder_of(path: str) -> str:
+def get_folder(path: str) -> str:
     """Return the folder that the texts of a file are counted in, such as `src/eai/world` or `bench`."""
     parents = path.split("/")[:-1]
     return "/".join(parents[: {"src": 3, "tests": 2}.get(parents[0], 1)])
 
 
-def python_files(folder: Path) -> list[Path]:
+def find_python_files(folder: Path) -> list[Path]:
     """Return a file, or the Python files below a folder without those of environments."""
     if folder.is_file():
         return [folder]
@@ -161,13 +161,13 @@ def main() -> int:
     arguments = parser.parse_args()
     habits = read_habits()
     folders = [path.resolve() for path in arguments.paths] or [ROOT / folder for folder in CHECKED]
-    texts = [text for folder in folders for path in python_files(folder) for text in texts_in(path)]
+    texts = [text for folder in folders for path in find_python_files(folder) for text in find_texts(path)]
     marked = [text for text in texts if habits.is_marked(text.content) and not habits.is_exception(text)]
     _print_worst(marked, habits, len(marked) if arguments.paths else arguments.list)
     if arguments.paths:
         return 0
-    counts = Counter(folder_of(text.path) for text in marked)
-    totals = Counter(folder_of(text.path) for text in texts)
+    counts = Counter(get_folder(text.path) for text in marked)
+    totals = Counter(get_folder(text.path) for text in texts)
     if arguments.lower:
         lowest = {folder: min(counts[folder], habits.limits.get(folder, 0)) for folder in sorted(totals)}
         _write_limits(lowest)

@@ -22,13 +22,13 @@ SMALL_CONTEXT = 2048
 """Number of tokens in the context of a small model."""
 
 
-def page() -> str:
+def make_page() -> str:
     """Return the page with a new table."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-    return before + BEGIN + "".join(_table()) + END + rest.partition(END)[2]
+    return before + BEGIN + "".join(_make_table()) + END + rest.partition(END)[2]
 
 
-def _table() -> Iterable[str]:
+def _make_table() -> Iterable[str]:
     yield f"| suite | {' | '.join([f'`{name}`' for name in SETS])} | longest gold answer | `max_tokens` |\n"
     yield f"|---|{'--:|' * (len(SETS) + 2)}\n"
     for domain in (*list_paper_benchmarks(), "behavior-1k"):
@@ -54,4 +54,4 @@ def row(domain: str, ability: Ability) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(make_page(), encoding="utf-8")

@@ -141,10 +141,10 @@ def main() -> None:
         if arguments.null_models:
             made[format_trivial_baselines_file_name(protocol.value)] = (
                 protocol,
-                partial(null_suite, protocol=protocol),
+                partial(score_null_models, protocol=protocol),
             )
         else:
-            scored = partial(scored_suite, protocol=protocol, folder=arguments.folder)
+            scored = partial(score_suite, protocol=protocol, folder=arguments.folder)
             made[format_published_file_name(protocol.value)] = protocol, scored
     same = [
         make(PAPER / table, protocol, suite_of, arguments.only, write=not arguments.check)
@@ -152,7 +152,8 @@ def main() -> None:
     ]
     if arguments.protocol is None:
         same += [
-            write_tables(name, tables, write=not arguments.check) for name, tables in page_tables().items()
+            write_tables(name, tables, write=not arguments.check)
+            for name, tables in make_page_tables().items()
         ]
     if arguments.check and not all(same):
         sys.exit(1)
@@ -171,11 +172,11 @@ def make(
             same = "equal" if suites[name] == known.get(name) else "DIFFERS"
             print(f"{name:36} {len(models):3} models  {protocol.value:9}  {same}", flush=True)
     if write:
-        path.write_text(table_text(suites, protocol), encoding="utf-8")
+        path.write_text(format_table(suites, protocol), encoding="utf-8")
     return suites == known
 
 
-def scored_suite(
+def score_suite(
     name: str,
     folder: Path,
     *,
@@ -202,7 +203,7 @@ def scored_suite(
             continue
         if model in models:
             sys.exit(f"{folder / domain / ability}: two files of {model}")
-        models[model] = scored(suite, answers, metrics)
+        models[model] = score_answers(suite, answers, metrics)
     if not models:
         sys.exit(f"{folder / domain / ability}: no answers of the paper's models")
     return {
@@ -214,7 +215,7 @@ def scored_suite(
     }
 
 
-def null_suite(
+def score_null_models(
     name: str,
     *,
     protocol: Protocol,
@@ -229,7 +230,7 @@ def null_suite(
     for model in only:
         book = NULL_BOOKS[model](suite.benchmark, suite.ability, suite.source)
         responses = tuple([Response(task_id, book[task_id].text) for task_id in suite.task_ids])
-        models[model] = scored(suite, ResponseFile(model, responses), metrics)
+        models[model] = score_answers(suite, ResponseFile(model, responses), metrics)
     return {
         "data_sha256": suite.data_sha256,
         "tasks": len(suite.task_ids),
@@ -238,11 +239,11 @@ def null_suite(
     }
 
 
-def page_tables() -> Mapping[str, Sequence[Sequence[Sequence[Figure]]]]:
+def make_page_tables() -> Mapping[str, Sequence[Sequence[Sequence[Figure]]]]:
     """Return the rows of the page's tables by the name of the result that holds them."""
     return {
         "published_scores": [score_rows(columns) for columns in PAGE_TABLES],
-        "paper_tables": [list(agreement_rows())],
+        "paper_tables": [list(make_agreement_rows())],
     }
 
 
@@ -261,27 +262,27 @@ def write_tables(name: str, tables: Sequence[Sequence[Sequence[Figure]]], *, wri
 def score_rows(columns: Sequence[tuple[str, Ability, str, Protocol]]) -> list[list[Figure]]:
     """Return the rates of all models, then of the null models."""
     rows = [
-        [file, *cells(model, columns, read_published_scores)]
+        [file, *make_cells(model, columns, read_published_scores)]
         for file, model in sorted(answer_files().items())
     ]
     return rows + [
-        [f"`{model}`", *cells(model, columns, read_trivial_baseline_scores)] for model in NULL_MODELS
+        [f"`{model}`", *make_cells(model, columns, read_trivial_baseline_scores)] for model in NULL_MODELS
     ]
 
 
-def agreement_rows() -> Iterator[list[Figure]]:
+def make_agreement_rows() -> Iterator[list[Figure]]:
     """Yield how many cells of each of the paper's tables are within some distances of ours."""
     for name in AGREEMENT:
         table = read_paper_table(name)
         for domain in PAPER_BENCHMARKS:
-            gaps = list(differences(table, domain))
+            gaps = list(list_differences(table, domain))
             if gaps:
                 near = [sum(gap <= limit for gap in gaps) for limit in (0.056, 1.05, 2.05)]
                 title = name.replace("_", " ").replace(f" {domain}", "")
                 yield [title, NAMED[domain], len(gaps), *near, round(max(gaps), 1)]
 
 
-def differences(table: PaperTable, domain: str) -> Iterator[float]:
+def list_differences(table: PaperTable, domain: str) -> Iterator[float]:
     """Yield the points by which cells of a table differ from the public answers' rates."""
     suites = read_published_scores("eai-1.0.5").suites
     for column in [each for each in table.columns if each.domain == domain]:
@@ -303,7 +304,7 @@ def answer_files() -> Mapping[str, str]:
     }
 
 
-def cells(
+def make_cells(
     model: str, columns: Sequence[tuple[str, Ability, str, Protocol]], scores: Callable[[str], Any]
 ) -> Iterator[Figure]:
     """Yield the rates of a model in percent, with one decimal, or "-" without a rate."""
@@ -312,7 +313,7 @@ def cells(
         yield "-" if percent is None else round(percent, 1)
 
 
-def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[str, Any]:
+def score_answers(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[str, Any]:
     """Return the row of a model. Missing answers count as failures.
 
     One process scores all models, because equal operators are planned with once.
@@ -322,13 +323,13 @@ def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[
     records = score_run(suite, answers, missing, ScoringOptions(explanations=False))
     totals = RunTotals.from_records(records)
     return {
-        "answers_sha256": digest(records),
+        "answers_sha256": compute_digest(records),
         "answered": totals.coverage.answered,
         "rates": [[totals.rates[metric].numerator, totals.rates[metric].denominator] for metric in metrics],
     }
 
 
-def digest(records: Iterable[Record]) -> str:
+def compute_digest(records: Iterable[Record]) -> str:
     """Return a digest of the answers: their tasks and texts, in the order of the data set."""
     lines = (f"{r.task_id} {hash_text(r.response)}\n" for r in records if r.unanswered is None)
     return hashlib.sha256("".join(lines).encode()).hexdigest()
@@ -347,7 +348,7 @@ def find_answers(folder: Path, file: str, suite: Suite) -> ResponseFile | None:
         return read_responses(copy, suite.task_ids, suite.benchmark.data.task_id_of)
 
 
-def table_text(suites: Mapping[str, Any], protocol: Protocol) -> str:
+def format_table(suites: Mapping[str, Any], protocol: Protocol) -> str:
     """Return the text of the file, with one line for each model, so that a change is easy to read."""
     parts = []
     for name, suite in suites.items():

@@ -64,10 +64,10 @@ class QuickFirst:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[Any]:
-        before, failures = _cpu_seconds(), self.failed.get(item.nodeid)
+        before, failures = _read_cpu_seconds(), self.failed.get(item.nodeid)
         done = yield
         if self.failed.get(item.nodeid) == failures:  # the first test also pays for shared fixtures
-            took = round(_cpu_seconds() - before, 3)
+            took = round(_read_cpu_seconds() - before, 3)
             self.took[item.nodeid] = min(took, self.took.get(item.nodeid, took))
         return done
 
@@ -79,7 +79,7 @@ class QuickFirst:
         self.file.write_text(json.dumps({"took": self.took, "failed": self.failed}), encoding="utf-8")
 
 
-def _cpu_seconds() -> float:
+def _read_cpu_seconds() -> float:
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
 

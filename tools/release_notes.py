@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def first_section(changelog: str) -> str:
+def read_first_section(changelog: str) -> str:
     """Return the first section of a changelog without its heading."""
     parts = re.split(r"^## .*$", changelog, flags=re.MULTILINE)
     if len(parts) < 2 or not parts[1].strip():
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, help="file of the notes")
     out = parser.parse_args().out
     out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(first_section((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")), encoding="utf-8")
+    out.write_text(read_first_section((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -150,10 +150,10 @@ def cross_validate(scores: SuiteScores, number: int = TASKS) -> Validity:
         for _ in range(_RANDOM_TESTS):
             columns = generator.choice(matrix.shape[1], min(number, matrix.shape[1]), replace=False)
             drawn.append((matrix[np.ix_(out, columns)].mean(axis=1), full[out]))
-    return Validity(_fidelity(chosen), _fidelity(drawn))
+    return Validity(_compute_fidelity(chosen), _compute_fidelity(drawn))
 
 
-def _fidelity(tests: Sequence[tuple[Matrix, Matrix]]) -> Fidelity:
+def _compute_fidelity(tests: Sequence[tuple[Matrix, Matrix]]) -> Fidelity:
     ordered = [credit for short, full in tests for credit in _compare_order(short, full)]
     squares = [float(difference) ** 2 for short, full in tests for difference in short - full]
     return Fidelity(Rate(sum(ordered), len(ordered)), 100 * math.sqrt(fmean(squares)))

@@ -33,7 +33,9 @@ def main() -> int:
     paths = {"docs_dir": "pages", "site_dir": "html"}
     # JSON is also YAML. The new file inherits all other settings from mkdocs.yml.
     config.write_text(
-        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, **site_settings(ROOT), "nav": navigation(ROOT)}),
+        json.dumps(
+            {"INHERIT": "../../mkdocs.yml", **paths, **make_site_settings(ROOT), "nav": make_navigation(ROOT)}
+        ),
         encoding="utf-8",
     )
     return subprocess.run(
@@ -41,7 +43,7 @@ def main() -> int:
     ).returncode
 
 
-def site_settings(root: Path) -> dict[str, str]:
+def make_site_settings(root: Path) -> dict[str, str]:
     """Return the version, and the address of the repository if tools/address.py has written it."""
     (version,) = VERSION.findall((root / "src/eai/__init__.py").read_text(encoding="utf-8"))
     address = ADDRESS.search((root / "pyproject.toml").read_text(encoding="utf-8"))
@@ -65,16 +67,16 @@ def copy_pages(root: Path, pages: Path) -> None:
             continue
         text = file.read_text(encoding="utf-8")
         linked += [(file.parent / link["target"]).resolve() for link in LINK.finditer(text)]
-        target.write_text(for_site(text, file.parent), encoding="utf-8")
+        target.write_text(adapt_links(text, file.parent), encoding="utf-8")
 
 
-def for_site(text: str, folder: Path) -> str:
+def adapt_links(text: str, folder: Path) -> str:
     """Return a page without links to folders, and with the bars in its code as Python-Markdown reads them."""
     text = NAMED_LINK.sub(lambda link: link["name"] if (folder / link["target"]).is_dir() else link[0], text)
     return CODE.sub(lambda code: code[0].replace(r"\|", "|"), text)
 
 
-def navigation(root: Path) -> list[dict[str, object]]:
+def make_navigation(root: Path) -> list[dict[str, object]]:
     """Return the navigation of the site in mkdocs's form: the pages below each heading of docs/README.md."""
     index = root / "docs/README.md"
     sections: list[dict[str, object]] = [{"Start": "README.md"}, {"Documentation": "docs/README.md"}]

@@ -185,7 +185,7 @@ class CommandRunner:
         print(text, file=self.log, flush=True)
 
 
-def commands(page: str) -> Iterator[str]:
+def find_commands(page: str) -> Iterator[str]:
     """Yield the commands on a page in order. A backslash continues a command on the next line."""
     for block in FENCE.finditer(page):
         text = block["text"].replace("\\\n", " ")
@@ -203,7 +203,7 @@ def split_commands(text: str) -> list[str]:
     return text.replace("\\\n", " ").strip().splitlines()
 
 
-def install(python: str, installer: str, target_folder: Path) -> Path:
+def install_package(python: str, installer: str, target_folder: Path) -> Path:
     """Install the checkout with its extras into a new environment, and return the folder of its programs."""
     target = f"{ROOT}[{EXTRAS}]"
     programs = target_folder / "bin"
@@ -240,7 +240,7 @@ def prepare(runner: CommandRunner, ground: Path) -> None:
     shutil.make_archive(str(ground / "submission"), "zip", ground, "answers")
 
 
-def short_name(page: Path) -> str:
+def shorten_name(page: Path) -> str:
     """Return the name of a page's extension, or of its file."""
     return page.parent.name if page.parent.parent == EXTENSIONS else page.stem
 
@@ -250,7 +250,10 @@ def run_page(page: Path, runner: CommandRunner, folder: Path) -> Counter[Command
     name = page.relative_to(ROOT).as_posix()
     text = page.read_text("utf-8")
     count = Counter[CommandStatus]()
-    for command in [*split_commands(FIXTURES.get(short_name(page), "")), *dict.fromkeys(commands(text))]:
+    for command in [
+        *split_commands(FIXTURES.get(shorten_name(page), "")),
+        *dict.fromkeys(find_commands(text)),
+    ]:
         if command.startswith("cd ") and (folder / command[3:]).is_dir():
             folder /= command[3:]
         else:
@@ -274,7 +277,7 @@ def run_pages(pages: Sequence[Path], runner: CommandRunner, work: Path) -> dict[
         mark, text = passed / name.replace("/", "-"), page.read_text("utf-8")
         if mark.exists() and mark.read_text("utf-8") == text:
             continue
-        folder = work / short_name(page)
+        folder = work / shorten_name(page)
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(ground, folder)
         counts[name] = run_page(page, runner, folder)
@@ -284,7 +287,7 @@ def run_pages(pages: Sequence[Path], runner: CommandRunner, work: Path) -> dict[
     return counts
 
 
-def environment(programs: Path, home: Path, port: int) -> dict[str, str]:
+def make_environment(programs: Path, home: Path, port: int) -> dict[str, str]:
     """Return environment variables of a user who has installed nothing else.
 
     Args:
@@ -334,8 +337,8 @@ def main() -> int:
         for python, installer in product(options.python or [sys.executable], options.installer or ["pip"]):
             work = (options.work or Path(temporary)).resolve() / f"{Path(python).name}-{installer}"
             work.mkdir(parents=True, exist_ok=True)
-            programs = install(python, installer, work / "venv")
-            runner = CommandRunner(environment(programs, work / "home", server.server_address[1]), log)
+            programs = install_package(python, installer, work / "venv")
+            runner = CommandRunner(make_environment(programs, work / "home", server.server_address[1]), log)
             runner.log_line(f"# {python}, {installer}")
             counts = run_pages(pages, runner, work)
             for page, count in counts.items():

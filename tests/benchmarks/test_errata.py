@@ -339,7 +339,7 @@ def test_each_version_of_the_table_has_fixed_corrections() -> None:
 
 def test_the_page_of_errata_equals_the_table() -> None:
     tool = module_at("tools/errata_page.py")
-    assert tool.PAGE.read_text(encoding="utf-8") == tool.page(), "run: python tools/errata_page.py"
+    assert tool.PAGE.read_text(encoding="utf-8") == tool.make_page(), "run: python tools/errata_page.py"
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])

@@ -30,7 +30,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bench.record import add_write_option, suite_title, write_rows
+from bench.record import add_write_option, get_suite_title, write_rows
 from bench.result import Figure
 from differential.behavior_scenes import ALSO_IMPORTED, described
 from differential.mutated_answers import maker
@@ -193,7 +193,7 @@ def main() -> int:
             counts[suite] = examine(suite, rows, python, arguments.workers, arguments.show)
     if arguments.write:
         table: list[list[Figure]] = [
-            [suite_title(*suite.split("/")), *numbers] for suite, numbers in counts.items()
+            [get_suite_title(*suite.split("/")), *numbers] for suite, numbers in counts.items()
         ]
         write_rows("compare_with_reference", table)
     return int(any(different for _, different in counts.values()))

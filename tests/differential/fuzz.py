@@ -31,7 +31,7 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from bench.record import add_write_option, suite_title, write_rows
+from bench.record import add_write_option, get_suite_title, write_rows
 from bench.result import Figure
 from differential.mutated_answers import maker
 from differential.mutations import Dice
@@ -232,7 +232,7 @@ def main() -> int:
             sys.stdout.flush()
             failed |= bool(fuzzed.wrong)
         else:
-            table.append([suite_title(domain, ability), *cells, megabytes])
+            table.append([get_suite_title(domain, ability), *cells, megabytes])
     if arguments.write:
         write_rows("fuzz", table)
     return int(failed)

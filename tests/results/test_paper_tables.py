@@ -184,7 +184,7 @@ NAMES = [*sorted({*SUITES} - SUBGOALS), *swept(*sorted(SUBGOALS))]
 def test_scoring_the_copy_model_again_gives_its_published_row(name: str, tool: ModuleType) -> None:
     """If this fails, verdicts have changed: run tools/published_scores.py --null-models."""
     strict = Protocol.STRICT
-    made = tool.null_suite(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
+    made = tool.score_null_models(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
     shipped: ScoresOfPublishedAnswers = read_trivial_baseline_scores(strict.value).suites[name]
     again = made["models"]["eai/copy"]
     assert again["answers_sha256"] == shipped.models["eai/copy"].answers_sha256
@@ -195,7 +195,7 @@ def test_scoring_the_copy_model_again_gives_its_published_row(name: str, tool: M
 
 
 def test_pages_have_the_rows_of_models_and_null_models(tool: ModuleType) -> None:
-    for name, tables in tool.page_tables().items():
+    for name, tables in tool.make_page_tables().items():
         assert tool.write_tables(name, tables, write=False), name
 
 
@@ -210,7 +210,7 @@ def test_scoring_published_answers_again_gives_their_row(name: str, protocol: st
     """If this fails, verdicts have changed: run tools/published_scores.py."""
     if not tool.ANSWERS.is_dir():
         pytest.skip(NO_REFERENCE)
-    suite: dict[str, Any] = tool.scored_suite(
+    suite: dict[str, Any] = tool.score_suite(
         name, tool.ANSWERS, protocol=Protocol(protocol), only=[SAMPLE], planner=PlannerChoice.NONE
     )
     shipped: ScoresOfPublishedAnswers = read_published_scores(protocol).suites[name]
