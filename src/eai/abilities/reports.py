@@ -1,4 +1,4 @@
-"""Make reports for explanations: on the steps of a trajectory, on goals, and on parts of a temporal goal."""
+"""Make the reports of an explanation: on each step of a trajectory, each goal and each part of a goal."""
 
 from __future__ import annotations
 

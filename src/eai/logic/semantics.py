@@ -163,7 +163,7 @@ class _TraceEvaluator:
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
     def _find_satisfying_one_state_segments(self, formula: f.Formula, binding: Binding) -> PositionMask:
-        """Return the mask of positions at which the formula holds on the segment of this position alone."""
+        """Return the mask of positions at which the formula holds on a trace of this one position."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding)
         match formula:

@@ -278,7 +278,7 @@ class _RelaxedPlanFollower:
                 self._return_to_earlier_point(start_point)
 
     def _apply_rule(self, rule: _RelaxedEffect, depth: int) -> bool:
-        """Make the literals that a rule needs true, and apply its action. Return whether this is possible."""
+        """Make the precondition of a rule true, and apply its action. Return whether this is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):
             return False

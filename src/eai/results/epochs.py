@@ -96,7 +96,7 @@ def _normalise_spaces(text: str) -> str:
 
 
 STATED = "stated"
-"""Key in a question's metadata: an earlier answer in which a model stated the goals of the question."""
+"""Key in the metadata of a question, whose value is the earlier answer that stated its goals."""
 
 
 SUBGOALS = "subgoals"
@@ -301,7 +301,7 @@ class SuiteResult:
         return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
 
     def map_tasks_to_epoch_of_shown_answer(self) -> dict[str, int]:
-        """Return for each task the first epoch (round of answers) with the answer that its record has."""
+        """Return for each task the first epoch (round of answers) whose answer its record has."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.map_keys_to_records().items():

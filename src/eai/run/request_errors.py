@@ -83,7 +83,7 @@ def is_about_max_tokens(error: BaseException) -> bool:
 
 
 def find_context_length(error: BaseException) -> int | None:
-    """Return the tokens of the model's context that an error names, or None."""
+    """Return the length of a model's context in tokens as an error message states it; None if it does not."""
     match = _CONTEXT_LENGTH.search(str(_find_last_error(error)))
     return int(match[1].replace(",", "")) if match else None
 

@@ -198,7 +198,7 @@ _BestConditionSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByCond
 
 
 def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
-    """Return a choice of conditions with integers in place of conditions, and without nested conjunctions."""
+    """Return a choice of conditions in which numbers stand for conditions and no conjunction is nested."""
     match choice:
         case AndOrTreeLiteral(literal):
             return _number_literal(literal, number_by_atom)

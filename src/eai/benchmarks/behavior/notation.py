@@ -244,7 +244,7 @@ class BehaviorGoalNotation(JsonGoals):
             return super().list_alternatives_of_goals(task)
         names = {instance: name for name, instance in _map_object_to_instance_names(task).items()}
 
-        @cache  # equal conditions in several sets share one leaf of the trees
+        @cache  # a condition that is in several sets has one leaf, which all trees share
         def make_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
             return AndOrTreeLiteral(_to_literal(condition, names))
 

@@ -197,7 +197,7 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
 
 
 def _map_kinds_to_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return a mapping from each kind to the kind into which the rules turn it.
+    """Return a mapping from each kind of object to the kind into which a rule turns it.
 
     Boiled water, which some rules also need, is not in the mapping.
     """

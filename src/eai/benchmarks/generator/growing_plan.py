@@ -146,7 +146,7 @@ class GoalByGoalPlan:
 
 
 def _list_operators_for_action_goal(wanted: f.Formula) -> tuple[str, ...]:
-    """Return the operators of which a goal for actions requires one.
+    """Return the operators that a goal names: the goal requires an action of one of them.
 
     A goal about states gives no operators.
     """

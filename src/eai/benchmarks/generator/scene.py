@@ -334,7 +334,7 @@ class _ComposedScene:
         return [(name, counterparts[target]) for name, target in rows]
 
     def _has_equal_places(self, other_state: State, counterparts: Mapping[int, int]) -> bool:
-        """Whether objects are related by place as the objects of the other scene that are mapped to them."""
+        """Whether each object is placed like the object of the other scene that is mapped to it."""
         return all(
             Fact(name, (counterparts[one], counterparts[other])) in self._facts
             for name in self._prior.place_relations

@@ -145,7 +145,7 @@ def _make_body(family: Mapping[str, Any], kind: _BodyKindRow) -> Body:
 
 
 def _cut_left_half(whole: Body) -> Body:
-    """Return the left half of a body. The cut surface, on the right, is pale."""
+    """Return the left half of a drawn body. Its cut surface, on the right, is pale."""
     width, depth, height = whole.size
     half = np.array([width / 2, depth, height])
     form = "box" if whole.parts[0].form == "box" else "ball"

@@ -463,7 +463,7 @@ class _RepairSearch:
         return None
 
     def _push_node(self, node: _RepairNode) -> None:
-        """Put a plan into the queue: at most once before it is executed, and at most once afterwards."""
+        """Put a plan into the queue. A plan can be in the queue twice: before and after its execution."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
             self._add_to_queue(node)
