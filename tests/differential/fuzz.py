@@ -35,12 +35,13 @@ from bench.record import add_write_option, get_suite_title, write_rows
 from bench.result import Figure
 from differential.mutated_answers import maker
 from differential.mutations import Dice
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import verdict_to_record_fields
 from eai.results.collector import reduce_garbage_collection
 from eai.tasks.source import Source
+from protocols import PROTOCOLS
 
 SUITES = tuple(
     f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES
@@ -205,7 +206,7 @@ def main() -> int:
     for name in [each for each in SUITES if arguments.suite in each]:
         domain, _, ability = name.partition("/")
         cells: list[Figure] = []
-        for protocol in Protocol.list_names():
+        for protocol in PROTOCOLS:
             suite = open_suite(
                 domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
             )

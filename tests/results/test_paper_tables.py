@@ -30,6 +30,7 @@ from eai.results.paper_tables import (
 )
 from eai.results.summary import compute_metric_rates
 from oracle import MODELS, NO_REFERENCE, Oracle
+from protocols import EACH_PROTOCOL
 from sweeps import swept
 
 FULL_TABLES = read_paper_protocol_and_tables().tables_of_all_models
@@ -204,16 +205,18 @@ def test_published_scores_have_only_the_papers_suites() -> None:
 
 
 @pytest.mark.usefixtures("data_store")
-@pytest.mark.parametrize("protocol", PROTOCOLS)
+@EACH_PROTOCOL
 @pytest.mark.parametrize("name", NAMES)
-def test_scoring_published_answers_again_gives_their_row(name: str, protocol: str, tool: ModuleType) -> None:
+def test_scoring_published_answers_again_gives_their_row(
+    name: str, protocol: Protocol, tool: ModuleType
+) -> None:
     """If this fails, verdicts have changed: run tools/published_scores.py."""
     if not tool.ANSWERS.is_dir():
         pytest.skip(NO_REFERENCE)
     suite: dict[str, Any] = tool.score_suite(
-        name, tool.ANSWERS, protocol=Protocol(protocol), only=[SAMPLE], planner=PlannerChoice.NONE
+        name, tool.ANSWERS, protocol=protocol, only=[SAMPLE], planner=PlannerChoice.NONE
     )
-    shipped: ScoresOfPublishedAnswers = read_published_scores(protocol).suites[name]
+    shipped: ScoresOfPublishedAnswers = read_published_scores(protocol.value).suites[name]
     model = map_files_to_paper_models()[SAMPLE]
     again = suite["models"][model]
     assert suite["data_sha256"] == shipped.data_sha256

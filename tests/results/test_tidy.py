@@ -20,6 +20,7 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import TidyTables
 from eai.tasks.source import Source
+from protocols import EACH_PROTOCOL
 from studies.published import tables
 from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
 
@@ -75,7 +76,7 @@ def _tables(records: list[Record], *, features: bool) -> TidyTables:
     return made
 
 
-@pytest.mark.parametrize("protocol", list(Protocol.list_names()))
+@EACH_PROTOCOL
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, protocol: Protocol) -> None:

@@ -82,6 +82,7 @@ def test_a_model_acts_by_tool_calls(data_store: Store, tmp_path: Path) -> None:
 def test_a_run_whose_model_may_ask_the_verifier_is_a_setting_of_its_own(
     data_store: Store, tmp_path: Path
 ) -> None:
+    pytest.importorskip("eai.extensions.verifier")
     plan = json.dumps([{"action": "FLY"}])
     queries = [("plan", {}), ("check_plan", {"plan": plan}), ("predict", {"action": plan})]
     asked = [ModelOutput.for_tool_call("mockllm/model", name, given) for name, given in queries]

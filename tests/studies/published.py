@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
+import pytest
+
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
@@ -14,6 +16,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.tidy import TidyTables
 from eai.tasks.source import ErrataChoice, Source
 from oracle import read_oracle
+from protocols import PROTOCOLS
 
 REFERENCE = Protocol("eai-1.0.5")
 GPT_4O = "gpt-4o-2024-05-13"
@@ -27,7 +30,9 @@ def tables(
     protocol: Protocol = REFERENCE,
     planner: PlannerChoice = PlannerChoice.NONE,
 ) -> TidyTables:
-    """The tables of one suite; skips the test where the answers are not on this machine."""
+    """Return the tables of one suite. Skip the test if its answers or its protocol are not installed."""
+    if protocol not in PROTOCOLS:
+        pytest.skip(f"the protocol {protocol.value} is not installed")
     made = TidyTables(Source(Store(), errata=ErrataChoice.NONE))  # features are as published
     suite = open_suite(domain, ability, protocol, source=Source(Store(), planner=planner))
     for model in models:

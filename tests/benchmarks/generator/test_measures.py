@@ -134,6 +134,7 @@ def test_longer_plans_and_more_goals_are_harder() -> None:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_coefficients_are_those_of_the_public_tasks(like: str) -> None:
     pytest.importorskip("scipy")
+    pytest.importorskip("eai.extensions.adaptive")
     tool = module_at("tools/task_difficulty.py")
     known = json.loads((resources.files("eai.benchmarks.generator") / FILE).read_text(encoding="utf-8"))[like]
     fitted = tool.fit(like)
