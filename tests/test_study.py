@@ -25,26 +25,26 @@ MEASURED = {
     "With GPT-4o's plug_in and the data set's walk_towards and switch_on no plan is found.": "reproduced",
     "The most frequent runtime error is the additional step in VirtualHome.": "reproduced",
     "The most frequent runtime error is the missing step in BEHAVIOR.": "reproduced",
-    "GPT-4o uses the action POUR in making coffee, which subgoals do not have.": ARTEFACT,
+    "In making coffee, GPT-4o uses the action POUR, which does not exist in subgoals.": ARTEFACT,
     "GPT-4o uses POUR in making coffee.": ARTEFACT,
     "Claude-3 Opus's plans can all be read in both worlds.": "reproduced",
     "Missing steps and wrong orders are the most frequent runtime errors in both worlds.": PARTLY,
     "Non-spatial relations are the challenge across models.": PARTLY,
-    "Of Llama 3 8B's goals 0.6 % cannot be read in VirtualHome, 2.0 % in BEHAVIOR.": PARTLY,
-    "place_inside is rather low in many BEHAVIOR tasks.": PARTLY,
-    "Quantifiers make BEHAVIOR's goals hard, since they tend to fail at one unmet condition.": PARTLY,
+    "0.6 % of Llama 3 8B's goals cannot be read in VirtualHome, and 2.0 % in BEHAVIOR.": PARTLY,
+    "Success with place_inside is rather low in many BEHAVIOR tasks.": PARTLY,
+    "Quantifiers make BEHAVIOR's goals hard, because they tend to fail if one condition is unmet.": PARTLY,
     "No model has more than 3.8 % format errors.": REFUTED,
     "Every question gives the task's name and instruction, examples, objects, states and relations.": REFUTED,
     "Search turns six states of the fridge example into its seven printed actions.": REFUTED,
     "Two actions are needed to switch the sink on once the rag is next to it.": REFUTED,
-    "The fridge example is grounded to fridge 97, tray 1, bowl 1, rag 0 and sink 82.": PARTLY,
-    "The reward is 1 in a state that meets the goal, else 0: a state decides.": PARTLY,
+    "In the fridge example, the objects are fridge 97, tray 1, bowl 1, rag 0 and sink 82.": PARTLY,
+    "The reward depends on a state: it is 1 if the state meets the goal, and else 0.": PARTLY,
     "The lead of o1-preview is significant.": PARTLY,
     "Models do worse in BEHAVIOR because of quantifiers.": REFUTED,
-    "Complex preconditions and spatial needs are why such operators fail.": REFUTED,
+    "Such operators fail because of complex preconditions and spatial requirements.": REFUTED,
     "plug_in succeeds in 0.09 and walk_towards in 0.63 of VirtualHome's problems.": PARTLY,
-    "Operators about space and objects are lower than others.": PARTLY,
-    "At temperature 0 chance plays no significant part in the answers.": REFUTED,
+    "Success is lower for operators about space and objects than for other operators.": PARTLY,
+    "At temperature 0, chance has no significant effect on the answers.": REFUTED,
     "Model cards give ids, release dates and hosts of 18 models.": PARTLY,
     "Additional steps are the most critical error.": REFUTED,
     "Most quantifiers have several solutions.": REFUTED,
@@ -53,22 +53,20 @@ MEASURED = {
     "Most of Command R's unreadable answers have tokens or a syntax that the parser of LTL refuses.": (
         "reproduced"
     ),
-    "Preconditions stricter than VirtualHome's are one of the two main reasons of missing steps.": (
+    "Preconditions stricter than VirtualHome's are one of the two main reasons for missing steps.": (
         "reproduced"
     ),
-    "In general a BEHAVIOR goal, the whole goal of a task or one condition of it, has several options.": (
-        REFUTED
-    ),
+    "In general, a BEHAVIOR goal has several options, be it a task's whole goal or one condition.": REFUTED,
     "CLEAN needs no free hand.": "reproduced",
     "Contents move along with their container, by a tree of containers and contents.": "reproduced",
-    "Each action takes an object that can be used.": PARTLY,
+    "Each action needs an object that can be used.": PARTLY,
     "Operators: the rules on connectives and the grammar of clauses agree.": REFUTED,
     "Environment: “forn” counts exactly n objects.": REFUTED,
     "BEHAVIOR's operators were changed from an existing domain.": PARTLY,
     "Most tasks have quantifiers, such as “forall” or “forpairs”, with spatial or temporal requirements.": (
         "reproduced"
     ),
-    "Many models explain their answers although they are told not to.": REFUTED,
+    "Many models explain their answers although they are told not to explain.": REFUTED,
     "The highest figure of each column of goals is in bold.": PARTLY,
     "A “when” matches if its condition and its effect do.": PARTLY,
     "Prediction from a goal back to subgoals is a future direction.": REFUTED,
@@ -80,19 +78,19 @@ MEASURED = {
     "o1-preview's planner success is robust in various categories and both worlds.": "reproduced",
     "Models give objects unknown properties, which can never hold.": "reproduced",
     "“inside”, “holding” and full hands of place_inside are all challenging for models.": PARTLY,
-    "plug_in and put_inside are significantly lower than the other operators of affordance tasks.": PARTLY,
+    "In affordance tasks, plug_in and put_inside succeed significantly less often than others.": PARTLY,
     "Planner success differs notably between spatial and non-spatial relations.": REFUTED,
     "The printed operators of GPT-4o are its predictions.": PARTLY,
     "Results of operators diverge between the two worlds.": "reproduced",
     "o1-preview has a clear advantage over the other models in general.": PARTLY,
-    "Rates of models alone in the table of pipelines are those of the other tables.": PARTLY,
-    "GPT-4o tends to use POUR when it is to make coffee.": ARTEFACT,
+    "The single-module rates in the table of pipelines are those of the other tables.": PARTLY,
+    "GPT-4o tends to use POUR if it is asked to make coffee.": ARTEFACT,
     "Each action of VirtualHome has annotated preconditions and effects.": PARTLY,
     "BEHAVIOR-100's scenarios are in various indoor environments.": "reproduced",
-    "All instructions of a VirtualHome category have last states in common, one form with wildcards each.": (
+    "The instructions of each VirtualHome category have common last states, in one form with wildcards.": (
         PARTLY
     ),
-    "Nothing about how the data are composed or were collected might affect later uses.": REFUTED,
+    "Nothing in the composition or collection of the data might affect later uses.": REFUTED,
     "Claude-3.5 Sonnet and o1-preview excel in kinds such as object orientation and non-spatial relations.": (
         PARTLY
     ),
@@ -101,44 +99,44 @@ MEASURED = {
     "The highest figure of each column of met goals is in bold.": PARTLY,
     "The names in the table of BEHAVIOR's actions are those of the simulator.": "reproduced",
     "The 40 listed names are actions of VirtualHome's environment.": PARTLY,
-    "Placing beside one thing and on another takes two things that can be used.": PARTLY,
+    "Placing next to one object and on top of another needs two objects that can be used.": PARTLY,
     "BEHAVIOR writes goals in BDDL, as a last state with logical constraints.": "reproduced",
-    "By the table of notations state t and action t lead to state t + 1.": REFUTED,
-    "The table of the main text is a part of this one.": REFUTED,
+    "By the table of notations, action t leads from state t to state t + 1.": REFUTED,
+    "The table of the main text is a part of this table.": REFUTED,
     "The gain generally grows with the chance of failure.": "reproduced",
     "F1 combines precision and recall.": PARTLY,
     "Only answers that can be executed succeed.": PARTLY,
-    "An answer that cannot be executed has one error of six kinds, additional steps left aside.": PARTLY,
+    "An answer that cannot be executed has one of six kinds of errors, additional steps not counted.": PARTLY,
     "RobotHow's last states are too noisy for goals.": "reproduced",
     "Plans: usually the robot needs several actions one after another.": "reproduced",
     "Operators: effects are generally several, joined by “and”.": PARTLY,
-    "Plans: after soaking the sink has to be switched off.": REFUTED,
+    "Plans: the sink has to be switched off after soaking.": REFUTED,
     "The printed program finds wrong orders.": REFUTED,
     "close and grab are perfect in VirtualHome's affordance tasks.": PARTLY,
-    "An example is toggled_on, easier to reach than the relation ontop(agent, chair).": REFUTED,
+    "An example is toggled_on, which is easier to reach than the relation ontop(agent, chair).": REFUTED,
     "Rinse is particularly hard for GPT-4o.": REFUTED,
     "The questions give no detailed information about the environment.": REFUTED,
     "In serving a meal chicken.0 belongs on plate.2 and plate.2 on table.1.": PARTLY,
     "State goals are about one object, relation goals about two.": PARTLY,
     "The larger a model is, the fewer grammar errors it makes.": PARTLY,
-    "Newer editions tend to make fewer grammar errors than older ones.": "reproduced",
-    "A challenge that was found is to reason about the effects of actions.": "reproduced",
+    "Newer editions of models tend to make fewer grammar errors than older editions.": "reproduced",
+    "One challenge found is to reason about the effects of actions.": "reproduced",
     "The table of actions lists the 42 actions of VirtualHome.": REFUTED,
     "walk_towards has complex constraints on spatial relations.": PARTLY,
-    "Models are asked for operators without effect, too, and scored by the accuracy of logic forms.": (
+    "Models are also asked for operators without effects, which are scored by the accuracy of logic forms.": (
         REFUTED
     ),
     "The overview's figures are those of the full tables.": PARTLY,
     "Every question gives the name of the task.": PARTLY,
     "The changed domain fits BEHAVIOR's problem files and runs in a planner.": PARTLY,
     "The soap is dropped before top_cabinet.25 is cleaned: a wrong order.": PARTLY,
-    "Models with grammar errors are few exceptions.": REFUTED,
+    "Only a few models make grammar errors.": REFUTED,
     "BEHAVIOR's spatial relations are between the robot and the objects.": PARTLY,
     "Examples of goals are a plugged-in television, a state of the agent and the agent on a chair.": PARTLY,
-    "To get onto a chair, hold mouse and keyboard and face the computer is a plan for browsing.": PARTLY,
+    "A plan for browsing is to get onto a chair, hold mouse and keyboard, and face the computer.": PARTLY,
     "Partial success of plans is evaluated.": REFUTED,
     "BEHAVIOR's tasks rest on real-world demonstrations of people.": REFUTED,
-    "Tasks belong to the two categories whose predicates are rarest in sum.": PARTLY,
+    "A task belongs to the two categories whose predicates are rarest in sum.": PARTLY,
 }
 """Statements that the page once lacked or judged wrongly, with their status by 18 models."""
 
@@ -185,7 +183,7 @@ def test_every_claim_is_on_the_page_once(study: ModuleType) -> None:
     for claim in study.CLAIMS:
         name = f"{claim.key} {claim.title}"
         is_there = lines.count(f"## {name}") == 1 and f"](#{claim.anchor})" in text
-        is_left_out = sum(line.startswith(f"* {name}: takes ") for line in lines) == 1
+        is_left_out = sum(line.startswith(f"* {name}: needs ") for line in lines) == 1
         assert is_there != is_left_out
         assert is_there or claim.plans
 
@@ -455,5 +453,5 @@ def test_without_records_the_page_says_what_is_missing(study: ModuleType, data_s
     text = sys.modules["page"].page_of(study.CLAIMS, evidence)
     assert "## Left out" in text
     assert (
-        "* A1 Success falls with the length of the annotated plan: takes BEHAVIOR, action sequencing" in text
+        "* A1 Success falls with the length of the annotated plan: needs BEHAVIOR, action sequencing" in text
     )

@@ -8,7 +8,7 @@ score --protocol eai-1.0.5`; then statements and claims are checked with these r
     python tools/study --answers FOLDER          uses the public answers in a folder
     python tools/study --no-planner              leaves out the claims on single operators
     python tools/study --check                   writes nothing; exit status 1 if the page would change
-    python tools/study --only Sensitivity        prints the rows with a word, in two minutes; writes nothing
+    python tools/study --only Sensitivity        prints the rows with this word (two minutes); writes nothing
     python tools/study scores --out study.md     from other records
 """
 
@@ -52,10 +52,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=PAGE)
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
     parser.add_argument("--only", default="", metavar="WORDS", help="print the rows with these words")
-    parser.add_argument("--no-planner", action="store_true", help="leave out what takes one, for minutes")
+    parser.add_argument("--no-planner", action="store_true", help="leave out checks that need a planner")
     chosen = parser.parse_args()
     if chosen.records and chosen.out == PAGE:
-        sys.exit("--out: other records make another page; name its file")
+        sys.exit("--out is missing: name a file for the page of these records")
     evidence = from_records(chosen.records) if chosen.records else from_answers(chosen.answers)
     if chosen.only:
         print(rows_with(chosen.only, CLAIMS, evidence, planner=not chosen.no_planner))
@@ -74,7 +74,7 @@ def from_records(paths: Sequence[Path]) -> Evidence:
         protocols.add(run.key.protocol)
         evidence.add(run.records)
     if len(protocols) > 1:
-        sys.exit("records of several protocols; give those of one")
+        sys.exit("the records have several protocols: give records of one protocol")
     return evidence
 
 

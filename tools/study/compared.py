@@ -237,7 +237,7 @@ def alone(evidence: Evidence, text: str) -> Finding:
     rate = evidence.sensitivity(WORLDS[world], [GPT_4O]).get((operator, category))
     what = f"{operator}, {category.replace('_', ' ')}"
     if rate is None or rate.share is None:
-        return if_so(False, f"{what}: asked for in no problem")
+        return if_so(False, f"{what}: no problem asks for it")
     return if_so(
         abs(rate.share - float(said)) < 0.005 + 1e-9,
         f"{what}: {rate.numerator:g} of {rate.denominator:g} = {rate.share:.2f}",

@@ -63,9 +63,10 @@ def by_length(evidence: Evidence) -> Finding:
     same = max(apart) <= 0.05
     return Finding(
         by_degree(same, below_zero(trend)),
-        f"The plotted values come out (largest difference {max(apart):.3f}); success falls with length."
+        f"The answers give the plotted values (largest difference {max(apart):.3f}). "
+        "Success falls with length."
         if same
-        else "The plotted values do not all come out.",
+        else "The answers do not give all plotted values.",
         rows,
     )
 
@@ -77,10 +78,10 @@ def by_goals(evidence: Evidence) -> Finding:
     first, last = few.value or 0, many.value or 0
     return Finding(
         by_degree(first >= 55 and last < 40, last < first),
-        f"{first:.0f} % with fewer than five ground goals, {last:.0f} % with more than ten.",
+        f"Success is {first:.0f} % with fewer than five ground goals and {last:.0f} % with more than ten.",
         [
             Row("fewer than 5 ground goals", "around 60 %", told(few)),
-            Row("more than 10", "below 40 %", told(many)),
+            Row("more than 10 ground goals", "below 40 %", told(many)),
         ],
     )
 
@@ -93,12 +94,17 @@ def _by_kind(kind: str) -> Claim:
         known = below_zero(one)
         return Finding(
             Status.REPRODUCED if known else Status.NOT_SUPPORTED,
-            "Success falls with their number."
+            f"Success falls with the number of {kind} goals."
             if known
-            else "The correlation cannot be distinguished from zero, in GPT-4o or in the mean of the models.",
+            else "For GPT-4o, and for the mean of the models, "
+            "the correlation cannot be distinguished from zero.",
             [
                 Row("rank correlation of GPT-4o's success", "", told(one)),
-                Row(f"of the mean success of {len(evidence.suites[SUITE])} models", "", told(every)),
+                Row(
+                    f"rank correlation of the mean success of {len(evidence.suites[SUITE])} models",
+                    "",
+                    told(every),
+                ),
             ],
         )
 
@@ -111,9 +117,9 @@ def _by_kind(kind: str) -> Claim:
         "the 95 % interval of the rank correlation (ground goals, GPT-4o) is below 0",
         find,
         {
-            "state": "With the length of the plan held constant nothing of it is left "
-            "([adjusted effects](analyses.md)).",
-            "relation": "Plans of tasks with many relation goals are long, too.",
+            "state": "With the length of the plan held constant, no effect of state goals remains "
+            "([adjusted effects](../bench/README.md#analyses-of-public-answers)).",
+            "relation": "Tasks with many relation goals also have long plans.",
         }[kind],
     )
 
@@ -124,8 +130,8 @@ def opening(evidence: Evidence) -> Finding:
     always = ours.numerator == ours.denominator
     return Finding(
         by_degree(always, False),
-        f"GPT-4o opens something {len(tried)} times, {'never' if always else 'sometimes'} in vain.",
-        [Row("OPEN: steps executed of steps tried", "1.00", told(ours))],
+        f"GPT-4o tries OPEN {len(tried)} times, and {'all' if always else 'not all'} steps are executed.",
+        [Row("OPEN: executed of tried steps", "1.00", told(ours))],
     )
 
 
@@ -137,10 +143,11 @@ def slicing(evidence: Evidence) -> Finding:
     needing = sum(any(step.operator == "SLICE" for step in task.script) for task in tasks)
     return Finding(
         by_degree(lowest and needing == 2 and not ours.numerator, lowest and not ours.numerator),
-        f"Lowest of all, and never possible; but {needing} tasks need it, not two.",
+        "SLICE has the lowest rate of all actions: none of its steps is executed. "
+        f"But {needing} tasks need it, not two.",
         [
-            Row("SLICE: steps executed of steps tried", "0.00", told(ours)),
-            Row("tasks whose annotated plan slices", "2", str(needing)),
+            Row("SLICE: executed of tried steps", "0.00", told(ours)),
+            Row("tasks whose annotated plan has SLICE", "2", str(needing)),
         ],
     )
 
@@ -158,12 +165,12 @@ def tools(evidence: Evidence) -> Finding:
     )
     return Finding(
         by_degree(len(lower) == len(named), (pooled.value or 0) < (every.value or 0)),
-        f"Lower than every other action are {' and '.join(lower) or 'none'}; {lowest} is lower than the "
-        "rest.",
+        f"The actions with lower rates than every other action are {' and '.join(lower) or 'none'}. "
+        f"Of these other actions, {lowest} has the lowest rate.",
         [
-            *(Row(f"{name}: steps executed of steps tried", "", told(each)) for name, each in named.items()),
-            Row(f"{lowest}: likewise", "", told(rates[lowest])),
-            Row("all actions", "", told(every)),
+            *(Row(f"{name}: executed of tried steps", "", told(each)) for name, each in named.items()),
+            Row(f"{lowest}: executed of tried steps", "", told(rates[lowest])),
+            Row("all actions: executed of tried steps", "", told(every)),
         ],
     )
 
@@ -185,11 +192,12 @@ def hands(evidence: Evidence) -> Finding:
         Row(f"all models: {hand.lower()} hand", "", told(_hand(evidence, None, hand)))
         for hand in ("RIGHT", "LEFT")
     ]
-    rows.append(Row("models in which the right hand is ahead", "", f"{ahead} of {models}"))
+    rows.append(Row("models with a higher rate for the right hand", "", f"{ahead} of {models}"))
     return Finding(
         by_degree(apart > 0 and not overlap, apart > 0),
-        f"In GPT-4o the difference is {apart:.1f} points, with intervals that "
-        f"{'overlap' if overlap else 'are apart'}; it has this direction in {ahead} of {models} models.",
+        f"For GPT-4o the difference is {apart:.1f} points, and the intervals "
+        f"{'overlap' if overlap else 'do not overlap'}. "
+        f"The rate of the right hand is higher in {ahead} of {models} models.",
         rows,
     )
 
@@ -210,8 +218,8 @@ def opened(evidence: Evidence) -> Finding:
     ]
     return Finding(
         by_degree(order[0] == "open", "open" in order[:3]),
-        f"The highest is {order[0]}, {sum(counts[order[0]])} of {len(counts[order[0]])}; the intervals of "
-        "the first three overlap widely.",
+        f"Goals with {order[0]} have the highest rate, {sum(counts[order[0]])} of {len(counts[order[0]])}. "
+        "The intervals of the three highest rates overlap widely.",
         rows,
     )
 
@@ -223,10 +231,10 @@ def trajectories(evidence: Evidence) -> Finding:
         for name, value in (("execution", _executed), ("success", _success)):
             found = rho(answers, "annotated_steps", value)
             below.append(below_zero(found))
-            rows.append(Row(f"{suite}: {name} with annotated length", "", told(found)))
+            rows.append(Row(f"{suite}: {name} and annotated length", "", told(found)))
     return Finding(
         by_degree(all(below), any(below)),
-        f"Below 0 with the whole interval in {sum(below)} of {len(below)} correlations.",
+        f"The whole interval is below 0 in {sum(below)} of {len(below)} correlations.",
         rows,
     )
 
@@ -236,17 +244,18 @@ def complexity(evidence: Evidence) -> Finding:
     for domain in (V, B):
         found = rho_of_means(evidence.answers(Suite(domain, GI)), "objects", _score)
         below.append(below_zero(found))
-        rows.append(Row(f"{NAMED[domain]}: mean F1 of goal interpretation with objects", "", told(found)))
+        what = f"{NAMED[domain]}: mean F1 of goal interpretation and number of objects"
+        rows.append(Row(what, "", told(found)))
     for suite in PLANS:
         found = rho(evidence.answers(suite), "objects", _goals)
         below.append(below_zero(found))
-        rows.append(Row(f"{suite}: share of goals reached with objects", "", told(found)))
+        rows.append(Row(f"{suite}: share of goals reached and number of objects", "", told(found)))
     once = evidence.answers(SUITE, next(iter(evidence.suites[SUITE])))
     entangled = rho(once, "objects", lambda each: each.annotated_steps)
-    rows.append(Row("tasks of BEHAVIOR: annotated length with objects", "", told(entangled)))
+    rows.append(Row("tasks of BEHAVIOR: annotated length and number of objects", "", told(entangled)))
     return Finding(
         by_degree(all(below), any(below)),
-        f"Below 0 with the whole interval in {sum(below)} of {len(below)} correlations.",
+        f"The whole interval is below 0 in {sum(below)} of {len(below)} correlations of scores.",
         rows,
     )
 
@@ -272,24 +281,26 @@ CLAIMS: Sequence[Claim] = (
         "A1",
         "Success falls with the length of the annotated plan",
         "In BEHAVIOR, GPT-4o's success in action sequencing falls with the number of steps of the annotated"
-        " plan; a figure shows it in bins of ten.",
+        " plan. A figure shows success in bins of ten steps.",
         PLACE,
         frozenset({SUITE}),
-        "every bin within 0.05 of the figure",
+        "every bin is within 0.05 of the figure",
         by_length,
-        "Of 10 to 19 steps one plan less succeeds than in the figure ([why](analyses.md)). The figure draws "
-        "empty bins as 0; here they are left out. It has no intervals: six tasks are in "
-        "the fourth bin, two in the fifth and one in the last.",
+        "In the bin of 10 to 19 steps, one plan fewer succeeds than in the figure. "
+        "The figure draws empty bins as 0; the table leaves them out. The figure has no intervals, although "
+        "six tasks are in the fourth bin, two in the fifth and one in the last.",
     ),
     Claim(
         "A2",
         "Success falls with the number of goals",
-        "From around 60 % for tasks with fewer than five goals to below 40 % for tasks with more than ten.",
+        "Success falls from around 60 % for tasks with fewer than five goals to below 40 % for tasks with "
+        "more than ten.",
         "“Summary of Empirical Findings”, appendix",
         frozenset({SUITE}),
-        "at least 55 % and below 40 %",
+        "success is at least 55 % with fewer than five goals and below 40 % with more than ten",
         by_goals,
-        "Goals are read as ground conditions; of the conjuncts of goals only one task has more than ten.",
+        "Here a goal is a ground condition. If a goal were a conjunct, only one task would have more than "
+        "ten.",
     ),
     _by_kind("state"),
     _by_kind("relation"),
@@ -299,28 +310,29 @@ CLAIMS: Sequence[Claim] = (
         "GPT-4o's OPEN is executed in all cases.",
         PLACE,
         frozenset({SUITE}),
-        "all steps that were tried are executed",
+        "all OPEN steps that were tried are executed",
         opening,
     ),
     Claim(
         "A6",
-        "Slicing is hardest",
-        "SLICE is executed least; two tasks of BEHAVIOR need it, and GPT-4o fails in both.",
+        "SLICE is the hardest action",
+        "SLICE has the lowest execution rate. Two tasks of BEHAVIOR need it, and GPT-4o fails in both.",
         PLACE,
         frozenset({SUITE}),
-        "no step of it is executed, and two tasks need it",
+        "no SLICE step is executed, and two tasks need SLICE",
         slicing,
     ),
     Claim(
         "A7",
         "Actions with tools are hard",
-        "SOAK, SLICE and CLEAN are seldom executed, since they take the right tool.",
+        "SOAK, SLICE and CLEAN are seldom executed, because they need the right tool.",
         PLACE,
         frozenset({SUITE}),
-        "each of the three below every other action; in part if the three together are below the mean",
+        "the rate of each of the three is below that of every other action; in part if the joint rate of the "
+        "three is below that of all actions",
         tools,
-        "That plans with tools fail more often is much firmer than this ranking: it is the strongest of the"
-        " [adjusted effects](analyses.md).",
+        "Plans with tools fail more often. This is much more certain than the ranking: no other "
+        "[adjusted effect](../bench/README.md#analyses-of-public-answers) has an interval so far from 0.",
     ),
     Claim(
         "A8",
@@ -328,39 +340,40 @@ CLAIMS: Sequence[Claim] = (
         "Actions of the right hand are executed slightly more often than those of the left.",
         PLACE,
         frozenset({SUITE}),
-        "in GPT-4o, with intervals that do not overlap; in part if it is so without that",
+        "GPT-4o's rate is higher for the right hand, and the two intervals do not overlap; in part if they "
+        "overlap",
         hands,
-        "Nothing in the benchmark treats the hands differently.",
+        "The benchmark treats both hands alike.",
     ),
     Claim(
         "A9",
-        "Goals of opening are met most",
-        "Of all predicates, goals with open are met most often.",
+        "Goals with open are met most often",
+        "Goals with open are met more often than goals with any other predicate.",
         PLACE,
         frozenset({SUITE}),
-        "it has the highest rate in GPT-4o",
+        "goals with open have the highest rate in GPT-4o's answers",
         opened,
     ),
     Claim(
         "A10",
-        "The longer a plan must be, the worse its execution",
-        "Trajectory evaluation falls with the length of the sequence, across simulators.",
+        "Trajectory scores fall as plans get longer",
+        "Trajectory scores fall with the length of the action sequence, across simulators.",
         "introduction; results",
         frozenset(PLANS),
-        "all rank correlations (all answers of all models) below 0 with their 95 % intervals",
+        "the 95 % interval of every rank correlation is below 0, over all answers of all models",
         trajectories,
-        "“Length” is that of the annotated plan. With the number of steps that were *tried* the sign is the"
-        " opposite, because a failing plan ends early.",
+        "“Length” is the length of the annotated plan. With the number of steps that were *tried*, the "
+        "correlation has the opposite sign, because a failing plan ends early.",
     ),
     Claim(
         "A11",
-        "The more complex the environment, the fewer goals",
-        "Goal evaluation falls as the environment becomes more complex, with more objects and features.",
+        "Goal scores fall as environments get more complex",
+        "Goal scores fall as the environment gets more complex, with more objects and features.",
         "introduction; results",
         frozenset({*PLANS, Suite(V, GI), Suite(B, GI)}),
-        "all rank correlations with the number of relevant objects below 0 with their 95 % intervals",
+        "the 95 % interval of every rank correlation with the number of relevant objects is below 0",
         complexity,
-        "Objects and length go together: of the two taken together only length is left "
-        "([adjusted effects](analyses.md)).",
+        "Tasks with more objects have longer plans. If effects of both are estimated together, only the "
+        "effect of length remains ([adjusted effects](../bench/README.md#analyses-of-public-answers)).",
     ),
 )

@@ -61,15 +61,15 @@ def sensitivity_b(evidence: Evidence) -> Finding:
         equal = [model for model, rate in known.items() if _is_printed(rate, said)]
         hits += len(equal)
         values = [rate.share or 0 for rate in known.values()]
-        span = f"{min(values):.2f} to {max(values):.2f} of {len(known)} models"
-        text = f"{_rate(shares[GPT_4O])} of GPT-4o; {span}"
+        span = f"{len(known)} models {min(values):.2f} to {max(values):.2f}"
+        text = f"GPT-4o {_rate(shares[GPT_4O])}; {span}"
         rows.append(Row(f"{category.replace('_', ' ')}: {operator}", f"{said:.2f}", text))
     models = len(evidence.suites[Suite(B, TM)])
     return Finding(
         by_degree(False, hits > 0),
-        f"Not reproduced by any of {models} models: {hits} of {models * len(PRINTED_B)} figures come out."
+        f"No answer of {models} models gives a printed figure: {hits} of {models * len(PRINTED_B)} agree."
         if not hits
-        else f"{hits} of {models * len(PRINTED_B)} figures of {models} models come out to the printed digit.",
+        else f"{hits} of {models * len(PRINTED_B)} figures of {models} models agree to the printed digit.",
         rows,
     )
 
@@ -85,7 +85,7 @@ def _sensitivity(evidence: Evidence, domain: str, printed: dict[tuple[str, str],
         rows.append(Row(f"{category.replace('_', ' ')}: {name}", f"{said:.2f}", _rate(ours)))
     return Finding(
         by_degree(same >= len(printed) - 1, same > 0),
-        f"{same} of {len(printed)} figures come out to the printed digit.",
+        f"The answers give {same} of {len(printed)} figures to the printed digit.",
         rows,
     )
 
@@ -103,14 +103,14 @@ def carving(evidence: Evidence) -> Finding:
                 written[name] = written.get(name, 0) + 1
     return Finding(
         Status.ARTEFACT,
-        "The question asks for slice_carvingknife, the data set's operator is called slice-carvingknife: "
-        "whatever a model writes, the reference compares it with nothing. Under `strict` the name that was "
-        "asked for counts.",
+        "The question asks for slice_carvingknife, but the data set's operator is named slice-carvingknife. "
+        "So the reference finds no operator to compare, whatever a model writes. Under `strict`, the "
+        "requested name counts.",
         [
             Row("success with slice_carvingknife", "0.00", "0 by construction"),
-            Row("answers that are asked for it", "", f"{asked}"),
+            Row("answers to questions that ask for this operator", "", f"{asked}"),
             Row(
-                "answers that write it with an underscore, as asked",
+                "answers that write it with an underscore, as requested",
                 "",
                 f"{written.get('slice_carvingknife', 0)}",
             ),
@@ -131,8 +131,8 @@ def low_operators(evidence: Evidence) -> Finding:
     places = [order.index(name) + 1 for name in ("plug_in", "walk_towards")]
     return Finding(
         by_degree(max(places) <= 3 and len(order) > 10, min(places) == 1),
-        f"Of {len(order)} operators plug_in is number {places[0]} from below, walk_towards number "
-        f"{places[1]}.",
+        f"Counted from the lowest of {len(order)} operators, plug_in is number {places[0]} and walk_towards "
+        f"number {places[1]}.",
         rows,
     )
 
@@ -184,9 +184,9 @@ def people(evidence: Evidence) -> Finding:
         )
     return Finding(
         by_degree(all(known), any(known)),
-        "The percentages are those of 7 and 10 tasks (or small multiples), which are not named: no "
-        "difference in plans or subgoals can be told from none, in either direction. How many goals the F1 "
-        "of goal interpretation rests on (80.6 against 37.6) is not said, so that this part cannot be "
+        "The percentages fit 7 and 10 tasks (or small multiples), which are not named. In plans and "
+        "subgoals, no difference can be distinguished from zero, in either direction. The paper does not say "
+        "on how many goals the F1 of goal interpretation rests (80.6 against 37.6), so this part cannot be "
         "checked.",
         rows,
     )
@@ -205,7 +205,7 @@ def data_set(evidence: Evidence) -> Finding:
     same = printed - len(rows)
     return Finding(
         by_degree(same == printed, same > printed / 2),
-        f"{same} of {printed} figures come out to the digit; two of the others are rows that were exchanged.",
+        f"{same} of {printed} figures agree to the digit. Two of the other figures were exchanged.",
         rows,
     )
 
@@ -215,11 +215,11 @@ def quality(evidence: Evidence) -> Finding:
     random = 1.0
     return Finding(
         by_degree(all(mse < random for mse in printed.values()), False),
-        "1.84 on a scale of five points is more than raters who answer at random differ: by 1 if each task "
-        "is rated twice, by 1.25 with the numbers of ratings that the printed figures allow. The ratings"
-        " are not published.",
+        "On a scale of five points, 1.84 exceeds the expected error of random ratings. This error is 1 if "
+        "each task is rated twice, and 1.25 with the numbers of ratings that the printed figures allow. The "
+        "ratings are not published.",
         [
-            Row(f"weighted MSE of {name}, against ratings at random", f"{mse}", f"{random:.0f} to 1.25")
+            Row(f"weighted MSE of {name} (result: of random ratings)", f"{mse}", f"{random:.0f} to 1.25")
             for name, mse in printed.items()
         ],
     )
@@ -228,8 +228,8 @@ def quality(evidence: Evidence) -> Finding:
 def prompts(evidence: Evidence) -> Finding:
     return Finding(
         Status.CANNOT_BE_CHECKED,
-        "The values are in pictures, the prompts and answers are not published. `eai analyze prompts` makes"
-        " the comparison for any runs.",
+        "The values are only in pictures. The prompts and answers are not published. `eai analyze prompts` "
+        "makes this comparison for any runs.",
     )
 
 
@@ -258,9 +258,9 @@ def format_errors(evidence: Evidence) -> Finding:
     rows.append(Row(what, "", f"{most} of {number}"))
     return Finding(
         by_degree(not cells and most <= number * MOST_FORMAT_ERRORS / 100, False),
-        f"{len(cells)} cells of the paper's own tables are above, up to {cells[0][0]:.1f} %. Of the public "
-        f"answers with goals {most} of {number} of {name} in {NAMED[domain]} cannot be read, since they "
-        "end in a brace too many.",
+        f"{len(cells)} cells of the paper's own tables are above {MOST_FORMAT_ERRORS} %, up to "
+        f"{cells[0][0]:.1f} %. In {NAMED[domain]}, {most} of {number} public answers of {name} with goals "
+        "cannot be read. They end with one brace too many.",
         rows,
     )
 
@@ -268,14 +268,14 @@ def format_errors(evidence: Evidence) -> Finding:
 def replanning(evidence: Evidence) -> Finding:
     return Finding(
         Status.ARTEFACT,
-        "As far as the authors' script and stored questions show, the model was never told: the script does"
-        " not put earlier attempts into the question, and of the 305 last questions that were stored none "
-        "holds one. The model is asked up to three times, at temperature 1; what the gain shows is what "
-        "asking again is worth.",
+        "As far as the authors' script and stored questions show, the model received no feedback. The script "
+        "does not put earlier attempts into the question. None of the 305 last questions that were stored "
+        "contains an attempt. The model is asked up to three times, at temperature 1. So the gain shows only "
+        "the effect of asking again.",
         [
-            Row("task success without and with", "65.2 %, 77.4 %", "–"),
+            Row("task success without and with replanning", "65.2 %, 77.4 %", "–"),
             Row("stored questions with an earlier attempt", "", "0 of 305"),
-            Row("as shares of 305 tasks", "", "199 and 236"),
+            Row("successes of 305 tasks that give these rates", "", "199 and 236"),
         ],
     )
 
@@ -294,14 +294,15 @@ NOTHING: frozenset[Suite] = frozenset()
 CLAIMS: Sequence[Claim] = (
     Claim(
         "C1",
-        "Which operators break plans in VirtualHome",
-        "With one operator of the model among gold ones, so many problems can be solved (eleven figures).",
+        "Problems solved with one predicted operator in VirtualHome",
+        "One operator is predicted, and all others are gold. The paper gives eleven shares of problems that "
+        "a planner then solves.",
         "appendix, “Sensitivity Analysis”",
         frozenset({Suite(V, TM)}),
-        "all figures but one to the printed digit, with GPT-4o, which the paper does not name",
+        "GPT-4o's answers give all figures but one to the printed digit; the paper does not name the model",
         sensitivity_v,
-        "Two printed names are hard to believe: 0.77 for walk_into is the figure of walk_towards, and grab "
-        "is perfect only in print.",
+        "Two printed entries are doubtful. The 0.77 of walk_into is the figure of walk_towards. The answers "
+        "do not give the 1.00 of grab in affordance tasks.",
         plans=True,
     ),
     Claim(
@@ -310,36 +311,38 @@ CLAIMS: Sequence[Claim] = (
         "In BEHAVIOR no problem can be solved with the model's slice_carvingknife.",
         "appendix, “Sensitivity Analysis”",
         frozenset({Suite(B, TM)}),
-        "none: no answer can match",
+        "none, because no answer can match",
         carving,
     ),
     Claim(
         "C3",
-        "plug_in and walk_towards are consistently low",
+        "Success with plug_in and walk_towards is consistently low",
         "Across categories plug_in and walk_towards are the hardest operators to predict.",
         "appendix, “Sensitivity Analysis”",
         frozenset({Suite(V, TM)}),
-        "both among the three lowest over all models",
+        "both are among the three lowest operators over all models",
         low_operators,
-        "Not for every model.",
+        "This does not hold for every model.",
         plans=True,
     ),
     Claim(
         "C4",
-        "Which operators break plans in BEHAVIOR",
-        "grasp 0.95 and 0.84, release 0.83 and 0.00 by category.",
+        "Problems solved with one predicted operator in BEHAVIOR",
+        "By category, a planner solves 0.95 and 0.84 of problems with a predicted grasp. With a predicted "
+        "release, it solves 0.83 and 0.00.",
         "appendix, “Sensitivity Analysis”",
         frozenset({Suite(B, TM)}),
-        "all four figures to the printed digit, with one model; in part if some come out",
+        "one model's answers give all four figures to the printed digit; in part if some figures agree",
         sensitivity_b,
-        "By the built-in planner. Fast Downward, the paper's planner, gives GPT-4o the same four shares.",
+        "The built-in planner was used. Fast Downward, the paper's planner, gives the same four shares for "
+        "GPT-4o.",
         plans=True,
     ),
     Claim(
         "D1",
         "Average performance",
-        "(F1 of goal interpretation + task success of subgoals + task success of plans + half of F1 and "
-        "planner success of transition modeling) / 4.",
+        "The average is (F1 of goal interpretation + task success of subgoals + task success of plans + the "
+        "mean of F1 and planner success of transition modeling) / 4.",
         "section “Average Performance”",
         NOTHING,
         "all 36 averages follow from the paper's columns to the printed digit",
@@ -348,61 +351,63 @@ CLAIMS: Sequence[Claim] = (
     Claim(
         "E1",
         "People and GPT-4o",
-        "People exceed GPT-4o in goal interpretation and action sequencing, GPT-4o people in subgoals.",
+        "People exceed GPT-4o in goal interpretation and action sequencing. GPT-4o exceeds people in subgoal "
+        "decomposition.",
         "appendix, “Human Performance Comparison”",
         NOTHING,
-        "a difference in plans or subgoals with p < 0.05",
+        "the differences in plans and subgoals have p < 0.05; in part if one has",
         people,
         "See [people beside models](extensions/people/README.md).",
     ),
     Claim(
         "F1",
-        "What the data set holds",
-        "Table 2, the table of categories, and the figures in the text.",
+        "Statistics of the data set",
+        "The paper gives statistics in Table 2, in the table of categories and in the text.",
         "section “Data Statistics and Distribution”; appendix",
         NOTHING,
-        "all figures to the digit",
+        "all figures agree to the digit",
         data_set,
-        "What each figure counts: [the data set](data.md).",
+        "The page on [the data set](data.md) says what each figure counts.",
     ),
     Claim(
         "G1",
         "Raters of annotations agree",
-        "The weighted mean squared errors of 0.41, 1.84 and 0.81 show low variability.",
+        "The weighted mean squared errors of 0.41, 1.84 and 0.81 show that ratings vary little.",
         "appendix, “Annotation Quality”",
         NOTHING,
-        "each below what ratings at random give",
+        "each error is below that of random ratings",
         quality,
     ),
     Claim(
         "H1",
-        "What is the best prompt for one model is among the best for others",
-        "Three heat maps of prompts on VirtualHome goal interpretation.",
+        "The best prompt for one model is among the best for other models",
+        "Three heat maps show this for prompts of VirtualHome's goal interpretation.",
         "appendix, “Prompt”",
         NOTHING,
-        "none: no values are published",
+        "none, because no values are published",
         prompts,
     ),
     Claim(
         "H2",
         "No model has more than 3.8 percent format errors",
-        "After many trials of prompts every model reads them well: none exceeds a rate of format errors of "
-        "3.8 %.",
+        "After many trials of prompts, every model follows them well: no model has more than 3.8 % format "
+        "errors.",
         "appendix, “Prompt”",
         frozenset({Suite(V, GI), Suite(B, GI)}),
-        "no cell of the paper's tables and no rate of the public answers is above",
+        "no cell of the paper's tables and no rate of the public answers is above 3.8 %",
         format_errors,
-        "The paper's figures of Claude-3.5 Sonnet's goals come out with that brace removed.",
+        "Without this brace, the answers give the paper's figures for Claude-3.5 Sonnet's goals.",
     ),
     Claim(
         "I1",
         "Replanning with feedback gains more than ten points",
-        "With feedback on why a plan failed GPT-4o's VirtualHome task success rises from 65.2 % to 77.4 %.",
+        "With feedback on why a plan failed, GPT-4o's task success in VirtualHome rises from 65.2 % to "
+        "77.4 %.",
         "appendix, “Replanning”",
         NOTHING,
-        "questions that hold the feedback",
+        "the stored questions contain the feedback",
         replanning,
-        "The script was read, not run; that the table was made by it is likely (its counts are of 305 "
-        "tasks), not certain.",
+        "We read the script, but did not run it. It is likely, not certain, that this script made the "
+        "paper's table: the table's counts are of 305 tasks.",
     ),
 )

@@ -31,8 +31,8 @@ def shares(evidence: Evidence) -> Finding:
         rows.append(Row(name, said, told(rate(answers, is_so))))
     return Finding(
         Status.CANNOT_BE_CHECKED,
-        "The paper prints two sets of figures for one diagram and does not say what they are shares of; no "
-        "subset or weighting of the suites that we tried has their proportions.",
+        "The paper prints two sets of figures for one diagram and does not name their denominators. No "
+        "subset or weighting of the suites that we tried has these proportions.",
         rows,
     )
 
@@ -55,9 +55,9 @@ def frequent(evidence: Evidence) -> Finding:
     additional = first.count("additional step")
     return Finding(
         by_degree(all(behind) and additional == len(first), any(behind) or additional > 0),
-        f"Additional steps are the most frequent in {additional} of four suites, missing steps in "
-        f"{first.count('missing step')}; both are more frequent than wrong orders and affordances in "
-        f"{sum(behind)} of four.",
+        f"Additional steps are the most frequent error in {additional} of four suites, and missing steps in "
+        f"{first.count('missing step')}. Both are more frequent than wrong orders and affordance errors in "
+        f"{sum(behind)} of four suites.",
         rows,
     )
 
@@ -73,11 +73,13 @@ def kinds_of_goals(evidence: Evidence) -> Finding:
         most.append(so > len(models) / 2)
         nearly_all.append(so >= len(models) - 1)
         rows += [Row(f"{suite}: {kind} goals", "", told(each)) for kind, each in pooled.items()]
-        rows.append(Row(f"{suite}: models with more state goals met", "", f"{ahead} of {len(models)}"))
+        what = f"{suite}: models with a higher rate for state goals"
+        rows.append(Row(what, "", f"{ahead} of {len(models)}"))
     return Finding(
         by_degree(all(nearly_all), all(most)),
-        f"It is so for most models in {sum(most)} of four suites, for all but one at most in "
-        f"{sum(nearly_all)}; pooled over models only VirtualHome's subgoals show it clearly.",
+        f"The claimed order holds for most models in {sum(most)} of four suites. It holds for all models, or "
+        f"all but one, in {sum(nearly_all)}. Pooled over models, only VirtualHome's subgoals show it "
+        "clearly.",
         rows,
     )
 
@@ -102,7 +104,7 @@ def seated(evidence: Evidence) -> Finding:
 
 
 def closed(evidence: Evidence) -> Finding:
-    return overlooked(evidence, B, CLOSED, ("missing_step",), "something closed")
+    return overlooked(evidence, B, CLOSED, ("missing_step",), "a closed object")
 
 
 def overlooked(
@@ -123,7 +125,7 @@ def overlooked(
         )
     return Finding(
         by_degree(all(highest), any(highest)),
-        f"The most frequent reason in {sum(highest)} of two suites.",
+        f"{name.capitalize()} is the most frequent reason in {sum(highest)} of two suites.",
         rows,
     )
 
@@ -135,8 +137,9 @@ def chicken(evidence: Evidence) -> Finding:
     neither = [each for each in models if each not in (*table, *plate)]
     return Finding(
         by_degree(len(table) == len(models), False),
-        f"Most do, not all: {_names(plate)} predict{'s' if len(plate) == 1 else ''} the plate, "
-        f"{_names(neither)} neither. (The appendix says “many other models”.)",
+        f"Most models do, but not all. {_names(plate)} predict{'s' if len(plate) == 1 else ''} the plate. "
+        f"{_names(neither)} predict{'s' if len(neither) == 1 else ''} neither. "
+        "(The appendix says “many other models”.)",
         [
             Row("models that put the chicken on the table", "all", f"{len(table)} of {len(models)}"),
             Row("models that put it on a plate", "none", f"{len(plate)} of {len(models)}"),
@@ -153,11 +156,11 @@ def sneakers(evidence: Evidence) -> Finding:
     met = {each.model for each in goals if each.verdict == "matched"}
     elsewhere = {each.model for each in goals if each.verdict == "wrong" and "gym_shoe" in each.atom}
     models = list(evidence.suites[Suite(B, GI)])
-    also = f" {_names(sorted(elsewhere))} states it of another floor." if elsewhere else ""
+    also = f" {_names(sorted(elsewhere))} states it for another floor." if elsewhere else ""
     return Finding(
         by_degree(not met, len(met) < len(models) / 2),
-        f"No model states it.{also}" if not met else f"{_names(sorted(met))} state it.",
-        [Row("models that state that the shoes are on the floor", "none", f"{len(met)} of {len(models)}")],
+        f"No model states this goal.{also}" if not met else f"{_names(sorted(met))} state this goal.",
+        [Row("models with the goal that the shoes are on the floor", "none", f"{len(met)} of {len(models)}")],
     )
 
 
@@ -192,8 +195,8 @@ def drinking(evidence: Evidence) -> Finding:
     freezers = counts["OPEN"]
     return Finding(
         by_degree(freezers > 0, False),
-        f"GPT-4o asks for an open freezer in {freezers} of {len(answers)} tasks about drinking, which are "
-        "near copies.",
+        f"GPT-4o states an open freezer as a goal in {freezers} of {len(answers)} tasks about drinking. "
+        "These tasks are nearly copies.",
         rows,
     )
 
@@ -214,15 +217,15 @@ def statements(evidence: Evidence) -> Finding:
             asked = sum(each.verdict != "additional" for each in those)
             ratio = said / asked
             right.append(ratio > 1 if over else ratio < 1)
-            what = f"{NAMED[domain]}: {category.replace('_', ' ')} in {side}s, written per annotated"
+            what = f"{NAMED[domain]}: {category.replace('_', ' ')} in {side}s, written / annotated"
             rows.append(
                 Row(what, "more than 1" if over else "less than 1", f"{said:,}/{asked:,} = {ratio:.2f}")
             )
     return Finding(
         by_degree(all(right), any(right)),
-        f"{sum(right)} of eight parts come out: {sum(right[:4])} of four in VirtualHome, {sum(right[4:])} "
-        "of four in BEHAVIOR. That effects leave out spatial relations and preconditions leave out states "
-        "is so in both.",
+        f"{sum(right)} of eight parts are confirmed: {sum(right[:4])} of four in VirtualHome and "
+        f"{sum(right[4:])} of four in BEHAVIOR. In both, effects have too few spatial relations, and "
+        "preconditions too few states.",
         rows,
     )
 
@@ -237,95 +240,98 @@ ALL_FOUR = frozenset(PLANS)
 CLAIMS: Sequence[Claim] = (
     Claim(
         "B1",
-        "How large the shares of errors are",
-        "Of GPT-4o's errors over four abilities and two simulators 45.2 % are of trajectory feasibility, "
-        "19.5 % are missing steps, 14.2 % additional steps (introduction); 41.2 %, 15.5 %, 16.2 % for the "
-        "same diagram (appendix).",
+        "Shares of GPT-4o's errors",
+        "The introduction gives shares of GPT-4o's errors over four abilities and two simulators: 45.2 % "
+        "trajectory feasibility, 19.5 % missing steps, 14.2 % additional steps. The appendix gives 41.2 %, "
+        "15.5 % and 16.2 % for the same diagram.",
         "introduction; appendix, “Error analysis”",
         ALL_FOUR,
-        "none: what is counted is not said",
+        "none, because the paper does not say what it counts",
         shares,
-        "Ours are shares of GPT-4o's answers with plans or subgoals.",
+        "Our figures are shares of GPT-4o's answers with plans or subgoals.",
     ),
     Claim(
         "B2",
         "State goals are met more often than relation goals in VirtualHome, less often in BEHAVIOR",
-        "In VirtualHome state goals are met more often than relation goals, in BEHAVIOR it is the reverse; "
-        "the main text says that object goals are generally easier.",
+        "In VirtualHome, state goals are met more often than relation goals. In BEHAVIOR, they are met less "
+        "often. The main text says that object goals are generally easier.",
         "results, “Goal Satisfaction”; appendix",
         ALL_FOUR,
-        "so in all four suites for all models but one at most; in part if for most",
+        "in all four suites, the claimed order holds for all models or all but one; in part if it holds for "
+        "most models",
         kinds_of_goals,
-        "The main text's general statement holds in VirtualHome alone.",
+        "The main text's general statement holds only in VirtualHome.",
     ),
     Claim(
         "B3",
-        "Sitting and lying are overlooked",
-        "Models ignore that the character sits or lies and leave out standing up (VirtualHome).",
+        "Models overlook that the character sits or lies",
+        "Models overlook that the character sits or lies, and leave out standing up (VirtualHome).",
         "introduction; appendix, “Subgoal Decomposition”",
         frozenset({Suite(V, AS), Suite(V, SD)}),
-        "the most frequent reason for a missing step or wrong order in both suites; in part if in one",
+        "sitting or lying is the most frequent reason for a missing step or wrong order in both suites; in "
+        "part if in one suite",
         seated,
         "The paper gives no number.",
     ),
     Claim(
         "B4",
-        "Opening what is closed is overlooked",
+        "Models do not open closed containers",
         "Models do not open a container before they fetch something from it (BEHAVIOR).",
         "introduction; appendix",
         frozenset({Suite(B, AS), Suite(B, SD)}),
-        "the most frequent reason for a missing step in both suites",
+        "a closed object is the most frequent reason for a missing step in both suites",
         closed,
         "The paper gives no number.",
     ),
     Claim(
         "B5",
         "All models put the chicken on the table",
-        "Asked to serve a meal, all models state that the chicken be on the table, and not on a plate.",
+        "In the task of serving a meal, all models state that the chicken must be on the table, and not on a "
+        "plate.",
         "results, “Reporting Bias”",
         frozenset({Suite(B, GI)}),
-        "all models do",
+        "all models put the chicken on the table",
         chicken,
     ),
     Claim(
         "B6",
-        "No model wants the sneakers on the floor",
-        "In cleaning sneakers, that the shoes be on the floor is missing from all predictions.",
+        "No model states that the sneakers must be on the floor",
+        "In the task of cleaning sneakers, no prediction has the goal that the shoes are on the floor.",
         "results, “Reporting Bias”",
         frozenset({Suite(B, GI)}),
-        "no model states it",
+        "no model states this goal",
         sneakers,
-        "One task is an example, not a measure of a bias: over all tasks see goal interpretation "
-        "[by predicate](analyses.md).",
+        "One task is an example, not a measure of a bias. For all tasks, see goal interpretation "
+        "[by predicate](analyses.md#goals).",
     ),
     Claim(
         "B7",
-        "States are overstated in effects, relations in preconditions",
-        "Operators overstate object states in effects and understate them in preconditions; spatial "
-        "relations the other way round.",
+        "Effects have too many states, preconditions too many relations",
+        "Predicted operators have too many object states in effects and too few in preconditions. They have "
+        "too few spatial relations in effects and too many in preconditions.",
         "results, “Transition Modeling”",
         frozenset({Suite(V, TM), Suite(B, TM)}),
-        "all four parts in both domains",
+        "all four parts are confirmed in both domains",
         statements,
     ),
     Claim(
         "B8",
-        "Intermediate goals are stated as final ones",
-        "Some models state goals that only hold on the way, such as an open freezer for drinking.",
+        "Models state intermediate goals as final goals",
+        "Some models state goals that must hold only in between, such as an open freezer for drinking.",
         "introduction; results, “Goal Interpretation”",
         frozenset({Suite(V, GI)}),
-        "the paper's example occurs",
+        "the paper's example occurs in an answer",
         drinking,
-        "An example is all that is claimed (“sometimes”).",
+        "One example suffices, because the paper only says “sometimes”.",
     ),
     Claim(
         "B9",
-        "Additional steps are the most frequent error, wrong orders and affordances are rare",
-        "Models make missing-step and additional-step errors more often than the others; additional steps "
-        "are the most frequent, in the best models, too.",
+        "Additional steps are the most frequent error, wrong orders and affordance errors are rare",
+        "Missing steps and additional steps are more frequent than other errors. Additional steps are the "
+        "most frequent error, also in the best models.",
         "results, “Trajectory Feasibility”",
         ALL_FOUR,
-        "in all four suites; in part if in some",
+        "both statements hold in all four suites; in part if one of them holds in a suite",
         frequent,
         "An answer counts once for each kind of error that it has.",
     ),

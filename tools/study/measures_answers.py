@@ -105,9 +105,8 @@ def additional_at_the_start(evidence: Evidence) -> Finding:
         taken.add(key)
     return if_so(
         wanted > number / 2,
-        f"of {number:,} additional steps of VirtualHome's subgoals {at_start:,} bring about what held "
-        "at the start, "
-        f"{wanted:,} of them a goal of the task",
+        f"of {number:,} additional steps of VirtualHome's subgoals {at_start:,} restore facts that held "
+        f"at the start; {wanted:,} of these facts are goals of the task",
         in_part=at_start > number / 2,
     )
 
@@ -124,7 +123,7 @@ def missing_in_plans(evidence: Evidence) -> Finding:
     hits = [_first_in(evidence, domain, AS, "missing_step") for domain in (V, B)]
     return all_of(
         *hits,
-        text=f"so in {hits[0][0]} of {hits[0][1]} models in VirtualHome, {hits[1][0]} of {hits[1][1]} "
+        text=f"true for {hits[0][0]} of {hits[0][1]} models in VirtualHome, {hits[1][0]} of {hits[1][1]} "
         "in BEHAVIOR",
     )
 
@@ -538,7 +537,7 @@ def _first_in(evidence: Evidence, domain: str, ability: str, kind: str) -> tuple
 
 def _most_frequent(evidence: Evidence, domain: str, ability: str, kind: str) -> Finding:
     hits, number = _first_in(evidence, domain, ability, kind)
-    return Finding(by_degree(hits >= number - 1, hits > number / 2), f"so in {hits} of {number} models")
+    return Finding(by_degree(hits >= number - 1, hits > number / 2), f"true for {hits} of {number} models")
 
 
 def _having(answers: Iterable[AnswerLine], kind: str) -> int:

@@ -121,7 +121,7 @@ def priorities(evidence: Evidence) -> Finding:
     bracketed = parse("(((not a(x)) and b(x)) or c(x)) then d(x)")
     return if_so(
         bare == bracketed,
-        "`eai` reads “not a and b or c then d” so; implication, which the paper's list leaves out, "
+        "`eai` reads “not a and b or c then d” in this order; implication, which the paper's list lacks, "
         "binds weaker than “or”",
     )
 

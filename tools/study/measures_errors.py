@@ -57,8 +57,8 @@ def several_actions(evidence: Evidence) -> Finding:
         actions = subgoals + sum(verdict.added_actions or 0 for verdict in verdicts)
         hits.append((int(longer > 0), 1))
         text.append(
-            f"{NAMED[domain]}: {longer:,} of {len(verdicts):,} executed answers take more actions than they "
-            f"have subgoals, {actions / subgoals:.1f} each"
+            f"{NAMED[domain]}: {longer:,} of {len(verdicts):,} executed answers have more actions than "
+            f"subgoals, {actions / subgoals:.1f} actions for each subgoal"
         )
     return all_of(*hits, text="; ".join(text))
 

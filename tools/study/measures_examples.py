@@ -288,8 +288,8 @@ def gold_of_the_meal(evidence: Evidence) -> Finding:
     both = [("chicken", "plate") in relations, ("plate", "breakfast") in relations]
     return if_so(
         all(both) and len(named) == 3,
-        f"of the relations of chicken on plate and plate on table {sum(both)} are goals; of the three ids "
-        f"the scene has {', '.join(named) or 'none'}",
+        f"{sum(both)} of the 2 relations, chicken on plate and plate on table, are goals; the ids of the "
+        f"three that the scene has: {', '.join(named) or 'none'}",
         in_part=any(both),
     )
 

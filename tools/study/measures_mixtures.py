@@ -284,7 +284,7 @@ def listed_predicates(evidence: Evidence) -> Finding:
     names = {each.name for each in _library(evidence, V).header.predicates}
     wanted = ("inside", "facing", "plugged_in", "closed", "grabbable", "has_switch")
     hits = [word for word in wanted if word in names]
-    return all_of((len(hits), len(wanted)), text=f"of the examples {', '.join(hits)} are declared")
+    return all_of((len(hits), len(wanted)), text=f"declared examples: {', '.join(hits)}")
 
 
 def categories_of_predicates(evidence: Evidence) -> Finding:

@@ -171,7 +171,7 @@ def brush(evidence: Evidence) -> Finding:
     models = {record.model for record in wrong}
     return if_so(
         bool(wrong),
-        f"so in {len(wrong)} of {len(records)} answers with clean_stained_brush, of {len(models)} models",
+        f"true for {len(wrong)} of {len(records)} answers with clean_stained_brush, of {len(models)} models",
     )
 
 
@@ -222,9 +222,8 @@ def mixture_of_three(evidence: Evidence) -> Finding:
     exactly = {task for task in broken if operators[task] == THREE}
     return if_so(
         bool(exactly),
-        f"in {len(broken)} of {len(asked)} problems plug_in alone breaks what all of GPT-4o's "
-        "operators together solve, "
-        f"in {len(exactly)} with exactly these three operators",
+        f"{len(broken)} of {len(asked)} problems are solved with all of GPT-4o's operators, but not if only "
+        f"plug_in is GPT-4o's; {len(exactly)} of these have exactly these three operators",
     )
 
 
@@ -369,7 +368,7 @@ def _rest(
     hits = len(rates) - len(low)
     return all_of(
         (hits, len(rates)),
-        text=f"so of {hits} of {len(rates)} other operators of GPT-4o{f'; lower: {text}' if text else ''}",
+        text=f"true for {hits} of {len(rates)} other operators of GPT-4o{f'; lower: {text}' if text else ''}",
     )
 
 

@@ -204,14 +204,16 @@ def goals_of_subgoals_by_world(evidence: Evidence) -> Finding:
 
 def goals_by_world(evidence: Evidence) -> Finding:
     hits = pairs_of(evidence, ("B", "GI", "overall.f1"), ("V", "GI", "overall.f1"))
-    return all_of(hits, text=f"so in {_told(hits)} models whose answers can be read")
+    return all_of(hits, text=f"true for {_told(hits)} models whose answers can be read")
 
 
 def recall_of_relations(evidence: Evidence) -> Finding:
     hits = [
         pairs_of(evidence, (world, "GI", "state.recall"), (world, "GI", "relation.recall")) for world in "VB"
     ]
-    return all_of(*hits, text=f"so in {_told(hits[0])} models in VirtualHome, {_told(hits[1])} in BEHAVIOR")
+    return all_of(
+        *hits, text=f"true for {_told(hits[0])} models in VirtualHome, {_told(hits[1])} in BEHAVIOR"
+    )
 
 
 def non_spatial(evidence: Evidence) -> Finding:
@@ -338,7 +340,8 @@ def over_80(evidence: Evidence) -> Finding:
     rates = rates_of(evidence, "V", "SD", "total_goal")
     hits = sum(rates[name] > 80 for name in STRONG), len(STRONG)
     return most_of(
-        hits, text=f"so in {_told(hits)} strong models, and in {sum(r > 80 for r in rates.values())} of 18"
+        hits,
+        text=f"true for {_told(hits)} strong models, and {sum(r > 80 for r in rates.values())} of all 18",
     )
 
 
@@ -350,7 +353,7 @@ def llama_below_70(evidence: Evidence) -> Finding:
 def missing_in_half(evidence: Evidence) -> Finding:
     rates = rates_of(evidence, "B", "SD", "missing_step")
     hits = sum(rate > 50 for rate in rates.values()), len(rates)
-    return most_of(hits, text=f"so in {_told(hits)} models")
+    return most_of(hits, text=f"true for {_told(hits)} models")
 
 
 def additional_by_world(evidence: Evidence) -> Finding:
@@ -410,7 +413,7 @@ def grammar_by_age(evidence: Evidence) -> Finding:
 def runtime_by_world(evidence: Evidence) -> Finding:
     sums = {world: _sums(evidence, world, "AS", RUNTIME[:3]) for world in "VB"}
     hits = sum(sums["V"][name] < sums["B"][name] for name in sums["V"]), len(sums["V"])
-    return all_of(hits, text=f"so in {_told(hits)} models (without additional steps)")
+    return all_of(hits, text=f"true for {_told(hits)} models (without additional steps)")
 
 
 def fewest_runtime_errors(evidence: Evidence) -> Finding:
@@ -501,7 +504,7 @@ def replanning_rates(evidence: Evidence) -> Finding:
         (worse if after > before else same if after == before else []).append(column.metric.replace("_", " "))
     return if_so(
         worse == ["additional step"] and not same,
-        f"by the table {', '.join(worse)} gets worse, {', '.join(same) or 'none'} stays",
+        f"by the table, these rates get worse: {', '.join(worse)}; unchanged: {', '.join(same) or 'none'}",
         in_part=worse == ["additional step"],
     )
 

@@ -359,7 +359,7 @@ def intermediate_by_openness(evidence: Evidence) -> Finding:
             text.append(f"{NAMED[domain]}, {kind} models {100 * shares[-1]:.1f} %")
     return if_so(
         min(shares) >= COMMON,
-        f"wrong goals that hold on the way only: {', '.join(text)}",
+        f"wrong goals that hold only in intermediate states: {', '.join(text)}",
         in_part=min(shares) > 0,
     )
 
@@ -419,8 +419,8 @@ def plywood_moved(evidence: Evidence) -> Finding:
     names = sorted({map_files_to_paper_models()[model] for model, _ in undone})
     return if_so(
         bool(undone),
-        f"a step ends such a nearness in {len(undone)} of {len(wanted)} executed answers that miss the goal "
-        f"({', '.join(names) or 'no model'})",
+        f"a step separates two such pieces in {len(undone)} of {len(wanted)} executed answers that miss the "
+        f"goal ({', '.join(names) or 'no model'})",
     )
 
 

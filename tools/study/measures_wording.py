@@ -122,7 +122,7 @@ def pairs_of_jars(evidence: Evidence) -> Finding:
     pairs = [text for text in goals if text.startswith("ForPairs")]
     jars = [text for text in goals if "apple" in text and "jar" in text]
     return if_so(
-        bool(jars), f"{len(pairs)} goals of BEHAVIOR are for pairs, {len(jars)} name an apple and a jar"
+        bool(jars), f"{len(pairs)} goals of BEHAVIOR are about pairs, {len(jars)} name an apple and a jar"
     )
 
 

@@ -17,12 +17,12 @@ from eai.results.paper_tables import map_files_to_paper_models
 HEAD = (Path(__file__).parent / "head.md").read_text(encoding="utf-8")
 
 MEANING = {
-    Status.REPRODUCED: "the figures, or the order that is claimed, come out",
-    Status.IN_PART: "some of what is claimed does",
-    Status.NOT_SUPPORTED: "the answers say otherwise, or cannot tell it from nothing",
-    Status.ARTEFACT: "the figures come out, and mean something else than what is claimed",
-    Status.CANNOT_BE_CHECKED: "what it takes is not published, or the paper contradicts itself",
-    Status.NOT_JUDGED: "a definition, a guess, or about things outside the data; the reason stands beside it",
+    Status.REPRODUCED: "the claimed figures, or the claimed order, are confirmed",
+    Status.IN_PART: "a part of the claim is confirmed",
+    Status.NOT_SUPPORTED: "the answers contradict the claim, or its effect cannot be distinguished from zero",
+    Status.ARTEFACT: "the figures are confirmed, but do not mean what the paper claims",
+    Status.CANNOT_BE_CHECKED: "the necessary data are not published, or the paper contradicts itself",
+    Status.NOT_JUDGED: "a definition, a guess, or about things outside the data; the row gives the reason",
 }
 
 
@@ -87,7 +87,7 @@ def _statements(judged: Sequence[tuple[Statement, Finding]]) -> Iterator[str]:
         f"| {status.value} | {tally[status]} | {MEANING[status]} |" for status in Status if tally[status]
     )
     yield ""
-    yield "The same statement counts once in each section that has it."
+    yield "A statement that stands in several sections counts once in each of them."
     yield ""
     for section_name, group in groupby(judged, key=lambda item: item[0].section):
         yield f"### {section_name}"
@@ -109,7 +109,7 @@ def _overview(found: Sequence[tuple[Claim, Finding]]) -> Iterator[str]:
         f"| {status.value} | {tally[status]} | {MEANING[status]} |" for status in Status if tally[status]
     )
     yield ""
-    yield "| | claim | status | what comes out |"
+    yield "| | claim | status | result |"
     yield "|---|---|---|---|"
     for claim, finding in found:
         link = f"[{claim.key}](#{claim.anchor})"
@@ -131,7 +131,7 @@ def section(claim: Claim, finding: Finding) -> Iterator[str]:
     yield f"**{finding.status.value.capitalize()}.** {finding.summary}"
     yield ""
     if finding.rows:
-        yield "| | paper | what comes out |"
+        yield "| | paper | result |"
         yield "|---|--:|--:|"
         yield from (f"| {row.what} | {row.printed} | {row.ours} |" for row in finding.rows)
         yield ""
@@ -146,4 +146,4 @@ def _left_out(claims: Sequence[Claim], known: Sequence[Claim]) -> Iterator[str]:
         yield ""
         for claim in missing:
             needs = [*sorted(map(str, claim.needs)), *(["a planner"] if claim.plans else [])]
-            yield f"* {claim.key} {claim.title}: takes {'; '.join(needs)}"
+            yield f"* {claim.key} {claim.title}: needs {'; '.join(needs)}"

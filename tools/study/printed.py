@@ -63,7 +63,7 @@ ORDERS: Sequence[tuple[str, str, PaperColumn, str, int, Sequence[str]]] = (
         for d in (V, B)
     ),
     ("second in plans", PLANS, PaperColumn(AS, SOLVED, B), "o1-mini", 2, ()),
-    ("best in plans but for the o1 series", PLANS, PaperColumn(AS, SOLVED, B), "GPT-4o", 1, O1),
+    ("best in plans except the o1 series", PLANS, PaperColumn(AS, SOLVED, B), "GPT-4o", 1, O1),
     *(("best in subgoals", SUBGOALS, PaperColumn(SD, SOLVED, d), "o1-preview", 1, ()) for d in (V, B)),
 )
 """Orders of models in the summary: words, table, column, model, rank, excluded models."""
@@ -83,10 +83,10 @@ def prose(evidence: Evidence) -> Finding:
     in_behavior = sum(row.what.startswith(NAMED[B]) for row in wrong)
     return Finding(
         by_degree(same == len(QUOTED) and not wrong, same > len(QUOTED) / 2),
-        f"{same} of {len(QUOTED)} figures of the text are those of the tables; all others are VirtualHome's."
-        " Those of its goal interpretation (82.0 and 89.1) are denied by more than twenty points; those of"
-        f" its plans are what the public answers give. Of {len(orders)} orders of models {len(wrong)} are "
-        f"denied by the tables, {in_behavior} of them in BEHAVIOR.",
+        f"{same} of {len(QUOTED)} figures of the text agree with the tables; all others are about "
+        "VirtualHome. The figures of its goal interpretation (82.0 and 89.1) differ from the table by more "
+        "than twenty points. The figures of its plans agree with the public answers. The tables contradict "
+        f"{len(wrong)} of {len(orders)} orders of models, {in_behavior} of them in BEHAVIOR.",
         rows,
     )
 
@@ -126,8 +126,8 @@ def easier(evidence: Evidence) -> Finding:
     models = len(overview.rows)
     return Finding(
         by_degree(max(ahead.values()) <= models / 2, min(ahead.values()) <= models / 2),
-        f"In VirtualHome {ahead[V]} of {models} models are better at subgoals, in BEHAVIOR {ahead[B]}: the "
-        "claim holds in one world and not in the other, and the two abilities are scored by different rules.",
+        f"In VirtualHome, {ahead[V]} of {models} models are better at subgoals; in BEHAVIOR, {ahead[B]}. So "
+        "the claim holds in one of the two worlds. The two abilities are scored by different rules.",
         rows,
     )
 
@@ -145,7 +145,7 @@ def pipelines(evidence: Evidence) -> Finding:
             named = metric.replace("_", " ")
             rows.append(
                 Row(
-                    f"{ability.replace('_', ' ')}: {named}, pipeline less modular, mean of "
+                    f"{ability.replace('_', ' ')}: {named}, pipeline minus modular, mean of "
                     f"{len(differences)} models",
                     "lower" if metric == SOLVED else "similar",
                     f"{mean:+.1f} points; lower in {less}, higher in {more}, p = {p:.2g}",
@@ -156,16 +156,16 @@ def pipelines(evidence: Evidence) -> Finding:
     similar = [not found for metric, found in fewer if metric == EXECUTED]
     rows.append(
         Row(
-            "GPT-4o's subgoals, its example",
+            "GPT-4o's subgoals, the paper's example",
             "48.0 % to 38.0 %",
             f"of 100 tasks each: p = {fisher(48, 38, 100):.2f} unpaired",
         )
     )
     return Finding(
         by_degree(all(lower) and all(similar), any(lower)),
-        "By the paper's own table success is lower over models, in both pipelines; execution cannot be told "
-        "from equal, which is not the same as similar. Of a single model ten points of 100 tasks may be "
-        "chance.",
+        "In the paper's own table, success over models is lower in both pipelines. For execution, no "
+        "difference can be detected, which does not show that it is similar. For a single model, ten points "
+        "of 100 tasks may be due to chance.",
         rows,
     )
 
@@ -184,13 +184,17 @@ def _differences(table: PaperTable, column: PaperColumn) -> Iterator[float]:
 def replanning_behavior(evidence: Evidence) -> Finding:
     return Finding(
         Status.CANNOT_BE_CHECKED,
-        "No table and no answers: two pairs of figures of the text. The script is that of VirtualHome's "
-        "replanning, which tells the model nothing of what went wrong. And asking again what failed can only "
-        "gain: without an arm that is asked again and told nothing, no gain is feedback's.",
+        "The paper gives pairs of figures in its text, but no table and no answers. The script is the one "
+        "for VirtualHome's replanning, which does not tell the model what went wrong. Asking again after "
+        "failures can only raise success. Without a control that is asked again without feedback, no gain "
+        "can be attributed to feedback.",
         [
-            Row("task success without and with", "47.0 %, 59.0 %", f"unpaired p = {fisher(47, 59, 100):.2f}"),
-            Row("execution without and with", "53.0 %, 63.0 %", f"unpaired p = {fisher(53, 63, 100):.2f}"),
-            Row("additional steps without and with", "0.0 %, 3.0 %", f"p = {fisher(0, 3, 100):.2f}"),
+            Row(f"{name} without and with replanning", said, f"unpaired p = {fisher(*counts, 100):.2f}")
+            for name, said, counts in (
+                ("task success", "47.0 %, 59.0 %", (47, 59)),
+                ("execution", "53.0 %, 63.0 %", (53, 63)),
+                ("additional steps", "0.0 %, 3.0 %", (0, 3)),
+            )
         ],
     )
 
@@ -212,16 +216,16 @@ def slips(evidence: Evidence) -> Finding:
             clear.append(p < 0.05)
             rows.append(
                 Row(
-                    f"slips of {chance}: {named} without and with",
+                    f"chance of {chance}: {named} without and with replanning",
                     f"{without:.0f} %, {replanned:.0f} %",
                     f"{hits[0]} and {hits[1]} of {SLIPS_TASKS}: p = {p:.2g}",
                 )
             )
     return Finding(
         by_degree(all(clear), any(clear)),
-        f"Of {SLIPS_TASKS} episodes each: at a chance of 0.05 neither gain can be told from none, at 0.1 and "
-        "0.2 both can. With seed 0 the draw has 16 distinct tasks, and the model is told the state, not that "
-        "anything failed.",
+        f"Each rate is of {SLIPS_TASKS} episodes. At a chance of 0.05, neither gain can be distinguished "
+        "from zero; at 0.1 and 0.2, both can. With seed 0, the drawn sample has 16 distinct tasks. The model "
+        "is told the state, but not that an action failed.",
         rows,
     )
 
@@ -229,8 +233,9 @@ def slips(evidence: Evidence) -> Finding:
 def vision(evidence: Evidence) -> Finding:
     return Finding(
         Status.CANNOT_BE_CHECKED,
-        "Neither answers nor pictures are published, nor how many tasks were asked: it cannot have been "
-        "100, which gives neither 11.1 % nor 2.5 % (the smallest numbers that do are 1 of 9 and 1 of 40).",
+        "Answers, pictures and the number of tasks are not published. The number cannot have been 100, "
+        "because 100 tasks give neither 11.1 % nor 2.5 %. The smallest counts with these rates are 1 of 9 "
+        "and 1 of 40.",
         [
             Row("goal interpretation, F1: scene graph, image, both", "31.5, 9.1, 25.8", "–"),
             Row("success of plans: scene graph, image, both", "11.1 %, 2.5 %, 11.0 %", "–"),
@@ -241,9 +246,9 @@ def vision(evidence: Evidence) -> Finding:
 def context(evidence: Evidence) -> Finding:
     return Finding(
         Status.CANNOT_BE_CHECKED,
-        "What the “broader context” was is not said, nor of how many tasks the figures are. Were they of "
-        f"100, 11 and 14 successes would differ with p = {fisher(11, 14, 100):.2f}; gains of 0.4 and 0.1 "
-        "points of F1 carry no finding.",
+        "The paper does not say what the “broader context” was, nor how many tasks there were. With 100 "
+        f"tasks, 11 and 14 successes would differ with p = {fisher(11, 14, 100):.2f}. Gains of 0.4 and 0.1 "
+        "points of F1 support no conclusion.",
         [
             Row("Llama 3: F1, success", "31.5 to 31.9, 11.1 % to 13.9 %", "–"),
             Row("LLaVA with a scene graph: F1, success", "25.8 to 25.9, 11.0 % to 12.3 %", "–"),
@@ -255,8 +260,9 @@ def perception(evidence: Evidence) -> Finding:
     best, middle, worst, tasks = 6, 4, 1, 8
     return Finding(
         Status.CANNOT_BE_CHECKED,
-        "Success rates are eighths, of 8 tasks that are not named; what the rates of errors are shares of is "
-        "not said, nor which model planned. The order of three models is no curve of success by error.",
+        "Success rates are multiples of 1/8, from 8 tasks that are not named. The paper does not name the "
+        "denominators of the error rates, or the model that planned. An order of three models is not a curve "
+        "of success by error rate.",
         [
             Row(
                 "75.0 % against 12.5 % (8 % and 83 % wrong predicates)",
@@ -275,86 +281,89 @@ def perception(evidence: Evidence) -> Finding:
 CLAIMS: Sequence[Claim] = (
     Claim(
         "D2",
-        "The figures of the text",
+        "Figures in the text",
         "The summary of findings gives figures, such as an F1 of 82.0 and a recall of 89.1 in VirtualHome's "
         "goal interpretation.",
         "appendix, “Summary of Empirical Findings”",
         NOTHING,
-        "all figures that a table has, too, are that table's",
+        "every figure and every order of models that is also in a table agrees with that table",
         prose,
     ),
     Claim(
         "D3",
         "Subgoal decomposition is not easier than action sequencing",
-        "With abstract actions it is not strictly easier to state subgoals than to plan.",
+        "With abstract actions, stating subgoals is not strictly easier than planning actions.",
         "results; appendix, “Summary of Empirical Findings”",
         NOTHING,
         "in neither world do more than half of the models succeed more often with subgoals",
         easier,
-        "From the paper's overview of all 18 models. A search helps an answer with subgoals, and none helps "
-        "a plan.",
+        "The figures are from the paper's overview of all 18 models. A search completes an answer with "
+        "subgoals, but no search completes a plan.",
     ),
     Claim(
         "I2",
         "Replanning in BEHAVIOR",
-        "With replanning GPT-4o's success rises from 47.0 to 59.0 %, its execution from 53.0 to 63.0 %, and "
-        "additional steps from none to 3.0 %.",
+        "With replanning, GPT-4o's success rises from 47.0 to 59.0 %, and its execution from 53.0 to 63.0 %. "
+        "Additional steps rise from none to 3.0 %.",
         "appendix, “Summary of Empirical Findings”",
         NOTHING,
-        "none: no answers are published",
+        "none, because no answers are published",
         replanning_behavior,
-        "See [replanning](analyses.md).",
+        "The page on [replanning](replanning.md#measure-the-effect-of-feedback) describes such a control.",
     ),
     Claim(
         "I3",
-        "Replanning helps where actions slip",
-        "In BEHAVIOR replanning raises GPT-4o's execution and success where actions fail with a chance of "
-        "0.05, 0.1 or 0.2, and the more, the more often they do.",
+        "Replanning helps if actions fail by chance",
+        "In BEHAVIOR, replanning raises GPT-4o's execution and success if actions fail with a chance of "
+        "0.05, 0.1 or 0.2. The gain grows with this chance.",
         "appendix, “Replanning with Stochastic Actions”",
         NOTHING,
-        "every gain with p < 0.05",
+        "every gain has p < 0.05",
         slips,
-        "Episodes count as independent here, though tasks were drawn twice; pairs are not published.",
+        "The test treats episodes as independent, although some tasks were drawn twice. Pairs of episodes "
+        "are not published.",
     ),
     Claim(
         "J1",
-        "Pipelines execute as often and succeed less",
-        "Where a model plans for goals that it interpreted itself, execution is similar and success lower, "
-        "for errors add up.",
+        "Pipelines have similar execution and lower success",
+        "If a model plans for goals that it interpreted itself, execution is similar and success is lower, "
+        "because errors add up.",
         "appendix, “Pipeline-Based vs Modularized”",
         NOTHING,
-        "over models success is lower with p < 0.05 in both pipelines, and execution is not",
+        "over models, success is lower with p < 0.05 in both pipelines, and execution is not",
         pipelines,
-        "A sign test over models, which share tasks. The answers of the paper's pipeline with plans are not "
-        "published; how ours come out is in [Pipelines](pipelines.md).",
+        "The test is a sign test over models, which share tasks. The answers of the paper's pipeline with "
+        "plans are not published. The page on [pipelines](pipelines.md) shows how to run and score others.",
     ),
     Claim(
         "K1",
         "An image helps less than a scene graph",
-        "LLaVA plans worse from an image than Llama 3 from a scene graph, and with both no better.",
+        "LLaVA plans worse from an image than Llama 3 from a scene graph. With both inputs, LLaVA plans no "
+        "better.",
         "appendix, “Comparative Experiments with LLMs and VLMs”",
         NOTHING,
-        "none: no answers are published",
+        "none, because no answers are published",
         vision,
-        "[Perception](perception.md) makes the comparison for any model.",
+        "[Perception](perception.md) shows how to make this comparison with any model.",
     ),
     Claim(
         "K2",
-        "What helps a language model helps a vision model",
-        "Broader context raises goal interpretation and plans of both.",
+        "Broader context helps language models and vision models",
+        "Broader context improves goal interpretation and plans of both.",
         "appendix, “Why LLMs Benchmarking is Useful”",
         NOTHING,
-        "none: what was done is not said",
+        "none, because the paper does not say what was done",
         context,
     ),
     Claim(
         "K3",
-        "Errors of perception lower success",
-        "Subgoals planned from scene graphs that vision models saw succeed less, the more errors these have.",
+        "Perception errors lower success",
+        "Subgoals are planned from scene graphs that vision models produced. The more errors these graphs "
+        "have, the less often the subgoals succeed.",
         "appendix, “Impact of Perception and State Estimation Errors”",
         NOTHING,
-        "none: no answers are published",
+        "none, because no answers are published",
         perception,
-        "[Perception](perception.md) measures success at known rates of errors.",
+        "[Perception](perception.md) measures success at known error rates.",
     ),
 )

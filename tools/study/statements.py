@@ -250,7 +250,7 @@ PLANNED = (
 """The measures that take a planner, for minutes."""
 
 
-WITHOUT_PLANNER = Finding(Status.NOT_JUDGED, "takes a planner, which was left out")
+WITHOUT_PLANNER = Finding(Status.NOT_JUDGED, "needs a planner, which was left out")
 
 
 def _read(text: str) -> Finding:
