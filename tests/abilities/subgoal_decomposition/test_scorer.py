@@ -22,6 +22,7 @@ from eai.tasks.planning import find_plan
 from eai.tasks.share import Share
 from eai.tasks.task import NO_GOALS, Goal, GoalKind, Task
 from eai.world.effect import Add, Delete
+from eai.world.fault import FaultKind
 from eai.world.operator import Operator, additional_step
 from eai.world.state import Scene, WorldObject
 from world import toy
@@ -341,6 +342,24 @@ def test_goals_count_in_the_branch_that_reaches_most(
     explanation = SCORER.explain(answer(*alternatives))
     assert [goal.satisfied for goal in explanation.goals] == [*verdict.goals_satisfied]
     assert any("another way" in note for note in explanation.notes) is elsewhere
+
+
+@pytest.mark.parametrize(
+    ("alternatives", "paid"),
+    [
+        # The paid branch fails after two actions for one subgoal. The reported branch has no error.
+        ("at(robot, shed) or (lit(lamp) then DROP(red))", (1 / 2, True, {FaultKind.MISSING_STEP: 1}, 1)),
+        # The paid branch has no error either.
+        ("(LIFT(red) then DROP(red)) or lit(lamp)", (1 / 2, False, {}, 1)),
+        ("at(robot, shed) or holding(blue)", (0, False, {}, 1)),
+    ],
+)
+def test_rewards_depend_on_the_errors_of_the_branch_whose_goals_they_pay(
+    alternatives: str, paid: tuple[float, bool, dict[FaultKind, int], int]
+) -> None:
+    earned = SCORER.score(answer(alternatives)).compute_reward_inputs((False, False))
+    assert earned is not None
+    assert (earned.gain, earned.ended, earned.faults, earned.added_actions) == paid
 
 
 def test_a_condition_shared_by_alternatives_is_hashed_once() -> None:

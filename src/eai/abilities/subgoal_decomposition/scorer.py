@@ -169,7 +169,9 @@ class SubgoalDecompositionScorer(Scorer):
             search=outcome.end,
             tried_actions=outcome.attempts,
             refined=branch.refined,
-            added_actions=len(list_executed_actions(branch)) - branch.refined,
+            added_actions=_count_added_actions(branch),
+            errors_elsewhere=() if best is branch else tuple([fault.kind for fault in best.faults]),
+            added_elsewhere=None if best is branch else _count_added_actions(best),
         )
 
     def _assess_rejected(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
@@ -275,6 +277,10 @@ class SubgoalDecompositionScorer(Scorer):
             (rejected.category.value, *write_repair_notes(repairs), *wrong),
             goals=report_goals(self.task, verdict.goals_satisfied),
         )
+
+
+def _count_added_actions(branch: ExecutionBranch) -> int:
+    return len(list_executed_actions(branch)) - branch.refined
 
 
 def list_executed_actions(branch: ExecutionBranch) -> Sequence[str]:

@@ -37,6 +37,8 @@ class SubgoalVerdict(PlanVerdict):
         tried_actions: number of actions that the search tried.
         refined: number of subgoals for which actions were executed in the reported way.
         added_actions: number of actions that the search added: executed actions minus ``refined``.
+        errors_elsewhere: kinds of all errors in the way whose goals count, in order, if ``goals_elsewhere``.
+        added_elsewhere: number of actions that the search added in that way; None if it is the reported way.
     """
 
     category: SubgoalCategory | None = None
@@ -47,6 +49,8 @@ class SubgoalVerdict(PlanVerdict):
     tried_actions: int | None = None
     refined: int | None = None
     added_actions: int | None = None
+    errors_elsewhere: tuple[FaultKind, ...] = ()
+    added_elsewhere: int | None = None
 
     def faults(self) -> Mapping[FaultKind, int]:
         """Return the number of faults by kind.
@@ -59,10 +63,17 @@ class SubgoalVerdict(PlanVerdict):
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the credit for the executed subgoals, or None if all goals hold at the start.
 
-        The credit records how many actions the scorer added to reach subgoals.
+        The credit records how many actions the scorer added to reach subgoals. Errors and added actions are
+        those of the way whose goals count.
         """
         earned = PlanVerdict.compute_reward_inputs(self, goals_at_start)
-        return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
+        if earned is None:
+            return None
+        if self.added_elsewhere is None:
+            return replace(earned, added_actions=self.added_actions or 0)
+        errors = Counter(self.errors_elsewhere)
+        ended = any(kind is not FaultKind.ADDITIONAL_STEP for kind in errors)
+        return replace(earned, ended=ended, faults=errors, added_actions=self.added_elsewhere)
 
     def to_verdict_on_missing_answer(self) -> Self:
         """Return this verdict changed for a missing answer: no goal is reached, and `category` is None."""
