@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
+from itertools import product
 from typing import Any, TypeAlias
 
 import eai.logic.formula as f
@@ -29,11 +30,13 @@ from eai.benchmarks.gold_answers import (
     make_no_answer_error,
     open_gold_answers,
 )
+from eai.benchmarks.random_answers import list_predicates_with_arguments
 from eai.logic.choice import Literal, build_and_or_tree, generate_dnf_terms_of_tree
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute_terms
 from eai.logic.traversal import find_object_names, walk_subformulas, wrap_in_quantifiers
-from eai.pddl.model import Add, AndEffect, Delete, ForAllEffect, PddlEffect
+from eai.pddl.declaration import split_conjuncts
+from eai.pddl.model import Add, AndEffect, Delete
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, AchieversByPredicate
 from eai.planning.effect_schema import find_changes_for_literal
@@ -58,12 +61,12 @@ _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
 """A pair: an action schema that achieves a fact, and a mapping from the schema's variables to objects."""
 
 
-def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formula:
-    """Return all goals of a task as one subgoal: first its action goals in order, then its final conditions.
+def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[f.Formula]:
+    """Return each part of a task's goals as a subgoal: action goals in order, then final conditions.
 
     Actions may have any objects. Quantifiers are expanded, because not every notation has them. A goal about
     pairs of objects becomes a goal about the first pairs in scene order, as many as it demands. Goals over
-    time are left out.
+    time are left out. Each conjunct is a part of its own, because a subgoal takes few actions.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities
@@ -75,15 +78,15 @@ def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formu
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     lasting = [
-        _expand_quantifiers(goal.formula, task.scene)
+        part
         for goal in task.without_goals_over_time.goals
         if goal.kind is not GoalKind.ACTION
+        for part in split_conjuncts(_expand_quantifiers(goal.formula, task.scene))
     ]
-    at_the_end = [_join_formulas(f.And, lasting)] if lasting else []
-    return lexicon.to_text_names(_join_formulas(f.Then, [*actions, *at_the_end]))
+    return [lexicon.to_text_names(part) for part in (*actions, *dict.fromkeys(lasting))]
 
 
-def _join_formulas(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]) -> f.Formula:
+def _join_formulas(kind: type[f.And | f.Or], parts: Sequence[f.Formula]) -> f.Formula:
     return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
@@ -135,10 +138,10 @@ def open_copied_answers(
 ) -> AnswersByTask:
     """Return answers that are copied from the question without understanding it.
 
-    An answer to goal interpretation has all goals that words of the instruction can state. The only subgoal
-    is the task's goal, with its actions before its conditions. A plan has, for each condition of the goal, an
+    An answer to goal interpretation has all goals that words of the instruction can state. The subgoals are
+    the parts of the task's goal, actions before conditions. A plan has, for each condition of the goal, an
     action that achieves this condition, but no steps that make the action possible. Operators have no
-    preconditions, and their effects apply the goal's predicates to all parameters.
+    preconditions, and their effects apply the goal's predicates to their parameters.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -206,9 +209,8 @@ def _copy_goals_mentioned_in_instruction(benchmark: Benchmark, task: Task) -> It
     return notation.write(goals)
 
 
-def _copy_goal_as_subgoal(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    task = task.without_goals_over_time
-    return [print_ltl(write_goals_as_one_subgoal(task, benchmark.subgoals()))] if task.goals else []
+def _copy_goal_parts_as_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
+    return map(print_ltl, write_goal_parts_as_subgoals(task, benchmark.subgoals()))
 
 
 _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
@@ -286,7 +288,8 @@ def _apply_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task) 
 def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
     """Return operators without preconditions.
 
-    The effects make predicates of the goal true, or false if the goal negates them.
+    The effects make predicates of the goal true of an operator's parameters of fitting types, or false if the
+    goal negates them.
     """
     subformulas = list(walk_subformulas(task.problem.goal))
     denied = {
@@ -295,29 +298,20 @@ def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTas
     wanted = dict.fromkeys(
         subformula.predicate for subformula in subformulas if isinstance(subformula, f.Atom)
     )
-    declared = {predicate.name: predicate.parameters for predicate in task.domain.header.predicates}
-    effects = [
-        _make_effect_on_all_objects(n, declared[n], adds=n not in denied) for n in wanted if n in declared
-    ]
-    effect = AndEffect(tuple(effects))
-    return [
-        write_action(replace(gold, precondition=f.TRUE, effect=effect))
-        for gold in task.gold_operators.values()
-    ]
-
-
-def _make_effect_on_all_objects(
-    predicate: str, parameters: Sequence[f.Variable], *, adds: bool
-) -> PddlEffect:
-    """Return an effect that makes a predicate true, or false, for all objects of the parameters' types."""
-    atom = f.Atom(predicate, tuple([f.Variable(parameter.name) for parameter in parameters]))
-    effect: PddlEffect = Add(atom) if adds else Delete(atom)
-    return wrap_in_quantifiers(ForAllEffect, parameters, effect)
+    for gold in task.gold_operators.values():
+        fitting = dict(list_predicates_with_arguments(task, gold))
+        effects = [
+            (Delete if name in denied else Add)(f.Atom(name, tuple(map(f.Variable, terms))))
+            for name in wanted
+            for terms in product(*fitting.get(name, [()]))
+            if len({*terms}) == len(terms)
+        ]
+        yield write_action(replace(gold, precondition=f.TRUE, effect=AndEffect(tuple(effects))))
 
 
 _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
     Ability.GOAL_INTERPRETATION: _copy_goals_mentioned_in_instruction,
-    Ability.SUBGOAL_DECOMPOSITION: _copy_goal_as_subgoal,
+    Ability.SUBGOAL_DECOMPOSITION: _copy_goal_parts_as_subgoals,
     Ability.ACTION_SEQUENCING: _copy_plan,
     Ability.TRANSITION_MODELING: _write_operators_with_goal_effects,
 }

@@ -191,7 +191,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
         task, rng = tasks[task_id], make_random(seed, task_id)
         written = []
         for action in task.gold_operators.values():
-            predicates = list(_list_predicates_with_arguments(task, action))
+            predicates = list(list_predicates_with_arguments(task, action))
             needed, changed = [
                 [
                     _draw_atom(*rng.choice(predicates), rng)
@@ -207,7 +207,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     return make_answer
 
 
-def _list_predicates_with_arguments(
+def list_predicates_with_arguments(
     task: TransitionTask, action: m.PddlAction
 ) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield each predicate, and for each of its arguments the operator's parameters of a fitting type.
