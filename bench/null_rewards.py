@@ -4,7 +4,8 @@
 
 Null answers are: an empty text, or an empty answer in the form that is asked for; the prompt itself; and the
 answers of the null models (`eai/copy`, `eai/random`, `eai/lookup`). For goals and operators there is also an
-answer that asserts everything possible. For each shaping, the program prints the mean over the tasks that can
+answer that asserts everything possible, and for plans the copy with a movement to an object before each
+action. For each shaping, the program prints the mean over the tasks that can
 pay a reward. Answers of any length are read.
 
 The agent plays each task once per sweep, with commands that are possible in the current state. The program
@@ -25,10 +26,12 @@ from statistics import mean
 from typing import get_args
 
 from bench.record import add_write_option, get_suite_title, write_rows
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
+from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.agents.command import DONE
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
@@ -44,12 +47,15 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import Add, AndEffect
 from eai.pddl.writer import write_action
+from eai.planning.role import infer_operator_role
 from eai.results.reward import Reward, Shaping
 from eai.tasks.source import Source
+from eai.world.action import Action
+from eai.world.operator import OperatorRole
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 STEPS = (10, 20, 50, 100)
-SHOWN = ("copy", "random", "everything")
+SHOWN = ("copy", "copy, walking", "random", "everything")
 """Null answers that the page of results shows."""
 
 
@@ -67,6 +73,9 @@ def list_null_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]
         yield name, get_answer_text(opened(benchmark, ability, source))
     yield "random", lambda task_id: chance(task_id, "0", ()).text
     yield "the prompt", lambda task_id: prompts[task_id].user
+    if ability is Ability.ACTION_SEQUENCING:
+        copies = open_copied_answers(benchmark, ability, source)
+        yield "copy, walking", lambda task_id: add_movements(suite, task_id, copies[task_id].text)
     if ability is Ability.GOAL_INTERPRETATION:
         yield "everything", lambda task_id: write_all_goals(suite, task_id)
     if ability is Ability.TRANSITION_MODELING:
@@ -108,6 +117,28 @@ def write_all_operators(suite: Suite, task_id: str) -> str:
         effect = AndEffect(tuple(map(Add, atoms)))
         written.append(write_action(replace(operator, precondition=And(atoms), effect=effect)))
     return join_operators_as_answer(written)
+
+
+def add_movements(suite: Suite, task_id: str, plan: str) -> str:
+    """Return a plan with a movement to the first object of each action before the action."""
+    scorer, notation = suite.scorer(task_id), suite.benchmark.notation.plans
+    if not isinstance(scorer, ActionSequencingScorer):
+        raise TypeError(f"expected a scorer of plans, found {scorer}")
+    written = scorer.read(plan)
+    actions = () if isinstance(written, Unreadable) else scorer.resolve_names(written)
+    if isinstance(actions, ErrorReport):
+        raise ValueError(f"{task_id}: {actions.detail}")
+    moves = [
+        operator.name
+        for operator in suite.benchmark.domain.operators
+        if operator.arity == 1 and infer_operator_role(operator) is OperatorRole.MOVEMENT
+    ]
+    steps = [
+        step
+        for action in actions
+        for step in (*(Action(moves[0], action.arguments[:1]),) * bool(action.arguments), action)
+    ]
+    return notation.join(notation.write(steps, suite.tasks[task_id].scene))
 
 
 def make_declining_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
