@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import invalidate_caches
 from pathlib import Path
 
 import pytest
@@ -79,6 +81,28 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
 @pytest.mark.parametrize(
     ("declare", "problem"),
     [
+        (lambda: make_task("", "", toy.initial()), "expected the id of a task as a text, found ''"),
+        (lambda: make_task(7, "", toy.initial()), "expected the id of a task as a text, found 7"),
+        (
+            lambda: make_task("light", "", toy.initial(), ["lit(lamp)"]),
+            "task light, goal 1: expected a text or a formula, found list",
+        ),
+        (
+            lambda: Scene(toy.VOCABULARY, {"lamp": None}),
+            "objects: expected texts as name and kind, found 'lamp' and None",
+        ),
+        (
+            lambda: Operator("DIM", (X,), (affordance(is_a(X, "lamp"), "{x is no lamp"),), ()),
+            "reason '{x is no lamp': expected '}' before end of string; write two braces for one",
+        ),
+        (
+            lambda: Operator("DIM", (X,), (affordance(is_a(X, "lamp"), "{} is no lamp"),), ()),
+            "operator DIM: a reason mentions , which is no parameter",
+        ),
+        (
+            lambda: toy.initial().scene.state(["lit(the-lamp)"]),
+            "'lit(the-lamp)': line 1, column 8: expected ')' or ','",
+        ),
         (lambda: given(LIGHT, LIGHT), "two tasks are called light: give each task an id of its own"),
         (lambda: given([LIGHT]), "eai.given: expected Task, found list"),
         (
@@ -98,6 +122,52 @@ def test_an_error_in_a_module_names_file_and_line(tmp_path: Path, monkeypatch: p
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"^spoilt_world\.py: line 3: predicates: expected a tuple"):
         find_benchmark("spoilt_world:world")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"x = 1\nbox = Vocab()", "broken_world.py: line 2: NameError: name 'Vocab' is not defined"),
+        (b"import eai\n\neai.mak_task()", "broken_world.py: line 3: AttributeError: module 'eai' has no "),
+        (b"from eai import Nothing", "broken_world.py: line 1: ImportError: cannot import name 'Nothing'"),
+        (
+            b"import no_such_package",
+            "broken_world.py: line 1: ModuleNotFoundError: No module named 'no_such_",
+        ),
+        (b"box = (\n    1,", "broken_world.py: line 1: SyntaxError: '(' was never closed"),
+        (b"box = 1\n\tbox = 2", "broken_world.py: line 2: IndentationError: unexpected indent"),
+        (b"box = 'caf\xe9'", "broken_world.py: line 1: SyntaxError: (unicode error) 'utf-8' codec can't "),
+        ("box = 1".encode("utf-16"), "broken_world:world: SyntaxError: source code "),
+        (b"", "broken_world:world: broken_world has no object 'world'"),
+    ],
+)
+def test_an_exception_in_a_module_names_file_and_line(
+    content: bytes, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "broken_world.py").write_bytes(content)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    sys.modules.pop("broken_world", None)
+    invalidate_caches()
+    with pytest.raises(InputError) as error:
+        find_benchmark("broken_world:world")
+    assert str(error.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    "reference",
+    ["world.py", "world.py:world", "../worlds/world:world", "./world.py:world", ":world", "a..b:c"],
+)
+def test_a_file_is_no_module(reference: str) -> None:
+    with pytest.raises(InputError, match=r": expected a module without folder and \.py, as in lamps:lamps$"):
+        find_benchmark(reference)
+
+
+def test_a_scene_without_an_agent_that_the_domain_needs_is_an_error() -> None:
+    scene = Scene(toy.VOCABULARY, toy.initial().scene.objects)
+    task = make_task("light", "", scene.state([]), "lit(lamp)")
+    with pytest.raises(InputError, match="the scene has no agent, but the domain needs one"):
+        find_problems(task)
 
 
 def test_a_kind_that_contains_itself_names_file_and_line(

@@ -72,6 +72,10 @@ CASES = [
     ({**LINE, "gaols": []}, "line 1: gaols: unknown; did you mean goals?"),
     ({**LINE, "version": 2}, "line 1: version: expected 1, found 2"),
     (json.dumps(LINE)[:-1] + ', "goals": []}', "line 1: the member 'goals' occurs twice"),
+    (
+        {name: value for name, value in LINE.items() if name != "agent"},
+        "line 1: agent: expected the object that acts, because actions of lamps mention it",
+    ),
     ({**LINE, "agent": "cat"}, "agent: expected the name of an object of the task, found 'cat'"),
     ({**LINE, "facts": {"warm": ["box"]}}, "facts: predicate warm is not declared"),
     ({**LINE, "facts": {"at": ["box"]}}, "facts: at takes 2 arguments, not 1"),

@@ -65,7 +65,7 @@ def test_facts_about_objects_in_a_mask_name_no_other_object() -> None:
         (("open", 1), "open: expected a tuple of objects; write a tuple of one object with a comma, (x,)"),
         (("open", "dock", "robot"), "('open', 'dock', 'robot'): expected a fact, as in 'at(robot, dock)'"),
         ("not open(dock)", "'not open(dock)': expected a fact, as in 'at(robot, dock)'"),
-        ("at(robot dock)", "line 1, column 10: expected ')' or ','"),
+        ("at(robot dock)", "'at(robot dock)': line 1, column 10: expected ')' or ','"),
         ("shut(dock)", "shut is derived from other facts: state those facts instead"),
     ],
 )

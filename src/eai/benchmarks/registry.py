@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
-from traceback import extract_tb
+from traceback import TracebackException, extract_tb
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.protocol import Ability, find_abilities
@@ -131,7 +131,7 @@ def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) 
     if is_path_of_task_files(reference):
         path = Path(reference)
         return replace(_open_single_ability_file(path) or _open_task_files(path), reference=reference)
-    if separator:
+    if separator or reference.endswith(".py"):
         return _require_benchmark(load_object(reference), reference)
     names = list_benchmarks()
     expected = (
@@ -255,26 +255,43 @@ def load_object(reference: str) -> Any:
     """Return the object that ``module:object`` names. The module may be in the working directory.
 
     Raises:
-        InputError: the module or the object does not exist, or its declaration is invalid.
+        InputError: the module or the object does not exist, or the module raises an exception.
     """
     module, _, name = reference.partition(":")
+    if module.endswith(".py") or not all(map(str.isidentifier, module.split("."))):
+        raise InputError(f"{reference}: expected a module without folder and .py, as in lamps:lamps")
     here = str(Path.cwd())
     added = here not in sys.path
     if added:
         sys.path.insert(0, here)
     try:
-        return getattr(import_module(module), name)
-    except ImportError as error:
-        raise InputError(f"{reference}: the module cannot be imported ({error})") from error
-    except AttributeError as error:
-        raise InputError(f"{reference}: {module} has no object {name!r}") from error
-    except EaiError as error:  # the module declares an invalid benchmark
-        file = f"{module.replace('.', '/')}.py"
-        frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename.endswith(file)]
-        raise InputError(f"{file}: line {frames[-1].lineno}: {error}" if frames else str(error)) from error
+        imported = import_module(module)
+    except Exception as error:
+        raise InputError(_describe_import_error(module, reference, error)) from error
     finally:
         if added:
             sys.path.remove(here)
+    try:
+        return getattr(imported, name)
+    except AttributeError as error:
+        raise InputError(f"{reference}: {module} has no object {name!r}") from error
+
+
+def _describe_import_error(module: str, reference: str, error: Exception) -> str:
+    """Return a message about an exception during an import, with the line of the module that raised it."""
+    file = f"{module.replace('.', '/')}.py"
+    lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename.endswith(file)]
+    if isinstance(error, SyntaxError) and error.filename:
+        file, lines = Path(error.filename).name, [error.lineno]
+    if isinstance(error, EaiError):
+        text = str(error)
+    elif isinstance(error, ImportError) and not lines:
+        text = f"the module cannot be imported ({error})"
+    else:  # like the last line of a traceback, with Python's suggestion of a name
+        text = list(TracebackException.from_exception(error).format_exception_only())[-1].strip()
+    if lines:
+        return f"{file}: line {lines[-1]}: {text}"
+    return text if isinstance(error, EaiError) else f"{reference}: {text}"
 
 
 def _require_benchmark(value: object, reference: str) -> Benchmark:

@@ -106,14 +106,19 @@ def make_task(
         domain: the domain of the task; needed if a text names actions.
 
     Raises:
-        InputError: a goal cannot be parsed, or names something unknown. The message names the expected text.
+        InputError: the id is not a text, or is empty. Or a goal is not a formula, cannot be parsed, or names
+            something unknown. The message names the expected text.
     """
+    if not isinstance(task_id, str) or not task_id:
+        raise InputError(f"expected the id of a task as a text, found {task_id!r}")
     scene = initial.scene
     formulas = []
     for number, stated in enumerate(goals, 1):
         with prefix_errors_with_location(f"task {task_id}, goal {number}"):
             if isinstance(stated, str):
                 formulas.append(read_goal(stated, domain or Domain("", scene.vocabulary, ()), scene))
+            elif not isinstance(stated, f.Formula):
+                raise InputError(f"expected a text or a formula, found {type(stated).__name__}")
             else:
                 check_goal_names(stated, scene)
                 formulas.append(stated)

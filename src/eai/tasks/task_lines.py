@@ -126,6 +126,8 @@ def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
     """
     index_by_name = {name: index for index, name in enumerate(line.objects)}
     agent = None if line.agent is None else _find_object_index(line.agent, index_by_name, "agent")
+    if agent is None and any(operator.mentions_agent for operator in domain.compiled_operators.values()):
+        raise InputError(f"agent: expected the object that acts, because actions of {domain.name} mention it")
     scene = Scene(domain.vocabulary, line.objects, agent)
     relevant = line.objects if line.relevant is None else line.relevant
     goals = tuple(map(goal, dict.fromkeys(_read_goals(line, domain, scene))))

@@ -95,6 +95,11 @@ class CompiledOperator:
         )
         self._apply: Apply | None = effects.compile_sequence(operator.effects) if operator.effects else None
 
+    @property
+    def mentions_agent(self) -> bool:
+        """Whether a check or an effect is about the agent."""
+        return self._frame.mentions_agent
+
     def bind(self, state: State, arguments: Sequence[int]) -> FrameBinding:
         """Return a binding of the operator's variables to these arguments."""
         return self._frame.bind_arguments(state.scene, arguments)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from eai.base.errors import DomainError
+from eai.base.errors import DomainError, InputError
 from eai.logic.formula import Constant, Term, Variable
 from eai.world.relation import ObjectMask
 from eai.world.state import Scene, State
@@ -39,6 +39,7 @@ class SlotAllocator:
         self._others: list[int] = []  # UNBOUND for each constant, and each variable that is no parameter
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
+        self.mentions_agent = False
 
     def add_slot(self) -> int:
         """Add a slot (a position in each binding), and return its number."""
@@ -53,6 +54,7 @@ class SlotAllocator:
         """
         if isinstance(term, Constant):
             if term == AGENT:
+                self.mentions_agent = True
                 return 0
             if term.name not in self._constants:
                 self._constants[term.name] = self.add_slot()
@@ -65,7 +67,12 @@ class SlotAllocator:
         """Return a binding in which the slots of the parameters hold these arguments.
 
         The slots of constants hold the objects that the constants name. All other slots hold no object.
+
+        Raises:
+            InputError: a formula mentions the agent, but the scene has no agent.
         """
+        if scene.agent is None and self.mentions_agent:
+            raise InputError("the scene has no agent, but the domain needs one: write Scene(..., agent=NAME)")
         binding = [UNBOUND if scene.agent is None else scene.agent, *arguments, *self._others]
         if self._constants:
             for name, slot in self._constants.items():

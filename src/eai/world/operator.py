@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
+from string import Formatter
 
 from eai.base.errors import DomainError, did_you_mean
 from eai.logic.formula import Exists, Formula, Variable
@@ -68,7 +69,11 @@ class Check:
 
 @lru_cache(maxsize=1024)
 def _find_mentioned_parameters(reason: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(_PARAMETER.findall(reason)))
+    try:
+        fields = [field for _, field, _, _ in Formatter().parse(reason) if field is not None]
+    except ValueError as error:
+        raise DomainError(f"reason {reason!r}: {error}; write two braces for one") from error
+    return tuple(dict.fromkeys(fields))
 
 
 def affordance(condition: Formula, reason: str) -> Check:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import NamedTuple, TypeAlias
 
-from eai.base.errors import InputError, did_you_mean
+from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
 from eai.logic.formula import Atom
 from eai.logic.ltl import map_formula_spellings_to_names, parse
 from eai.world.relation import (
@@ -71,6 +71,10 @@ class Scene:
         objects = starmap(WorldObject, objects.items()) if isinstance(objects, Mapping) else objects
         self.objects = tuple(objects)
         require_tuple("objects", self.objects, WorldObject)
+        for item in self.objects:
+            if not (isinstance(item.name, str) and isinstance(item.category, str)):
+                found = f"{item.name!r} and {item.category!r}"
+                raise InputError(f"objects: expected texts as name and kind, found {found}")
         self.index = {item.name: i for i, item in enumerate(self.objects)}
         if len(self.index) < len(self.objects):
             name = next(item.name for i, item in enumerate(self.objects) if self.index[item.name] != i)
@@ -166,7 +170,9 @@ class Scene:
 
 def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
     """Return the predicate and the objects of a fact's text; None if the text is another kind of formula."""
-    match parse(stated):
+    with prefix_errors_with_location(repr(stated)):
+        formula = parse(stated)
+    match formula:
         case Atom(predicate, arguments):
             return predicate, [term.name for term in arguments]
         case _:
