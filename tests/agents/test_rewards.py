@@ -69,6 +69,51 @@ def test_thoughts_are_not_part_of_an_answer(completion: Any, answer: str) -> Non
     assert extract_answer(completion) == answer
 
 
+@pytest.mark.parametrize(
+    ("completion", "message"),
+    [
+        (3, "expected an output as text or list of messages, not int"),
+        (b"[1]", "expected an output as text or list of messages, not bytes"),
+        ({"role": "assistant", "content": "[1]"}, "expected an output as text or list of messages, not dict"),
+        (["[1]"], "expected a message as a mapping with role and content, not str"),
+        ([[{"content": "[1]"}]], "expected a message as a mapping with role and content, not list"),
+        ([{"content": 3}], "expected the content of a message as text or parts, not int"),
+        ([{"content": b"[1]"}], "expected the content of a message as text or parts, not bytes"),
+    ],
+)
+def test_an_output_of_another_form_is_an_error_of_the_trainer(completion: Any, message: str) -> None:
+    with pytest.raises(TypeError) as error:
+        extract_answer(completion)
+    assert str(error.value) == message
+
+
+def test_an_output_that_is_none_is_an_empty_answer() -> None:
+    assert extract_answer(None) == ""
+
+
+@pytest.mark.parametrize("task", [None, 27, ["27_2"]])
+def test_a_reference_that_is_no_text_is_an_error(task: Any) -> None:
+    with pytest.raises(eai.InputError, match="is not a task: expected BENCHMARK/ABILITY/TASK"):
+        TrlReward()(completions=["[]"], task=[task])
+
+
+@pytest.mark.parametrize("answer", [None, 3, b"[]", [{"role": "assistant", "content": "[]"}]])
+def test_an_answer_that_is_no_text_is_no_wrong_answer(answer: Any) -> None:
+    suite = eai.open("virtualhome", "action_sequencing")
+    reward = eai.Reward(suite, "progress")
+    for score in (suite.score, reward, reward.grade):
+        with pytest.raises(eai.InputError, match="expected an answer to 27_2 as a text, found "):
+            score("27_2", answer)
+
+
+@pytest.mark.parametrize("command", [None, 3, ["WALK", "soap"], b"WALK(soap)"])
+def test_a_command_that_is_no_text_is_unreadable(command: Any, caplog: pytest.LogCaptureFixture) -> None:
+    household = TrlHousehold()
+    household.reset(task="virtualhome/action_sequencing/27_2")
+    assert household.act(command).startswith("Failed (parsing): it is no text, but of the type ")
+    assert not caplog.records
+
+
 @pytest.mark.parametrize(("name", "ability"), ABILITIES)
 def test_every_library_pays_the_same(name: str, ability: Ability) -> None:
     task, text = gold(name, ability)

@@ -95,6 +95,8 @@ class CommandNotation:
 
     def _read_steps_of_command(self, text: str) -> WrittenPlan | Unreadable:
         """Return the steps in a text, which is a line, a whole answer, or one step of an answer."""
+        if not isinstance(text, str):  # a model may call a tool with any JSON value
+            return Unreadable(f"it is no text, but of the type {type(text).__name__}")
         if len(text) > MAX_LENGTH:
             return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")
         line = _LINE.fullmatch(text)

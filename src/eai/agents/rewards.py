@@ -40,11 +40,16 @@ def extract_answer(completion: Completion) -> str:
     The content of a message is a text or a list of parts, in which only parts of the type ``text`` count.
 
     Raises:
-        TypeError: the content of the last message is neither a text nor a list.
+        TypeError: the output is neither a text nor a list of messages, or the content of the last message is
+            neither a text nor a list. If the output is None, the answer is empty.
     """
     if isinstance(completion, str):
         return split_answer_and_reasoning(completion)[0]
+    if completion is not None and not isinstance(completion, list | tuple):
+        raise TypeError(f"expected an output as text or list of messages, not {type(completion).__name__}")
     last = completion[-1] if completion else {}
+    if not isinstance(last, Mapping):
+        raise TypeError(f"expected a message as a mapping with role and content, not {type(last).__name__}")
     if last.get("role", _POLICY_ROLE) != _POLICY_ROLE:
         return ""
     return split_answer_and_reasoning(_extract_text(last.get("content")))[0]
@@ -54,7 +59,7 @@ def _extract_text(content: object) -> str:
     """Return the text of a message's content; empty if a message calls tools without a text."""
     if content is None or isinstance(content, str):
         return content or ""
-    if not isinstance(content, Sequence):
+    if not isinstance(content, list | tuple):
         raise TypeError(f"expected the content of a message as text or parts, not {type(content).__name__}")
     texts = [part if isinstance(part, str) else part.get("text") for part in content if _is_text_part(part)]
     return "".join([text for text in texts if isinstance(text, str)])

@@ -31,12 +31,12 @@ class TaskReference(NamedTuple):
         Raises:
             InputError: the text is not a reference to a task.
         """
-        parts = text.split("/")
+        parts = text.split("/") if isinstance(text, str) else []
         for position in range(len(parts) - 2, 0, -1):
             ability = Ability(parts[position])
             if ability in find_abilities():
                 return TaskReference("/".join(parts[:position]), ability, "/".join(parts[position + 1 :]))
-        raise InputError(f"{text[:100]!r} is not a task: expected BENCHMARK/ABILITY/TASK")
+        raise InputError(f"{text!r:.102} is not a task: expected BENCHMARK/ABILITY/TASK")
 
 
 def suite_name(domain: str, ability: Ability) -> str:

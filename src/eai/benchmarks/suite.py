@@ -136,8 +136,10 @@ class Suite:
         """Return the verdict on an answer with an explanation. If the scorer raises, the answer fails.
 
         Raises:
-            InputError: there is no such task.
+            InputError: there is no such task, or the answer is not a text.
         """
+        if not isinstance(text, str):  # a mistake of the caller must not look like a wrong answer
+            raise InputError(f"expected an answer to {task_id} as a text, found {type(text).__name__}")
         scorer, empty = self.scorer(task_id), get_declaration(self.ability).verdict()
         return self.add_cause_if_unread(
             text, assess_or_report_failure(scorer, empty, lambda: scorer.assess(text))

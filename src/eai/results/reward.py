@@ -233,7 +233,7 @@ class Reward:
             return 0.0
 
     def _score_unless_too_long(self, task_id: str, text: str) -> Verdict:
-        if len(text) <= self.limit:
+        if not isinstance(text, str) or len(text) <= self.limit:
             return self.suite.score(task_id, text)
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
         return replace(self.suite.score(task_id, ""), error=too_long)
