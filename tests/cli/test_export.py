@@ -206,7 +206,10 @@ def test_records_of_a_benchmark_that_is_a_modules_object_are_exported(
     for kind in ("sft", "preference"):
         out = ("--out", tmp_path / f"{kind}.jsonl")
         refused = eai("export", kind, tmp_path / "scores", *out)
-        assert (refused.status, "lamps: the records' benchmark is not installed" in refused.err) == (
+        assert (
+            refused.status,
+            "lamps: no installed benchmark has this name; give --domain" in refused.err,
+        ) == (
             2,
             True,
         )

@@ -264,7 +264,8 @@ def _make_rows_with_rewards_of_records(
                 continue
             if domain not in named and domain not in list_benchmarks():
                 raise InputError(
-                    f"{domain}: the records' benchmark is not installed; give --domain, as in module:object"
+                    f"{domain}: no installed benchmark has this name; give --domain as eai run had it, "
+                    "such as tasks/ or module:object"
                 )
             benchmark = named.get(domain) or find_benchmark(domain)
             asked = PromptLibrary(prompt_set, None, source).open(benchmark, ability)
