@@ -238,6 +238,10 @@ HEAD = "(define (domain d)\n (:requirements :strips)\n "
             "the derived predicate q depends on its own negation",
         ),
         (
+            f"{HEAD}(:predicates (p) (q)) (:derived (q) (p))\n (:action b :effect (q)))",
+            "line 4: operator b: an effect changes q, which is derived",
+        ),
+        (
             f"{HEAD}(:types a)\n (:predicates (p ?x - b)))",
             "line 4, column 23: expected a declared type, not b",
         ),

@@ -75,8 +75,11 @@ def _open_domain_and_problems(
     try:
         declaration = ConvertedPddlDomain(domain)
     except DomainError as error:
-        named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
-        raise InputError(f"{domain_file}: line {find_line_of_word(text, f'({named}')}: {error}") from error
+        words = (f":action {action.name}" for action in domain.actions if f" {action.name}:" in str(error))
+        word = next(words, None) or next(
+            (f"({p.name}" for p in domain.predicates if f" {p.name} " in str(error)), "("
+        )
+        raise InputError(f"{domain_file}: line {find_line_of_word(text, word)}: {error}") from error
     declared = (domain_file, text)
     files = read_items_or_raise_all(
         find_problem_files(), lambda path: read_problem_file(path, domain, declared)
