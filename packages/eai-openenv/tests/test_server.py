@@ -247,6 +247,15 @@ def test_what_cannot_be_rewarded_is_refused(client: TestClient, asked: dict, sta
     assert client.post("/reward", json=asked).status_code == status
 
 
+@pytest.mark.parametrize(
+    "value", ["NaN", "[Infinity]", '["x", -Infinity]', '{"x": NaN}', "null", '["\\ud800", 1]']
+)
+def test_a_malformed_request_is_refused_without_its_values(client: TestClient, value: str) -> None:
+    reply = client.post("/reward", content=f'{{"query": {value}, "prompts": ["x"], "labels": ["x"]}}')
+    assert reply.status_code == 422
+    assert all(set(error) == {"type", "loc", "msg"} for error in reply.json()["detail"])
+
+
 def test_a_body_that_does_not_say_how_long_it_is_is_cut_off_too(client: TestClient) -> None:
     pieces = (b" " * 10_000 for _ in range(100))
     assert client.post("/reward", content=pieces).status_code == 413

@@ -6,6 +6,7 @@ from functools import partial
 from importlib.metadata import version
 
 from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from openenv.core.env_server import ConcurrencyConfig, HTTPEnvServer
 
@@ -49,6 +50,12 @@ def create_app(tasks: Tasks, rules: GameRules = TRAINING, limits: Limits | None 
     async def refuse(request: Request, error: EaiError) -> Response:
         """Reply to a request for something that does not exist with the error's message."""
         return JSONResponse({"detail": str(error)}, status_code=422)
+
+    @app.exception_handler(RequestValidationError)
+    async def refuse_malformed(request: Request, error: RequestValidationError) -> Response:
+        """Reply to a malformed request with its errors, without its values: JSON has no NaN."""
+        errors = [{key: item[key] for key in ("type", "loc", "msg")} for item in error.errors()]
+        return JSONResponse({"detail": errors}, status_code=422)
 
     @app.get("/metrics", tags=["Health"])
     async def read_meters() -> Response:
