@@ -7,6 +7,7 @@ import inspect
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -85,6 +86,23 @@ def test_an_output_of_another_form_is_an_error_of_the_trainer(completion: Any, m
     with pytest.raises(TypeError) as error:
         extract_answer(completion)
     assert str(error.value) == message
+
+
+@pytest.mark.parametrize(
+    ("pay", "lengths"),
+    [
+        (lambda: TrlReward()(completions=["[]"], task=["a", "b"]), "2 task, 1 completions"),
+        (lambda: TrlReward()(completions=["[]"], task="lamps"), "5 task, 1 completions"),
+        (lambda: reward_func(["p"], ["p"], ["a", "b"]), "1 queries, 1 prompts, 2 labels"),
+        (
+            lambda: eai.Reward(eai.open("virtualhome", "action_sequencing")).batch(["27_2"], []),
+            "1 task_ids, 0 texts",
+        ),
+    ],
+)
+def test_a_batch_with_unequal_lengths_names_them(pay: Callable[[], object], lengths: str) -> None:
+    with pytest.raises(ValueError, match=f"^expected a value for each answer, found {lengths}$"):
+        pay()
 
 
 def test_an_output_that_is_none_is_an_empty_answer() -> None:

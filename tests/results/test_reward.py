@@ -388,7 +388,7 @@ def test_a_batch_has_the_rewards_of_its_single_answers() -> None:
     paid = Reward(suite_of("virtualhome"), "goals")
     ids = [suite_of("virtualhome").task_ids[0], "27_2"]
     assert paid.batch(ids, [PLAN, PLAN]) == [paid(task_id, PLAN) for task_id in ids]
-    with pytest.raises(ValueError, match="shorter"):
+    with pytest.raises(ValueError, match="found 2 task_ids, 1 texts"):
         paid.batch(ids, [PLAN])
 
 

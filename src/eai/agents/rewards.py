@@ -19,7 +19,7 @@ from eai.agents.reference import find_setup
 from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import find_enum_member
 from eai.benchmarks.names import TaskReference
-from eai.results.reward import METRICS, Grade, Shaping, open_reward
+from eai.results.reward import METRICS, Grade, Shaping, open_reward, require_equal_lengths
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """The output of a policy (a model in training): a text, or messages that end with the answer."""
@@ -111,6 +111,7 @@ class TrlReward:
 
         Other arguments of TRL (``others``) are ignored.
         """
+        require_equal_lengths(task=task, completions=completions)
         pairs = zip(task, completions, strict=True)
         grades = [grade_answer(name, extract_answer(completion), self.shaping) for name, completion in pairs]
         if log_metric is not None and grades:
@@ -209,6 +210,7 @@ def reward_func(
         ``rewards``, ``scores`` (equal to ``rewards``), and metrics with ``prompt_not_found`` as
             ``extra_logs``: numbers for a single answer, as OpenRLHF expects, lists for several answers.
     """
+    require_equal_lengths(queries=queries, prompts=prompts, labels=labels)
     texts = [_get_text_after_prompt(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
     is_lost = [text is None for text in texts]
     if any(is_lost):

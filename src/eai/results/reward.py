@@ -16,7 +16,7 @@ Episodes are paid by the same definitions: the reward of a turn is the change of
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache, partial
@@ -146,6 +146,17 @@ def can_earn_reward(ability: Ability) -> bool:
     return get_declaration(ability).verdict.compute_reward_inputs is not Verdict.compute_reward_inputs
 
 
+def require_equal_lengths(**values: Sized) -> None:
+    """Check that the arguments of a batch have a value for each answer.
+
+    Raises:
+        ValueError: the lengths differ; the message has the length of each argument.
+    """
+    if len(set(map(len, values.values()))) > 1:
+        lengths = ", ".join(f"{len(value)} {name}" for name, value in values.items())
+        raise ValueError(f"expected a value for each answer, found {lengths}")
+
+
 class Reward:
     """Reward function of a suite, the tasks of one ability in a benchmark.
 
@@ -202,6 +213,7 @@ class Reward:
             InputError: a task id is unknown.
             ValueError: the numbers of ids and texts differ.
         """
+        require_equal_lengths(task_ids=task_ids, texts=texts)
         return [self(task_id, text) for task_id, text in zip(task_ids, texts, strict=True)]
 
     def grade(self, task_id: str, text: str) -> Grade:
