@@ -142,7 +142,7 @@ def export_sft_data(
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
-    workers: options.Workers = 1,
+    workers: options.Workers = None,
     ray: options.OnRay = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -177,7 +177,7 @@ def export_preference_data(
     shaping: _Shaping = Shaping.PROGRESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
-    workers: options.Workers = 1,
+    workers: options.Workers = None,
     ray: options.OnRay = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -247,7 +247,7 @@ def _make_rows_with_rewards_of_records(
     count_by_exclusion_reason: Counter[str],
     label: Callable[[Suite], training_data.AddColumns] | None = None,
     *,
-    workers: int = 1,
+    workers: int | None = None,
     ray: str | None = None,
 ) -> Iterator[TrainingRow]:
     """Yield the scored answers in files, each with its reward, grouped by benchmark and ability."""

@@ -95,7 +95,7 @@ def generate_tasks(
         ),
     ] = None,
     val: bool = False,
-    workers: Workers = 1,
+    workers: Workers = None,
     ray: OnRay = None,
     compress: Annotated[bool, make_flag("--gzip")] = False,
     as_json: AsJson = False,

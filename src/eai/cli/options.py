@@ -49,7 +49,13 @@ OfDomain = Annotated[str, make_flag("--domain", help=DOMAIN_HELP)]
 OfAbility = Annotated[Ability, make_flag("--ability", help=f"{ABILITIES}.", parser=Ability.from_name)]
 Seed = Annotated[int, make_flag("--seed", help="Of all that is random.")]
 Workers = Annotated[
-    int, make_flag("--workers", help="Number of processes. Any number writes the same bytes.", min=1)
+    int | None,
+    make_flag(
+        "--workers",
+        help="Number of processes. Any number writes the same bytes.",
+        show_default="1",
+        min=1,
+    ),
 ]
 
 
@@ -57,7 +63,7 @@ def make_ray_flag(panel: str | None = None) -> Any:
     """Return the flag of the address of a Ray cluster (`open_workers`)."""
     return make_flag(
         "--ray",
-        help="Use --workers on a Ray cluster: auto, HOST:PORT, or local.",
+        help="Use all cores of a Ray cluster, or --workers of them: auto, HOST:PORT, or local.",
         panel=panel,
         metavar="ADDRESS",
     )
@@ -139,11 +145,11 @@ def open_planner_limits(command: typer.Context, seconds: int | None, memory_mib:
     return PlannerLimits(seconds, memory_mib, Path(folder))
 
 
-def open_workers(workers: int, ray: str | None) -> Scoring:
+def open_workers(workers: int | None, ray: str | None) -> Scoring:
     """Open the processes that work for a command, on this machine or on a Ray cluster, for a ``with`` block.
 
     Args:
-        workers: number of processes.
+        workers: number of processes; None for all cores of the cluster, or for one process of this machine.
         ray: address of the cluster; None for this machine.
 
     Raises:
@@ -151,11 +157,13 @@ def open_workers(workers: int, ray: str | None) -> Scoring:
     """
     if ray is not None:
         with require_extra("ray", "--ray needs"):
-            open_on_cluster: Callable[[str, int], Scoring] = load_from_extension("scoring_on_ray", "--ray")
+            open_on_cluster: Callable[[str, int | None], Scoring] = load_from_extension(
+                "scoring_on_ray", "--ray"
+            )
         return open_on_cluster(ray, workers)
     from eai.results.batch import Scoring  # imported late, because few commands need it
 
-    return Scoring(workers)
+    return Scoring(workers or 1)
 
 
 SETTING = "--with"

@@ -144,7 +144,7 @@ def score(
     errata: options.Errata = ErrataChoice.CURRENT,
     planner_seconds: Annotated[int | None, make_scoring_flag("planner_seconds")] = None,
     planner_memory: Annotated[int | None, make_scoring_flag("planner_memory", metavar="MIB")] = None,
-    workers: Annotated[int, make_scoring_flag("workers")] = 1,
+    workers: Annotated[int | None, make_scoring_flag("workers", show_default="1")] = None,
     ray: Annotated[str | None, options.make_ray_flag(SCORING)] = None,
     explanations: Annotated[bool, make_scoring_flag("explanations")] = True,
     allow_missing: Annotated[bool, make_scoring_flag("allow_missing")] = False,
@@ -190,9 +190,7 @@ def score(
         return
     for path in paths:
         find_response_files(path)  # report missing files before the data set is fetched
-    settings = ScoringOptions(
-        workers=workers, explanations=explanations, allow_missing=allow_missing, look_back=look_back
-    )
+    settings = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
     _check_options(shard, out, goals, ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]

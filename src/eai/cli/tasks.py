@@ -21,7 +21,16 @@ from eai.benchmarks.generator.sets import find_doubts_that_task_set_used_secret,
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_path_of_task_files
 from eai.cli.console import DOMAIN_HELP, format_count, print_findings_and_exit, print_result
 from eai.cli.learnability import print_learnability
-from eai.cli.options import ABILITIES, AsJson, DataFolder, Workers, make_flag, open_data_source
+from eai.cli.options import (
+    ABILITIES,
+    AsJson,
+    DataFolder,
+    OnRay,
+    Workers,
+    make_flag,
+    open_data_source,
+    open_workers,
+)
 from eai.cli.progress import show_scoring_progress
 from eai.cli.prompts import OfSet
 from eai.planning.search import SearchEndReason
@@ -57,7 +66,8 @@ def check(
     records: Annotated[list[Path] | None, make_flag(panel=_LEARNABLE, metavar="PATH")] = None,
     context: Annotated[int | None, make_flag(panel=_LEARNABLE, metavar="TOKENS", min=1)] = None,
     prompt_set: OfSet = "official",
-    workers: Workers = 1,
+    workers: Workers = None,
+    ray: OnRay = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -111,11 +121,11 @@ def check(
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
     elif is_path_of_task_files(_require_benchmark_reference(path)):
-        _check_task_files(Path(path), workers, references=references, as_json=as_json)
+        _check_task_files(Path(path), workers, ray, references=references, as_json=as_json)
     elif references:
         raise InputError(f"--references: expected task files, not {path}; eai export tasks writes them")
     else:
-        _check_benchmark(path, workers, data, as_json=as_json)
+        _check_benchmark(path, workers, ray, data, as_json=as_json)
 
 
 def _require_benchmark_reference(path: str) -> str:
@@ -124,9 +134,11 @@ def _require_benchmark_reference(path: str) -> str:
     return path
 
 
-def _check_task_files(path: Path, workers: int, *, references: bool, as_json: bool) -> None:
+def _check_task_files(
+    path: Path, workers: int | None, ray: str | None, *, references: bool, as_json: bool
+) -> None:
     fine = "all tasks are as they say"
-    with WorkerPool(workers) as pool:
+    with open_workers(workers, ray) as pool:
         map_items = partial(_map_and_show_progress, pool, f"checking {path}", as_json)
         find_more_mistakes = partial(_list_wrong_reference_plans, references)
         findings = list(check_task_files(path, _find_benchmark_domain, find_more_mistakes, map_items))
@@ -137,9 +149,11 @@ def _check_task_files(path: Path, workers: int, *, references: bool, as_json: bo
     print_findings_and_exit(findings, fine, as_json=as_json)
 
 
-def _check_benchmark(reference: str, workers: int, data: Path | None, *, as_json: bool) -> None:
+def _check_benchmark(
+    reference: str, workers: int | None, ray: str | None, data: Path | None, *, as_json: bool
+) -> None:
     benchmark = find_benchmark(reference)
-    with open_data_source(data) as source, WorkerPool(workers) as pool:
+    with open_data_source(data) as source, open_workers(workers, ray) as pool:
         number = len(benchmark.tasks(source))
         map_items = partial(_map_and_show_progress, pool, f"checking {benchmark.name}", as_json)
         findings, ends = check_benchmark(benchmark, source, map_items)

@@ -50,7 +50,7 @@ class Cluster(ModuleType):
 
     def _actor(self, kind: Any) -> Any:
         actor, holder = kind(), ModuleType("actor")
-        vars(holder)["start"] = _Remote(lambda: Promise(None))
+        vars(holder)["start"] = _Remote(lambda folder: Promise(None))
         vars(holder)["run"] = _Remote(lambda content: self._promise(actor, content))
         self.actors.append(holder)
         return holder
@@ -98,7 +98,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
     sys.modules.pop("eai.extensions.distributed.ray_scoring", None)  # it is bound to the stand-in
 
 
-def scoring(workers: int, address: str = "local") -> Any:
+def scoring(workers: int | None, address: str = "local") -> Any:
     return import_module("eai.extensions.distributed.ray_scoring").RayScoring(address, workers)
 
 
@@ -123,6 +123,22 @@ def test_every_actor_has_work_ahead_and_results_keep_their_order(cluster: Cluste
 def test_a_cluster_with_fewer_cores_is_left_again(cluster: Cluster) -> None:
     with pytest.raises(InputError, match="4 workers need 4 cores, but the cluster has 3"):
         scoring(CORES + 1)
+    assert cluster.started is None
+
+
+@pytest.mark.parametrize(("items", "actors"), [(1, 1), (10, CORES)])
+def test_all_cores_work_by_default_but_none_starts_without_a_batch(
+    cluster: Cluster, items: int, actors: int
+) -> None:
+    with scoring(None) as pool:
+        assert list(pool.map_batches(squares, range(items), batch_sizes=(1, 1))) == squares(range(items))
+        assert len(cluster.actors) == actors
+
+
+def test_a_cluster_without_cores_is_left_again(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "cluster_resources", dict)
+    with pytest.raises(InputError, match="but the cluster has 0"):
+        scoring(None)
     assert cluster.started is None
 
 

@@ -7,7 +7,8 @@ import socket
 import sys
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, Any, cast
 from urllib.parse import urlsplit
@@ -39,23 +40,22 @@ class RayScoring(Scoring):
     Args:
         address: Address of the cluster for `ray.init`: ``auto``, ``HOST:6379``, ``ray://HOST:10001``, or
             ``local`` for a new cluster on this machine. A program inside a cluster uses that cluster.
-        workers: Number of actors, with one core each.
+        workers: Number of actors, with one core each; None for one on each core of the cluster.
 
     Raises:
         InputError: No cluster answers, or the cluster has fewer cores than actors.
     """
 
-    def __init__(self, address: str, workers: int) -> None:
-        super().__init__(workers)
+    def __init__(self, address: str, workers: int | None = None) -> None:
         self._is_ours = not ray.is_initialized()
         if self._is_ours:
             _connect_to_cluster(address, workers)
         cores = int(ray.cluster_resources().get("CPU", 0))
-        if cores < workers:
+        number = max(cores, 1) if workers is None else workers
+        if cores < number:
             self._leave_cluster()
-            raise InputError(
-                f"{address}: {workers} workers need {workers} cores, but the cluster has {cores}"
-            )
+            raise InputError(f"{address}: {number} workers need {number} cores, but the cluster has {cores}")
+        super().__init__(number)
 
     @property
     def has_processes(self) -> bool:
@@ -76,8 +76,12 @@ class RayScoring(Scoring):
         return WorkerProcess(actor, actor)
 
     def _find_least_busy(self) -> WorkerProcess:
-        """Return the least busy actor that runs. An actor without a free core gets no batch."""
-        while len(self._workers) < self._number:
+        """Return the least busy actor that runs. An actor without a free core gets no batch.
+
+        New actors start while there are fewer actors than batches.
+        """
+        batches = len(self._waiting) + sum(len(worker.pending) for worker in self._workers)
+        while len(self._workers) < min(self._number, batches):
             self._workers.append(self._start_worker())
         while not (running := [worker for worker in self._workers if _get_actor(worker).is_running()]):
             ray.wait([_get_actor(worker).awaited for worker in self._workers])
@@ -91,7 +95,7 @@ class RayScoring(Scoring):
         return [worker for worker in ready if _get_actor(worker).is_running() and worker.pending]
 
 
-def _connect_to_cluster(address: str, workers: int) -> None:
+def _connect_to_cluster(address: str, workers: int | None) -> None:
     settings = {"num_cpus": workers} if address == LOCAL else {}
     with TemporaryFile() as lines:
         try:
@@ -154,7 +158,7 @@ class _ClusterWorker:
 
     def __init__(self) -> None:
         self._actor = ray.remote(num_cpus=1)(_BatchActor).remote()
-        self._start: Any = self._actor.start.remote()
+        self._start: Any = self._actor.start.remote(str(Path.cwd()))
         self._results: deque[Any] = deque()
 
     @property
@@ -196,8 +200,10 @@ class _ClusterWorker:
 class _BatchActor:
     """A process on a node of the cluster that applies functions to batches."""
 
-    def start(self) -> None:
-        """Do nothing, when the actor has a core."""
+    def start(self, folder: str) -> None:
+        """Enter the folder in which the program runs, so that relative paths lead to the same files."""
+        with suppress(OSError):  # a node may lack the folder
+            os.chdir(folder)
 
     def run(self, content: bytes) -> bytes:
         """Apply a pickled function to a pickled batch, and return the pickled results."""

@@ -14,7 +14,17 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import format_count, get_output_console, print_result
-from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, Workers, make_flag, open_data_source
+from eai.cli.options import (
+    AsJson,
+    DataFolder,
+    OfDomain,
+    OnRay,
+    Seed,
+    Workers,
+    make_flag,
+    open_data_source,
+    open_workers,
+)
 from eai.cli.progress import show_scoring_progress
 from eai.cli.table import PERCENT
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
@@ -29,7 +39,6 @@ from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
 from eai.results.table import Table as Shown
 from eai.results.terminal import print_table
-from eai.results.workers import WorkerPool
 from eai.tasks.prompts.template import PromptTemplates
 
 
@@ -48,7 +57,8 @@ def questions(
     seed: Seed = 0,
     rules: bool = True,
     prompts: Path | None = None,
-    workers: Workers = 1,
+    workers: Workers = None,
+    ray: OnRay = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -69,7 +79,7 @@ def questions(
         prompts: Folder of your own templates; each replaces the packaged template of its name.
     """
     kinds, forms = kind or tuple(QuestionKind), form or tuple(QuestionForm)
-    with open_data_source(data) as source, WorkerPool(workers) as pool:
+    with open_data_source(data) as source, open_workers(workers, ray) as pool:
         writer = QuestionGenerator(find_benchmark(domain), source, PromptTemplates(prompts))
         with show_scoring_progress(f"writing questions on {domain}", n, quiet=as_json) as report:
             written_questions = list(
