@@ -194,6 +194,20 @@ def test_trl_is_told_the_metrics() -> None:
     assert (told["eai/success"], told["eai/fault.parsing"]) == (0.5, 0.5)
 
 
+def test_processes_pay_the_same_in_order_with_the_same_metrics() -> None:
+    golds = [gold(name, Ability.ACTION_SEQUENCING) for name in HOUSEHOLDS]
+    pairs = [(task, answer) for task, text in golds * 2 for answer in (text, "?", f"<think>{text}</think>")]
+    tasks, answers = zip(*pairs, strict=True)
+    told: list[dict[str, float]] = [{}, {}]
+    with eai.Scoring(workers=2) as scoring:
+        paid = [
+            TrlReward("goals", pool)(completions=answers, task=tasks, log_metric=metrics.__setitem__)
+            for pool, metrics in zip((None, scoring), told, strict=True)
+        ]
+    assert paid[0] == paid[1] == [1, 0, 0] * 4
+    assert told[0] == told[1]
+
+
 def test_a_reward_of_trl_has_a_name_and_is_pickled() -> None:
     paid = pickle.loads(pickle.dumps(TrlReward("diagnosis")))  # noqa: S301 - its own bytes
     assert (paid, paid.__name__) == (TrlReward("diagnosis"), "eai_diagnosis")

@@ -11,6 +11,9 @@ import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain, groupby
+from operator import itemgetter
 from typing import Any, TypeAlias
 
 from eai.abilities.reasoning import split_answer_and_reasoning
@@ -20,6 +23,7 @@ from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import find_enum_member
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import METRICS, Grade, Shaping, open_reward, require_equal_lengths
+from eai.results.workers import WorkerPool
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """The output of a policy (a model in training): a text, or messages that end with the answer."""
@@ -90,9 +94,14 @@ class TrlReward:
 
     The data set has a column ``task``. The reward is None if nothing can be earned; TRL leaves such rewards
     out. Metrics are logged as ``eai/NAME``, the mean over a batch.
+
+    Attributes:
+        shaping: the definition of the reward.
+        pool: processes that compute rewards, such as ``eai.Scoring(workers=8)``; None for this process.
     """
 
     shaping: Shaping | str = Shaping.SUCCESS
+    pool: WorkerPool | None = None
 
     @property
     def __name__(self) -> str:
@@ -112,12 +121,25 @@ class TrlReward:
         Other arguments of TRL (``others``) are ignored.
         """
         require_equal_lengths(task=task, completions=completions)
-        pairs = zip(task, completions, strict=True)
-        grades = [grade_answer(name, extract_answer(completion), self.shaping) for name, completion in pairs]
+        # The first answer to a task costs most, so answers to one task stay together.
+        by_task = groupby(zip(task, completions, strict=True), itemgetter(0))
+        groups = [(name, [completion for _, completion in pairs]) for name, pairs in by_task]
+        pool = self.pool or WorkerPool()
+        results = pool.map_batches(partial(_grade_groups, self.shaping), groups, batch_sizes=(1, 1))
+        grades = list(chain.from_iterable(results))
         if log_metric is not None and grades:
             for metric in METRICS:
                 log_metric(f"eai/{metric}", sum(grade.metrics[metric] for grade in grades) / len(grades))
         return [grade.value for grade in grades]
+
+
+def _grade_groups(
+    shaping: Shaping | str, groups: Sequence[tuple[str, Sequence[Completion]]]
+) -> list[list[Grade]]:
+    return [
+        [grade_answer(task, extract_answer(completion), shaping) for completion in completions]
+        for task, completions in groups
+    ]
 
 
 class TrlHousehold:

@@ -1,4 +1,4 @@
-"""Commands on a cluster: results equal those of one process, also if an actor is killed."""
+"""Commands and rewards on a cluster: results equal those of one process, also if an actor is killed."""
 
 from __future__ import annotations
 
@@ -13,9 +13,14 @@ from typing import Any
 
 import pytest
 
+import eai as package
 from by_path import ROOT
 from command_line import Command
+from eai.agents.rewards import TrlReward
+from eai.base.store import Store
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
+from eai.results.batch import Scoring
 
 ray = pytest.importorskip("ray", reason="Ray is not installed")
 writer = pytest.importorskip("eai.extensions.questions.writer", reason="there are no questions")
@@ -105,3 +110,19 @@ def test_an_actor_that_is_killed_loses_and_doubles_no_question(address: str) -> 
         kill_first_actor(scoring)
         written += questions
     assert written == list(generator.write_questions(number=number, seed=1))
+
+
+def test_an_actor_that_is_killed_loses_and_doubles_no_reward(address: str, data_store: Store) -> None:
+    suite = package.open("virtualhome", "action_sequencing", source=package.Source(data_store))
+    book = open_gold_answers(suite.benchmark, suite.ability)
+    answers = [(task_id, text) for task_id in suite.task_ids[:40] for text in (book[task_id].text, "no plan")]
+    reward = package.Reward(suite, "progress")
+    completions = [text for _, text in answers]
+    tasks = [suite.reference(task_id) for task_id, _ in answers]
+    with RayScoring(address) as scoring:
+        rewards = scoring.compute_rewards(reward, iter(answers))
+        paid = list(islice(rewards, 1))
+        kill_first_actor(scoring)
+        paid += rewards
+        assert TrlReward("progress", scoring)(completions=completions, task=tasks) == paid
+    assert paid == list(Scoring().compute_rewards(reward, answers))
