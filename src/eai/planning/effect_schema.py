@@ -226,7 +226,8 @@ def find_changes_towards(
 ) -> list[FactChange]:
     """Return the changes of stored facts that may make a condition true, or (not ``truth``) false.
 
-    A variable with None in ``scope`` may be any object.
+    A variable with None in ``scope`` may be any object. A derived predicate is replaced by the stored
+    predicates that define it.
     """
     return _replace_changes_of_derived_predicates(
         list(_find_atom_changes_towards_truth(formula, scope, truth, find_object)), vocabulary, find_object

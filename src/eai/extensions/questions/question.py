@@ -72,7 +72,7 @@ class Question(BaseModel):
         kind: the subject of the question.
         form: the form of the answer.
         depth: number of actions to consider: the actions of the question's plan, or of a shortest plan.
-        options: number of choices; 0 in open form.
+        options: number of possible answers to choose from: 2 in yes-no form, 0 in open form.
         prompt: the text that a model receives.
         answer: the gold answers, each a text: ``yes``, a letter, facts, actions, numbers.
         accept: whether an answer must name all gold answers, or only one.

@@ -1,7 +1,8 @@
 """The BEHAVIOR domain of eai-eval 1.0.5: defects (quirks) of its simulator, one function for each.
 
 Each function replaces checks or effects of the declared domain and names the place in eai-eval. Together
-they turn the declared domain into the domain of `eai-1.0.5`. The engine knows nothing of them.
+they turn the declared domain into the domain of `eai-1.0.5`. The engine knows nothing of them. An action
+that aborts in eai-eval fails here with the kind of fault `UNCATEGORISED`.
 
 The library bddl makes options from a goal: sets of ground conditions. The goal holds if all conditions of one
 option hold. For goals, an object is only inside its direct container (``evolving_graph.py`` get_state_dict).

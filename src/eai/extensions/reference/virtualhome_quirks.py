@@ -3,7 +3,8 @@
 Each function replaces checks or effects of the declared domain and names the place in eai-eval. Together
 they turn the domain of `strict` (rules of the paper's text) into the domain of `eai-1.0.5`. The engine knows
 nothing of them. If an object has several containers, supports or neighbours, the first of them is the first
-in the iteration order of a Python set of ids.
+in the iteration order of a Python set of ids. An action that aborts in eai-eval fails here with the kind of
+fault `UNCATEGORISED`.
 """
 
 from __future__ import annotations

@@ -82,6 +82,8 @@ def format_tables_latex(
 ) -> str:
     """Return the selected columns and models of tables as LaTeX; empty tables are left out.
 
+    Long tables are broken at the ends of pages.
+
     Args:
         tables: the tables.
         models: names of the printed models; all models if empty.
