@@ -117,8 +117,8 @@ def explain(
         kind: Only answers with this outcome, such as missing_step.
         model: Only answers of this model.
         limit: Maximum number of listed answers; 0 for all.
-        film: Write the execution of one answer as a GIF (extra 'physics'). The explorer of a report links to
-            GIFs in its folder films.
+        film: Write the execution of one answer as a GIF (extra 'physics'), into a file or a folder. The
+            explorer of a report links to GIFs in its folder films.
     """
     every_record, log_extension = _read_records_or_find_log_extension(records)
     if log_extension is not None:

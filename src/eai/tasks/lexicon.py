@@ -96,7 +96,8 @@ class FormulaLexicon:
     def to_literal(self, formula: f.Formula) -> GroundAtom | None:
         """Return the literal of the domain that an atom or a negated atom in an answer or a task file states.
 
-        Return None if the domain cannot state this literal.
+        Return None if the domain cannot state this literal, for example if an argument is a variable or a
+        class instead of an object.
         """
         atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
         if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:

@@ -124,6 +124,8 @@ class PlanNotation(ABC):
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Return the plan in an answer, or the reason why the answer cannot be read.
 
+        `eai.abilities.answer_text.read_json` says which of several plans in JSON counts.
+
         Args:
             text: the answer.
             actions: names of actions in answers, by which steps outside the plan are recognized; empty if the

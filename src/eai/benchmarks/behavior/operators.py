@@ -122,7 +122,7 @@ def put_where_neighbour_lies(obj: Variable, neighbour: Variable) -> tuple[Effect
 
 
 def remove_from_support(obj: Variable) -> tuple[Effect, ...]:
-    """Return effects that remove an object from the object or floor that supports it."""
+    """Return effects that take an object out of or off another object; a floor below it stays."""
     return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
 

@@ -157,7 +157,10 @@ class Repairer:
         return min(repairs, key=count_edits, default=None)
 
     def prove_min_plan_length(self, effort: SearchEffort) -> int:
-        """Return the proved minimum number of steps of plans that succeed."""
+        """Return the proved minimum number of steps of plans that succeed.
+
+        More effort (the limit of ``effort``) may prove a higher number.
+        """
         if self.change_finder.has_too_many_actions:
             return int(bool(self.states.find_unmet_goals(0) or self.states.goal.actions))
         search = _RepairSearch(self, ())
