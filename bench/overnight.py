@@ -7,9 +7,10 @@ stands for the start of the command, and is subtracted before the exponent of gr
 time and memory are those that the system states for the process.
 
 Hours at the goal continue the line through the last two sizes. They are left out if the exponent is above
-1.15. Tasks of VirtualHome are never extrapolated, because copies become more frequent. Hours on eight cores
-are the hours of one process divided by eight, if the command takes `--workers`. Questions of one kind and
-form have one worker at a time, so questions are divided by 4.3. Memory is not extrapolated.
+1.15. Tasks of BEHAVIOR are never extrapolated, because the generator has too few different ones. Hours for
+tasks of VirtualHome leave out that copies become more frequent. Hours on eight cores are the hours of one
+process divided by eight, if the command takes `--workers`. Questions of one kind and form have one worker at
+a time, so questions are divided by 4.3. Memory is not extrapolated.
 
 The report is measured at its goal at any scale, but only if RECORDS are given: a folder with the records of a
 model, preferably of all eight suites, with explanations. They are copied under other names.
@@ -129,7 +130,7 @@ def make_lines(records: Sequence[Path]) -> Mapping[str, WorkLine]:
                 "eai generate",
                 100_000,
                 partial(measure_generation, like),
-                is_extrapolated=like != "virtualhome",
+                is_extrapolated=like != "behavior",
             )
             for like in PAPER_BENCHMARKS
         },
@@ -227,8 +228,9 @@ def read_further_figures(name: str, folder: Path) -> Mapping[str, Figure]:
         return {}
     made = json.loads((folder / "generated.json").read_text(encoding="utf-8"))["sets"]["tasks"]
     copies = made["rejected"].get(SeedRejectionReason.COPY.value, 0)
-    percent = 100 * copies / (copies + made["tasks"])
-    return {f"{_COPIES}, {get_title(name)}": f"{percent:.1f} % at {made['tasks']:,} tasks"}
+    percent, different = 100 * copies / (copies + made["tasks"]), made["estimated_tasks"]
+    estimate = "" if different is None else f", at least {different:,} different"
+    return {f"{_COPIES}, {get_title(name)}": f"{percent:.1f} % at {made['tasks']:,} tasks{estimate}"}
 
 
 def run_child(words: Sequence[str]) -> ChildCost:
