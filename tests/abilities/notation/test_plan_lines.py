@@ -25,6 +25,23 @@ LINES = [
     ("[WALK] <soap>\n[SLEEP]", [WALK, SLEEP], ("action_lines",)),
     ('WALK("soap")\n"GRAB(soap)",', [WALK, GRAB], ("action_lines",)),
     ("<think>WALK(bin)</think>WALK(soap)", [WALK], ("reasoning", "action_lines")),
+    ("Answer: WALK(soap)\nGRAB(soap)", [WALK, GRAB], ("prose", "action_lines")),
+    ("Final answer:\n1. WALK(soap)\n2. GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered", "prose")),
+    ("Action 1: WALK(soap)\nAction 2: GRAB(soap)", [WALK, GRAB], ("prose", "action_lines")),
+    ("<answer>WALK(soap)\nGRAB(soap)</answer>", [WALK, GRAB], ("action_lines",)),
+    ("[INST]WALK(soap)\nGRAB(soap)<|eot_id|></s>", [WALK, GRAB], ("action_lines",)),
+    ("\ufeffWALK(soap)\r\nGRAB\u00a0(soap)\u200b\x00", [WALK, GRAB], ("action_lines",)),
+    ("WALK（soap）\nPUT(soap， bin)", [WALK, PUT], ("action_lines",)),
+    ("```text WALK(soap)\nGRAB(soap)```", [WALK, GRAB], ("code_fence", "action_lines")),
+    ("```WALK(soap)\nGRAB(soap)\n```", [WALK, GRAB], ("code_fence", "action_lines")),
+    ("(1) WALK(soap)\n(2) GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
+    ("a. WALK(soap)\nb. GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
+    ("→ WALK(soap)\n✅ GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
+    ("Step 1:\nWALK(soap)\nStep 2:\nGRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
+    ("1. WALK(soap) - go\n2. GRAB(soap): take it", [WALK, GRAB], ("prose", "action_lines", "numbered")),
+    ("WALK(soap) # walk to it\nGRAB(soap) // take it", [WALK, GRAB], ("prose", "action_lines")),
+    ("Here you go :)\nWALK(soap)\nGood luck ;)", [WALK], ("prose", "action_lines")),
+    ("WALK(soap)\nThe last step is WALK(soap) near the bin.", [WALK], ("prose", "action_lines")),
 ]  # fmt: skip
 
 
@@ -62,6 +79,20 @@ def test_lines_of_actions_are_read_by_named_repairs(
         "FLY(soap)\nWALK(soap)",
         "1. TURN ON: (x)\n2. WALK: (soap)\n3. GRAB: (soap)",
         "1. WALK(soap)\n2. Take it",
+        "First, WALK(soap)\nGRAB(soap)",
+        "# WALK(soap)\nGRAB(soap)",
+        "| WALK(soap)\nGRAB(soap)",
+        "WALK(soap)\n***GRAB(soap)",
+        "WALK(soap)\n\\nGRAB(soap)",
+        "WALK(soap)\nnull,GRAB(soap)",
+        "WALK(soap)\nRobot: GRAB(soap)",
+        "WALK(soap)\n(soap)",
+        "WALK(soap) - GRAB(soap)",
+        "WALK(soap)\nGRAB(soap)...",
+        "WALK(soap)\n<think>\nGRAB(soap)",
+        "(WALK",
+        "(WALK soap",
+        "Step 1:\n```\nWALK(soap)\n```\nStep 2:\n```\nGRAB(soap)\n```",
     ],
 )
 def test_lines_are_read_whole_or_not_at_all(notation: PlanNotation, text: str) -> None:
@@ -106,3 +137,36 @@ def test_a_name_of_mixed_letters_is_not_changed() -> None:
     plan = JsonPlans().read('[{"action": "WAlk", "object": "soap"}]', ACTIONS)
     assert isinstance(plan, WrittenPlan)
     assert plan.steps[0].action == "WAlk"
+
+
+def test_json_in_brackets_is_no_step_of_pddl() -> None:
+    for text in (
+        '([{"action": "WALK", "object": "soap"}])',
+        '[{"action": "WALK", "object": "soap"}]\n(note)',
+    ):
+        plan = PddlPlans().read(text, ACTIONS)
+        assert isinstance(plan, WrittenPlan)
+        assert [tuple(step) for step in plan.steps] == [WALK]
+    assert isinstance(
+        PddlPlans().read('(WALK soap)\n{"action": "GRAB", "object": "soap"', ACTIONS), Unreadable
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(pick a); (drop a)",
+        "; (pick a)\n(drop a)",
+        ";pick a)\n(drop a)",
+        "(drop a)\nNext (pick a)",
+        "(drop a)\n... (pick a)",
+    ],
+)
+def test_a_step_of_pddl_is_neither_comment_nor_prose(text: str) -> None:
+    assert isinstance(PddlPlans().read(text, ("pick", "drop")), Unreadable)
+
+
+def test_a_comment_behind_a_step_of_pddl_is_ignored() -> None:
+    plan = PddlPlans().read("; pick the ball (if it is free)\n(pick a). ; cost 1", ("pick", "drop"))
+    assert isinstance(plan, WrittenPlan)
+    assert [tuple(step) for step in plan.steps] == [("pick", ("a",))]

@@ -176,6 +176,48 @@ def test_a_command_that_the_game_does_not_have_is_no_prose(tmp_path: Path, old: 
     assert plan.reason.startswith(f"line {len(WON)} is no step of a plan")
 
 
+@pytest.mark.parametrize(
+    "first",
+    [
+        "First, go to fridge 1",
+        "# go to fridge 1",
+        "go to fridge 1, then wait",
+        "go to fridge 1; open fridge 1",
+        "go to fridge 1 (now)",
+        "go fridge 1",
+        "; go to fridge 1",
+    ],
+)
+def test_a_line_with_a_command_and_a_few_words_is_no_prose(tmp_path: Path, first: str) -> None:
+    write(tmp_path)
+    benchmark = opened(tmp_path)
+    plan = benchmark.notation.plans.read("\n".join([first, *WON[1:]]), benchmark.domain.operator_arities)
+    assert isinstance(plan, Unreadable)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Answer: {}",
+        "```text {} ```",
+        "<answer>{}</answer>",
+        "\ufeff{}<|eot_id|>",
+        '"{}"',
+        "> {},",
+        "To cool the apple, first open the fridge and take apple 2.\n{}",
+        "Action: {}\nThe apple is now on table 1, as wanted.",
+    ],
+)
+def test_signs_and_prose_around_commands_do_not_matter(tmp_path: Path, text: str) -> None:
+    write(tmp_path)
+    benchmark = opened(tmp_path)
+    notation, actions = benchmark.notation.plans, benchmark.domain.operator_arities
+    plan, bare = notation.read(text.format("\n".join(WON)), actions), notation.read("\n".join(WON), actions)
+    assert isinstance(plan, WrittenPlan)
+    assert isinstance(bare, WrittenPlan)
+    assert plan.steps == bare.steps
+
+
 @pytest.mark.parametrize("reference", ["alfworld:games/", "alfworld:games", "alfworld:./games/"])
 def test_games_are_checked(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reference: str

@@ -1,9 +1,10 @@
 """Plans with one step a line, as planners, text games and small models write them.
 
 Each line is a step, a comment, a list number alone, or prose before or after the plan. A line cannot be prose
-if it begins with the name of an action, stands between steps, or has an unclosed bracket. If such a line
-cannot be read as a step, the answer is unreadable. In every notation, lines such as ``WALK(soap)`` or
-``1. walk soap`` are read if the answer has no JSON, and the verdict notes the repair ``action_lines``.
+if it begins with the name of an action, stands between steps, has an unclosed bracket, or consists of a step
+and a few other words. If such a line cannot be read as a step, the answer is unreadable. In every notation,
+lines such as ``WALK(soap)`` or ``1. walk soap`` are read if the answer has no JSON, and the verdict notes the
+repair ``action_lines``.
 """
 
 from __future__ import annotations
@@ -22,16 +23,22 @@ from eai.abilities.notation.plan_form import (
     correct_action_spelling,
     read_plan,
 )
+from eai.abilities.notation.step_line import (
+    AROUND,
+    LABEL,
+    StepReader,
+    blank_out_signs_around_steps,
+    find_step_in_line,
+    has_step_among_few_words,
+    strip_signs,
+)
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
 
 _COMMENT = re.compile(r";[^\n]*")
 _FENCE = "```"
-_LABEL = re.compile(r"(?:[*>•-]\s+|(?i:step)\s*\d+\s*(?:[.:)]|$)|\d+\s*[.:)](?!\d)\s*)\s*")
-"""Pattern of a number or list sign at the beginning of a line.
-
-A time as in ``0.000:`` belongs to the step.
-"""
+_FENCE_WITH_LANGUAGE = re.compile(r"```+[\w+-]*(?=\s|$)")
+_FENCE_MARK = re.compile(r"```+")
 _FIRST_WORD = re.compile(r"""[\s"'`(\[{]*([^\s()\[\]{}"'`,:;]+)""")
 _MAX_QUOTED = 60
 """Maximum number of characters of a line that a message quotes."""
@@ -41,11 +48,10 @@ ACTION_LINES = "action_lines"
 
 _CALL = re.compile(r"([\w-]+)\s*\(([^()]*)\)")
 _COMMAND = re.compile(r"[(\[]?([\w-]+)[)\]]?:?((?:[\s,]+[<(]?[\w.-]+[>)]?){0,4})")
-_EMPHASIS = re.compile(r"\*\*|(?<!`)`(?!`)")
+_OBJECTS_ALONE = re.compile(r"\([\w.-]+(?:\s*,\s*[\w.-]+)*\)")
+_SMILEY = re.compile(r"[:;]-?[()]")
 _JSON_LIKE = re.compile(r"\{|\[(?!\w+\])")
 _NO_COMMENT = re.compile(r"(?!)")
-_AROUND = " \t,.;"
-"""Characters that may stand around an action in a line."""
 
 
 class _PlanLine(NamedTuple):
@@ -58,6 +64,7 @@ class _PlanLine(NamedTuple):
         block: number of code-fence marks before the line; odd inside a code fence.
         has_label: whether the line begins with a number or a list sign.
         step: the step that the line states, or None.
+        has_prose: whether the line has a title or a remark beside its step.
     """
 
     start: int
@@ -66,6 +73,7 @@ class _PlanLine(NamedTuple):
     block: int
     has_label: bool
     step: WrittenStep | None
+    has_prose: bool
 
 
 def read_json_plan_or_action_lines(
@@ -87,14 +95,19 @@ def read_json_plan_or_action_lines(
     return plan if lines is None else lines
 
 
+def has_json(text: str, form: AnswerFormat[StepList] | None = None) -> bool:
+    """Whether an answer contains JSON outside its reasoning. If a form is given, JSON of this form."""
+    body = blank_out_thoughts(find_thoughts(text), text)
+    return _JSON_LIKE.search(body) is not None and (form is None or form.is_part(body))
+
+
 def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unreadable | None:
     """Return the plan in lines of actions, or None if no line is an action or if the answer has JSON."""
-    if _JSON_LIKE.search(blank_out_thoughts(find_thoughts(text), text)):
+    if has_json(text):
         return None
     names = {name.casefold() for name in actions}
-    plain = _EMPHASIS.sub(lambda mark: " " * len(mark[0]), text)
     plan = read_plan_lines(
-        plain, lambda line: _read_action_line(line, names), names, _has_form_of_call, _NO_COMMENT
+        text, lambda line: _read_action_line(line, names), actions, _has_form_of_call, _NO_COMMENT
     )
     if not isinstance(plan, WrittenPlan):
         return plan
@@ -103,8 +116,8 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
     if "prose" in plan.repairs and not are_steps and "numbered" not in plan.repairs:
         return None  # the lines are short sentences such as "wash hands"
     if "numbered" in plan.repairs:
-        prose = [plain[span.start : span.end] for span in plan.spans if span.kind is AnswerSpanKind.PROSE]
-        if any(map(_LABEL.match, prose)):
+        prose = [text[span.start : span.end] for span in plan.spans if span.kind is AnswerSpanKind.PROSE]
+        if any((label := LABEL.match(line)) and label.end() < len(line) for line in prose):
             return None  # the list has an item that is not an action
     kinds = {AnswerSpanKind.READ: AnswerSpanKind.REPAIRED}
     spans = tuple([replace(span, kind=kinds.get(span.kind, span.kind)) for span in plan.spans])
@@ -112,22 +125,27 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
 
 
 def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep | None:
-    words = line.strip(_AROUND)
-    match = _CALL.fullmatch(words.strip("\"'")) or _COMMAND.fullmatch(words)
-    if match is None or match[1].casefold() not in action_names:
+    words = strip_signs(line)
+    match = _CALL.fullmatch(words) or _COMMAND.fullmatch(words)
+    if match is None or match[1].casefold() not in action_names or _has_unpaired_bracket(words):
         return None
     objects = re.findall(r"""[^\s,<>()"']+""", match[2])
     is_sentence = match.re is _COMMAND and ORDINARY_WORD.search(match[2]) is not None
     return None if is_sentence else WrittenStep(match[1], tuple(objects))
 
 
+def _has_unpaired_bracket(text: str) -> bool:
+    return any(text.count(opening) != text.count(closing) for opening, closing in ("()", "[]", "<>"))
+
+
 def _has_form_of_call(line: str) -> bool:
-    return _CALL.fullmatch(line.strip(_AROUND).strip("\"'")) is not None
+    words = line.strip(AROUND)
+    return _CALL.fullmatch(words) is not None or _OBJECTS_ALONE.fullmatch(words) is not None
 
 
 def read_plan_lines(
     text: str,
-    step_of: Callable[[str], WrittenStep | None],
+    step_of: StepReader,
     actions: Collection[str],
     looks_like_step: Callable[[str], bool],
     comment: re.Pattern[str] = _COMMENT,
@@ -135,7 +153,7 @@ def read_plan_lines(
     """Return a plan with one step a line, or None if a text without steps has other lines than comments.
 
     A text with only comments is a plan without steps. If several code fences contain plans, the last plan
-    counts.
+    counts. If this plan is a single step, the answer is unreadable.
 
     Args:
         text: the answer.
@@ -147,55 +165,89 @@ def read_plan_lines(
     thoughts = find_thoughts(text)
     spans = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
-    body = blank_out_thoughts(thoughts, text)
+    body = blank_out_signs_around_steps(blank_out_thoughts(thoughts, text))
     lines = list(_split_lines(body, step_of, comment))
     steps = [line for line in lines if line.step is not None]
     if not steps:
         return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and comment.search(body) else None
+    names = {name.casefold() for name in actions}
+    if thoughts and not thoughts[-1].is_finished:
+        unfinished = [line.step for line in _split_lines(thoughts[-1].text, step_of, comment)]
+        if any(step is not None and step.action.casefold() in names for step in unfinished):
+            return Unreadable("the reasoning is never closed, and has steps of a plan", spans=tuple(spans))
     block = max((line.block for line in steps if line.block % 2), default=0)
     plan = [line for line in steps if line.block == block or not block]
     starts = {line.start for line in plan}
-    names = {name.casefold() for name in actions}
+    if len(plan) == 1 and any(line.block % 2 and line.step != plan[0].step for line in steps):
+        return _report_unreadable_line(body, plan[0], spans)
     for line in lines:
         if line.start not in starts and (block == 0 or line.block == block or line.block % 2 == 0):
             is_between = plan[0].start < line.start < plan[-1].start
-            if line.text and (is_between or _is_line_of_plan(line, names) or looks_like_step(line.text)):
+            if line.text and (
+                is_between
+                or _is_line_of_plan(line, names)
+                or looks_like_step(line.text)
+                or has_step_among_few_words(line.text, step_of, actions)
+            ):
                 return _report_unreadable_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None
         spans.append(
             Span(line.start, line.end, AnswerSpanKind.READ if line.start in starts else AnswerSpanKind.PROSE)
         )
+    repairs |= dict.fromkeys(["prose"] if any(line.has_prose for line in plan) else [])
     repairs |= dict.fromkeys(["code_fence"] if block else [])
     repairs |= dict.fromkeys(["numbered"] if any(line.has_label for line in plan) else [])
     taken = tuple([line.step for line in plan if line.step is not None])
     return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
 
 
-def _split_lines(
-    text: str, step_of: Callable[[str], WrittenStep | None], comment: re.Pattern[str]
-) -> Iterator[_PlanLine]:
+def _split_lines(text: str, step_of: StepReader, comment: re.Pattern[str]) -> Iterator[_PlanLine]:
     position = block = 0
     for whole in text.splitlines(keepends=True):
         line = comment.sub("", whole).rstrip()
+        remark = whole[len(line) :].strip(AROUND)
+        if remark and any(step_of(text) is not None for text in (remark, f"({remark}")):
+            line = whole.rstrip()  # a step is no comment
         words = line.lstrip()
+        start = position + len(line) - len(words)
+        position += len(whole)
         if words.startswith(_FENCE):
             block += 1
-        elif words:
-            start = position + len(line) - len(words)
-            step = step_of(words)
-            label = None if step is not None else _LABEL.match(words)
-            rest = words if label is None else words[label.end() :]
-            if label is not None:
-                step = step_of(rest) if rest else None
-            yield _PlanLine(start, start + len(words), rest, block, label is not None, step)
-        position += len(whole)
+            begin = _find_begin_behind_fence(words, step_of)
+            words, start = words[begin:], start + begin
+        is_end = words.endswith(_FENCE)
+        words = words.removesuffix(_FENCE).rstrip()
+        if words:
+            yield _read_line(words, start, block, step_of)
+        block += is_end
+
+
+def _find_begin_behind_fence(line: str, step_of: StepReader) -> int:
+    """Return the position behind a code fence, its language, and blanks. A language is no step."""
+    for pattern in (_FENCE_MARK, _FENCE_WITH_LANGUAGE):
+        mark = pattern.match(line)
+        if mark is not None:
+            rest = line[mark.end() :].removesuffix(_FENCE).strip()
+            if not rest or step_of(rest) is not None or pattern is _FENCE_WITH_LANGUAGE:
+                return len(line) - len(line[mark.end() :].lstrip())
+    return len(_FENCE)
+
+
+def _read_line(words: str, start: int, block: int, step_of: StepReader) -> _PlanLine:
+    end = start + len(words)
+    step = step_of(words)
+    label = None if step is not None else LABEL.match(words)
+    rest = words if label is None else words[label.end() :]
+    step, has_prose = (step, False) if step is not None else find_step_in_line(rest, step_of)
+    return _PlanLine(start, end, rest, block, label is not None, step, has_prose)
 
 
 def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
     """Whether a line begins with the name of an action, or has an unclosed bracket."""
     word = _FIRST_WORD.match(line.text)
     is_named = word is not None and word[1].casefold() in action_names
-    return line.step is not None or is_named or line.text.count("(") != line.text.count(")")
+    words = _SMILEY.sub("", line.text)
+    return line.step is not None or is_named or words.count("(") != words.count(")")
 
 
 def _report_unreadable_line(text: str, line: _PlanLine, spans: Sequence[Span]) -> Unreadable:

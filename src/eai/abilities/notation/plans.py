@@ -32,7 +32,7 @@ from eai.abilities.notation.plan_form import (
     read_keyed_steps,
     read_labelled_step,
 )
-from eai.abilities.notation.plan_lines import read_json_plan_or_action_lines, read_plan_lines
+from eai.abilities.notation.plan_lines import has_json, read_json_plan_or_action_lines, read_plan_lines
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.base.grouping import group_pairs
 from eai.logic.signature import describe_arity
@@ -114,7 +114,7 @@ PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]
 
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
-_STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()][^()]*)\)\s*(?:\[[\d.]*\])?")
+_STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()\[\]{}\"][^()\[\]{}\"]*)\)\s*(?:\[[\d.]*\])?")
 
 
 class PlanNotation(ABC):
@@ -247,11 +247,14 @@ class PddlPlans(JsonPlans):
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Return the plan in the lines of an answer, or in its JSON if no line is a step."""
-        plan = None
+        """Return the plan in the JSON of an answer, or in its lines if it has no JSON with steps."""
+        lines = None
         if len(text) <= MAX_LENGTH:
-            plan = read_plan_lines(text, self.read_step, actions, self.looks_like_step)
-        return super().read(text, actions) if plan is None else plan
+            lines = read_plan_lines(text, self.read_step, actions, self.looks_like_step)
+        if lines is not None and not has_json(text, _make_json_plan_format(frozenset(actions))):
+            return lines
+        plan = super().read(text, actions)
+        return lines if isinstance(lines, Unreadable) and isinstance(plan, Unreadable) else plan
 
     def looks_like_step(self, line: str) -> bool:
         """Whether an unreadable line may be a step, although its first word is not the name of an action."""

@@ -23,6 +23,7 @@ from eai.abilities.answer_schema import Schema
 from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plan_form import WrittenStep
 from eai.abilities.notation.plans import PddlPlans
+from eai.abilities.notation.step_line import AROUND
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import read_content
@@ -45,8 +46,10 @@ _TEMPLATE = re.compile(r'\baction\s+(\w+)\s*\{\s*template\s*::\s*"([^"]*)"')
 _PARAMETER_LIST = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
 """Regular expression for a placeholder in a command's template, with its list of possible objects."""
 _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
-_COMMAND_LIKE = re.compile(r"[a-z]+(?: [a-z/]+)*(?: \d+)(?: [a-z/]+| \d+)*")
+_COMMAND_LIKE = re.compile(r"[a-z]+(?: +[a-z/]+)*(?: +\d+)(?: +[a-z/]+| +\d+)*")
 """Regular expression for a command: lower-case words with a number, such as ``go to fridge 1``."""
+_MAX_WORDS_AROUND, _MAX_WORDS = 3, 6
+"""Maximum number of words beside a command in a line, and in a line that only begins like a command."""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
 _PARAMETER = re.compile(r"\{(\w+)\}")
@@ -340,21 +343,37 @@ class _TextCommandPlans(PddlPlans):
             name: re.compile(re.escape(text).replace(r"\{\}", r"(\w+(?: \d+)?)"), re.IGNORECASE)
             for name, text in templates.items()
         }
+        with_objects = [text for text in templates.values() if "{}" in text]
+        parts = [re.escape(text).replace(r"\{\}", r"\w+ +\d+") for text in with_objects]
+        self._command = re.compile("|".join(parts) or r"(?!)", re.IGNORECASE)
+        heads = {text.partition("{}")[0].strip() for text in with_objects}
+        self._head = re.compile(rf"(?:{'|'.join(map(re.escape, sorted(heads)))})\s", re.IGNORECASE)
 
     def read_step(self, line: str) -> WrittenStep | None:
         """Return the step of the first operator whose command matches a line.
 
         A number may precede the command, as in a numbered list.
         """
-        command = _NUMBERED.sub("", line).rstrip(".")
+        command = " ".join(_NUMBERED.sub("", line).rstrip(".").split())
         for name, pattern in self._patterns.items():
             if (match := pattern.fullmatch(command)) is not None:
                 return WrittenStep(name, tuple([word.replace(" ", "_") for word in match.groups()]))
         return super().read_step(line)
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line has the form of a command, also of an older game: ``put apple 1 in/on fridge 1``."""
-        return _COMMAND_LIKE.fullmatch(_NUMBERED.sub("", line)) is not None
+        """Whether a line has the form of a command, or has a command and a few other words.
+
+        Commands of older games, such as ``put apple 1 in/on fridge 1``, are included.
+        """
+        words = _NUMBERED.sub("", line).strip(AROUND)
+        command = self._command.search(words)
+        if command is not None:
+            others = words[: command.start()].split(), words[command.end() :].split()
+            return not others[0] or max(map(len, others)) <= _MAX_WORDS_AROUND
+        is_short = len(words.split()) <= _MAX_WORDS
+        return _COMMAND_LIKE.fullmatch(words) is not None or (
+            is_short and self._head.match(words) is not None
+        )
 
     def write_command(self, operator: str, names: Sequence[str]) -> str:
         """Return an action as a line that the text game reads, such as ``take apple 1 from fridge 1``."""

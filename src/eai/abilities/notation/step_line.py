@@ -1,0 +1,115 @@
+"""Find the step of a plan in a line that also has a number, a title, a remark, or tags around the step."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterator, Sequence
+from itertools import islice
+from typing import TypeAlias
+
+from eai.abilities.notation.plan_form import ORDINARY_WORD, WrittenStep
+
+StepReader: TypeAlias = Callable[[str], WrittenStep | None]
+"""Function that returns the step which a text states, or None."""
+
+LABEL = re.compile(
+    r"(?:(?:[*>•‣◦▪●–—→+]|->?)\s+|(?i:step)\s*\d+\s*(?:[.:)]|-\s|$)|\d+\s*(?:[.:)](?!\d)|-\s)\s*"
+    r"|[(\[]\d+[)\]]\s+|[A-Za-z][.)]\s+|[\u2460-\u2473]\s*)+"
+)
+"""Pattern of numbers or list signs at the beginning of a line.
+
+A time as in ``0.000:`` belongs to the step.
+"""
+_TITLE = re.compile(
+    r"(?:(?:the|my|final|action)\s+)*(?:answer|plan|output|solution|response|result|assistant"
+    r"|(?:action|step|command)s?|sequence)\s*\d*\s*[:=]\s*",
+    re.IGNORECASE,
+)
+"""Pattern of a title before a step, such as ``Final answer:``."""
+_REMARK = re.compile(r"\s*:(?=\s)|\s+(?:#|//|--?|–|—)(?=\s)")
+"""Pattern of the sign between a step and a remark on the step."""
+_SIGNS = re.compile(
+    r"<\|[\w-]+\|>|\[/?INST\]|\*\*|(?<!`)`(?!`)|</?(?:answer|final_answer|output|response|result|solution|plan"
+    r"|actions?|steps?|pre|code|br|s|end_of_turn)\s*/?>|[\u2600-\u27bf\ufe0f\U0001f300-\U0001faff]",
+    re.IGNORECASE,
+)
+"""Pattern of tags, control tokens, emojis and signs of emphasis, which belong to no step."""
+_PLAIN_CHARACTERS: dict[int, str] = {
+    **dict.fromkeys([0, 0xA0, 0xAD, 0x2007, 0x202F, 0x2060, 0x3000, 0xFEFF, *range(0x200B, 0x2010)], " "),
+    **dict(zip(map(ord, "（），："), "(),:", strict=True)),
+}
+"""Mapping from blank or invisible characters to a blank, and from wide punctuation to ASCII."""
+_NOISE = re.compile(r"<[^<>\s]*>|\\[nrt]|\.{3,}|[^\w\s().,<>\[\]-]+|(?<=,)(?=\S)|(?=\()")
+_WORD = re.compile(r"[\w-]+")
+_MAX_SIGNS = 3
+"""Maximum number of signs in a line behind which a remark may begin."""
+_MAX_WORDS_AROUND = 3
+"""Maximum number of words before, and after, a step in a line that cannot be prose."""
+
+AROUND = " \t,.;!\"'“”‘’"
+"""Characters that may stand around a step in a line."""
+_BEFORE = " \t,\"'“”‘’"
+"""Characters that may stand before a step in a line. A semicolon begins a comment."""
+
+
+def blank_out_signs_around_steps(text: str) -> str:
+    """Return a text with blanks in place of tags and invisible characters. Positions stay the same."""
+    return _SIGNS.sub(lambda sign: " " * len(sign[0]), text.translate(_PLAIN_CHARACTERS))
+
+
+def find_step_in_line(line: str, step_of: StepReader) -> tuple[WrittenStep | None, bool]:
+    """Return the step in a line without a number, and whether the line has a title or a remark.
+
+    A remark must not contain another step.
+    """
+    title = _TITLE.match(line)
+    for begin in (0, *([] if title is None else [title.end()])):
+        text = line[begin:]
+        step = step_of(text) or step_of(strip_signs(text))
+        if step is not None:
+            return step, begin > 0
+        for sign in islice(_REMARK.finditer(text), _MAX_SIGNS):
+            words, remark = strip_signs(text[: sign.start()]), strip_signs(text[sign.end() :])
+            if _is_remark(remark, words) and step_of(remark) is None and (step := step_of(words)) is not None:
+                return step, True
+    return None, False
+
+
+def _is_remark(text: str, step: str) -> bool:
+    """Whether a text behind a step is no object of the step, because the step ends in a bracket or number."""
+    is_sentence = step[-1:].isdigit() and ORDINARY_WORD.search(text) is not None
+    return "(" not in text and (step.endswith(")") or is_sentence)
+
+
+def strip_signs(text: str) -> str:
+    """Return a text without signs around it.
+
+    A single word keeps its quotes, as it may be a piece of JSON. Dots that stand for omitted text stay, too.
+    """
+    words = text.lstrip(_BEFORE).rstrip(AROUND)
+    is_omission = ".." in text[text.find(words) + len(words) :]
+    if is_omission:
+        return text.strip()
+    return words if " " in words or "(" in words else text.strip(" \t,.;!")
+
+
+def has_step_among_few_words(line: str, step_of: StepReader, actions: Collection[str]) -> bool:
+    """Whether a line is a step with at most three other words on each side. The action must be declared.
+
+    A step without brackets counts only if its action is written as declared.
+    """
+    words = _NOISE.sub(" ", line)
+    names = {name.casefold() for name in actions}
+    if names.isdisjoint(_WORD.findall(words.casefold())):
+        return False
+    return any(
+        step.action in actions or ("(" in text and step.action.casefold() in names)
+        for text in _list_texts_within_few_words(words.split())
+        if (step := step_of(text)) is not None
+    )
+
+
+def _list_texts_within_few_words(words: Sequence[str]) -> Iterator[str]:
+    for begin in range(min(_MAX_WORDS_AROUND + 1, len(words))):
+        for end in range(max(begin + 1, len(words) - _MAX_WORDS_AROUND), len(words) + 1):
+            yield strip_signs(" ".join(words[begin:end]))
