@@ -24,7 +24,14 @@ from itertools import pairwise
 from threading import Lock
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.answer_text import ANY_VALUE, AnswerFormat, JsonObject, ParsedAnswer, read_json
+from eai.abilities.answer_text import (
+    ANY_VALUE,
+    AnswerFormat,
+    JsonObject,
+    ParsedAnswer,
+    has_unclosed_bracket,
+    read_json,
+)
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
 from eai.logic.formula import TRUE
@@ -88,6 +95,12 @@ _COMMENT = re.compile(r";[^\n]*")
 _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
+_LOST = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
+"""Pattern of parameters. Outside operators, they show that the beginning of an operator is missing."""
+_DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
+_HEAD_IN_COMMENT = re.compile(r";\s*:action\b[^\n]*", re.IGNORECASE)
+_NO_BRACKETS = re.compile(r"[:;]-?[()]|^\s*\w{1,2}\)", re.MULTILINE)
+"""Pattern of smileys and list numbers."""
 _CONNECTIVE = re.compile(r"\(\s*(?:and|or|imply|when|forall|exists)\b", re.IGNORECASE)
 _SIGN = re.compile(r"\(\s*:|\(\s*action\b|:\s*action\b", re.IGNORECASE)
 _KNOWN_SIGN = re.compile(
@@ -97,9 +110,10 @@ _KNOWN_SIGN = re.compile(
 )
 """Pattern of beginnings of PDDL sections that are known, such as ``(:action``."""
 _OPERATOR_SIGN = re.compile(r"""\(\s*:action\b|["']output["']""", re.IGNORECASE)
-_WRAPPER = re.compile(r"[{\[]")
 _END_OF_WRAPPER = re.compile(r"""[\s"'`\]]*\}""")
+_END_OF_JSON_TEXT = re.compile(r"""\s*["'][\s\]]*\}""")
 _READ = (AnswerSpanKind.READ, AnswerSpanKind.REPAIRED)
+_NO_BEGINNING = "there is a part of an operator without its beginning before the first operator"
 _CLOSING, _STRAY = "closing_parenthesis", "stray_parenthesis"
 _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
@@ -146,9 +160,13 @@ def read_operators(
     if _ESCAPE.search(text):
         text = _ESCAPE.sub(lambda match: _MEANING[match.group(1)], text)
         repairs = (*repairs, "escapes")
-    piece = _find_part_with_unknown_keyword(_COMMENT.sub("", text))
+    hidden = _HEAD_IN_COMMENT.search(text)
+    piece = hidden[0][:40] if hidden else _find_part_with_unknown_keyword(_COMMENT.sub("", text))
     if piece is not None:
         return _make_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
+    first = _HEAD.search(text)
+    if _has_end_of_operator(text if first is None else text[: first.start()]):
+        return _make_unreadable(reading, _NO_BEGINNING)
     operators: dict[str, WrittenOperator] = {}
     for segment in _split_operators(text):
         operator = readings.get_or_compute(segment, len(segment), partial(_read_operator, segment))
@@ -195,8 +213,11 @@ _OUTPUT = AnswerFormat(
 )
 
 
-def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
-    """Return the PDDL in an answer that is not JSON; None if the answer has no operator or was cut off."""
+def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | Unreadable | None:
+    """Return the PDDL in an answer that is not JSON; None if the answer has no operator or was cut off.
+
+    The answer is unreadable if the first operator lacks its beginning, or if reasoning is never closed.
+    """
     thoughts = find_thoughts(answer)
     body = blank_out_thoughts(thoughts, answer)
     heads = list(_HEAD.finditer(body))
@@ -205,8 +226,13 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     start, end = heads[0].start(), body.rfind(")") + 1
     if end <= heads[-1].start():
         return None
+    if thoughts and not thoughts[-1].is_finished and _HEAD.search(thoughts[-1].text):
+        return Unreadable("the reasoning is never closed, and has operators")
     before, after = body[:start], body[end:]
-    is_wrapped = _WRAPPER.search(before) is not None
+    is_wrapped = has_unclosed_bracket(before)
+    is_end_of_json = "{" not in body[:end] and _END_OF_JSON_TEXT.match(after) is not None
+    if is_end_of_json or _has_end_of_operator(before):
+        return Unreadable(_NO_BEGINNING)
     if is_wrapped and (
         not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), ParsedAnswer)
     ):
@@ -230,6 +256,16 @@ def _find_part_with_unknown_keyword(text: str) -> str | None:
     return None
 
 
+def _has_end_of_operator(text: str) -> bool:
+    """Whether the text before the first operator contains the end of another operator.
+
+    A definition of a problem or domain may have too many brackets.
+    """
+    words = _NO_BRACKETS.sub("", _COMMENT.sub("", text))
+    is_closed = words.count(")") > words.count("(") and _DEFINITION.search(text) is None
+    return is_closed or _LOST.search(text) is not None
+
+
 def _split_operators(text: str) -> list[str]:
     bounds = [*(match.start() for match in _HEAD.finditer(text)), len(text)]
     return [text[start:end] for start, end in pairwise(bounds)]
@@ -248,7 +284,7 @@ def _find_end_before_prose(text: str) -> int | None:
         end = read_group(text).end
     except PddlError:
         return None
-    return end if text[end:].lstrip()[:1].isalpha() else None
+    return end if text[end:].lstrip()[:1].isalpha() and _LOST.search(text, end) is None else None
 
 
 def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOperator | PddlFinding:
