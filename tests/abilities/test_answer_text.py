@@ -65,6 +65,13 @@ def found(text: str, form: AnswerFormat[object] = OBJECT) -> object:
         ('{"WALK": ["sofa"], # there\n}', ("comments", "trailing_comma")),
         ('{"WALK": ["sofa"] // there\n}', ("comments",)),
         ("{“WALK”: [“sofa”]}", ("curly_quotes",)),
+        ('{"WALK"：\u00a0["sofa"]}', ("wide_characters",)),
+        ('{"WALK": ["sofa"] /* ] there */}', ("comments",)),
+        ('{\\"WALK\\": [\\"sofa\\"]}', ("escapes",)),
+        ("{&quot;WALK&quot;: [&quot;sofa&quot;]}", ("escapes",)),
+        (f"[{PLAN}]", ("wrapper_list",)),
+        (rf"So \boxed{{{PLAN}}}", ("boxed", "prose", "stray_bracket")),
+        (f"{PLAN}\n<think>Was that", ("reasoning",)),
         (f"{PLAN}}}", ("stray_bracket",)),
         (json.dumps(PLAN), ("json_in_string",)),
         (f"{PLAN}<|eot_id|>", ("special_tokens",)),
@@ -121,6 +128,7 @@ def test_duplicates_stay_and_the_last_value_wins(text: str, value: object) -> No
             "line 2, column 1: 'WALK chair' looks like a part of the answer and stands outside",
         ),
         ('{"A": [1]} {"B": [2]}', "looks like a part of the answer and stands outside"),
+        ("{'A': [...]}", "line 1, column 2: expected property name enclosed in double quotes"),
     ],
     ids=str,
 )
@@ -139,6 +147,7 @@ def test_an_incomplete_answer_is_unreadable_at_a_position(text: str, reason: str
         f"<|channel|>analysis<|message|>{PLAN}",
         f"[THINK]{PLAN}",
         f"◁think▷{PLAN}",
+        f'{PLAN}\n<think>and then {{"GRAB": ["cup"]}}',
     ],
 )
 def test_reasoning_that_is_not_finished_holds_no_answer(text: str) -> None:

@@ -50,6 +50,8 @@ def score(store: Store, name: str, ability: Ability, task_id: str, text: str) ->
             "there is no object or list",
         ),
         ("[]", "the plan has no steps, and not all goals hold at the start"),
+        ('K": ["soap"]}, {"GRAB": ["soap"]}]', "line 1, column 13: this bracket was never opened"),
+        ('["soap"]}, {"GRAB": ["soap"]}, {"WALK": ["washing_machine"]}]', "this bracket was never opened"),
     ],
 )
 def test_an_incomplete_plan_is_a_parsing_error(data_store: Store, text: str, reason: str) -> None:

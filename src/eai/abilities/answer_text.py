@@ -1,20 +1,24 @@
-"""Read the JSON value in the text of an answer.
+r"""Read the JSON value in the text of an answer.
 
 Every character of the text is read unchanged, is read after a named repair, or counts as prose.
 
 `read_json` serves all abilities and benchmarks. An `AnswerFormat` describes the expected value, and how to
 recognize its parts. If text outside the value resembles such a part, the value is incomplete and the answer
-is unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. The
+is unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. So does
+a closing bracket without an opening one beside parts without a list, and a part in unfinished reasoning. The
 repairs are:
 
 * ``reasoning``, ``special_tokens``: reasoning (`eai.abilities.reasoning`) or control tokens are removed;
 * ``code_fence``, ``prose``: the value stands in a code fence, or between other words;
 * ``line_breaks``: strings contain line breaks or tabs that JSON requires to be escaped;
-* ``curly_quotes``, ``single_quotes``, ``comments``, ``trailing_comma``: these are replaced or removed to get
-  JSON;
+* ``curly_quotes``, ``single_quotes``, ``wide_characters`` (blanks and punctuation that JSON does not allow),
+  ``comments``, ``trailing_comma``: these are replaced or removed to get JSON;
+* ``escapes``: all quotes of the value are escaped, with a backslash or as in HTML;
 * ``stray_bracket``: a closing bracket outside the value has no opening bracket;
+* ``boxed``: the value stands in ``\boxed{}``;
 * ``json_in_string``: the value is JSON inside a string;
 * ``wrapper_key``: the value is a member of an object whose other members are neither lists nor objects;
+* ``wrapper_list``: the value is the only item of a list;
 * ``json_lines``: the parts of the value follow each other without a list around them;
 * ``numbered``: parts that follow each other have numbers.
 """
@@ -22,12 +26,13 @@ repairs are:
 from __future__ import annotations
 
 import ast
+import html
 import json
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
@@ -45,11 +50,13 @@ _MAX_QUOTED = 60
 MAX_VALUES = 10_000
 """Maximum number of bracketed values in an answer."""
 
+_UNOPENED = "this bracket was never opened, as if the beginning of the answer were missing"
 _UNCLOSED = "this bracket is not closed, as if the answer were cut off"
 
 TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
 
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
+_BOX = re.compile(r"\\boxed\s*\{(?=\s*[{\[])")
 _FENCE = "```"
 _FENCE_MARK = re.compile(r"```[\w-]*")
 _BRACKET = re.compile(r"[{}\[\]]")
@@ -57,15 +64,24 @@ _INSIDE = re.compile(
     r"""
     "[^"\\]*(?:\\.[^"\\]*)*"
     | (?<=[\[{,:(\s])'[^'\\\n]*(?:\\.[^'\\\n]*)*'(?=\s*[\]},:)])
-    | (?<=[\[\]{},\s])(?:\#|//)[^\n]*
+    | (?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.*?\*/)
     | [{}\[\]]
     """,
     re.VERBOSE | re.DOTALL,
 )
 """Pattern of strings, comments and brackets in a value. Brackets in strings and comments are not counted."""
 _STRING_OR_COMMENT = re.compile(
-    r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:\#|//)[^\n]*)""", re.DOTALL
+    r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.*?\*/))""",
+    re.DOTALL,
 )
+_STRING_OR_WIDE = re.compile(
+    r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|[\xa0\u2007\u200b-\u200f\u202f\u2060\u3000\ufeff：，]""",
+    re.DOTALL,
+)
+_WIDE = {"：": ":", "，": ","}
+_UNESCAPED_QUOTE = re.compile(r"""(?<!\\)["'“”‘’]""")
+_ESCAPE = re.compile(r'\\(["\\nrt])')
+_UNESCAPED = {"n": " ", "r": " ", "t": " "}
 _STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma>,)(?=\s*[\]}])""", re.DOTALL)
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
 """Pattern of Python literals that become equal JSON if double quotes replace their single quotes."""
@@ -253,6 +269,9 @@ class _AnswerReader(Generic[T]):
         self.thoughts = find_thoughts(text)
         self.removed: tuple[str, ...] = ("reasoning",) if self.thoughts else ()
         self.text = blank_out_thoughts(self.thoughts, text)
+        if "\\boxed" in self.text and _BOX.search(self.text):
+            self.text = _BOX.sub(lambda box: " " * len(box[0]), self.text)
+            self.removed = (*self.removed, "boxed")
         if "<|" in self.text and _SPECIAL_TOKENS.search(self.text):
             self.text = _SPECIAL_TOKENS.sub(lambda token: " " * len(token[0]), self.text)
             self.removed = (*self.removed, "special_tokens")
@@ -267,6 +286,8 @@ class _AnswerReader(Generic[T]):
             else _read_value_or_wrapped_json(decoded.value, self.form)
         )
         if whole is not None and isinstance(decoded, _DecodedJson):
+            if self._has_part_in_unfinished_thought():
+                return self._report_unfinished_thought()
             value = _ValueInText(start, start + len(body), whole[0], (*decoded.repairs, *whole[1]))
             return self._make_parsed_answer([value], value.meaning, ())
         if not body:
@@ -276,10 +297,26 @@ class _AnswerReader(Generic[T]):
 
     def _report_missing_value(self) -> Unreadable:
         if self.thoughts and not self.thoughts[-1].is_finished:
-            return Unreadable(
-                "the reasoning is never closed, so that there is no answer", spans=self._make_spans([])
-            )
+            return self._report_unfinished_thought()
         return Unreadable(f"there is no {self.form.description}", spans=self._make_spans([]))
+
+    def _report_unfinished_thought(self) -> Unreadable:
+        return Unreadable(
+            "the reasoning is never closed, so that there is no answer", spans=self._make_spans([])
+        )
+
+    def _has_part_in_unfinished_thought(self) -> bool:
+        """Whether the answer ends in reasoning without a closing mark, and this reasoning contains JSON."""
+        if not self.thoughts or self.thoughts[-1].is_finished:
+            return False
+        text = self.thoughts[-1].text
+        parts = islice(_find_bracketed_texts(text), MAX_VALUES)
+        return any(self._is_part(text[part.start : part.end]) for part in parts)
+
+    def _is_part(self, text: str) -> bool:
+        return self.form.is_part(text) or (
+            _UNESCAPED_QUOTE.search(text) is None and self.form.is_part(_unescape(text))
+        )
 
     def _read_values(self) -> list[_ValueInText[T]] | Unreadable:
         """Return all bracketed texts that can be read as an answer, or why the answer cannot be read.
@@ -298,7 +335,7 @@ class _AnswerReader(Generic[T]):
             if inside in _OPENING_BRACKET:
                 self.strays.append(bracketed_text)
                 continue
-            is_part = self.form.is_part(inside)
+            is_part = self._is_part(inside)
             decoded = _decode_with_repairs(inside, bracketed_text.start, repair=is_part)
             meaning = (
                 None
@@ -335,10 +372,15 @@ class _AnswerReader(Generic[T]):
             return self._report_unread_text(line)
         if not chosen:
             return self._report_missing_value()
+        if self._has_part_in_unfinished_thought():
+            return self._report_unfinished_thought()
         gaps = [_BracketedText(one.end, other.start) for one, other in pairwise(chosen)]
         texts = [self.text[gap.start : gap.end] for gap in gaps]
-        are_pieces = gaps and any(self.form.is_piece(value.meaning) for value in chosen)
-        if self.form.join is not None and are_pieces:
+        has_pieces = any(self.form.is_piece(value.meaning) for value in chosen)
+        stray = self._find_end_of_list_around(chosen) if has_pieces else None
+        if stray is not None:
+            return self._report_error(stray, _JsonProblem(_UNOPENED, stray.start))
+        if self.form.join is not None and gaps and has_pieces:
             between = next(
                 (gap for gap, text in zip(gaps, texts, strict=True) if not _NUMBERING.fullmatch(text)), None
             )
@@ -353,6 +395,13 @@ class _AnswerReader(Generic[T]):
         if are_adjacent and not _have_equal_texts(self.text, chosen):
             return self._report_unread_text(_BracketedText(chosen[-2].start, chosen[-1].end))
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
+
+    def _find_end_of_list_around(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
+        """Return a closing bracket of a list around some parts of the answer whose beginning is missing."""
+        for stray in self.strays:
+            if len(pieces) > 1 or stray.start < pieces[0].start or self.text[stray.start] == "]":
+                return stray
+        return None
 
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
         """Return the values that belong to the answer. All other values count as examples.
@@ -501,9 +550,9 @@ def _read_value_or_wrapped_json(
 ) -> tuple[T, tuple[str, ...]] | None:
     """Return the meaning of a JSON value (`AnswerFormat.read`), and the names of the repairs that it needs.
 
-    A string without a meaning gets the meaning of the JSON in it. An object without a meaning gets the
-    meaning of its only member with a meaning, unless other members are objects or lists. Return None if there
-    is no meaning.
+    A string without a meaning gets the meaning of the JSON in it. A list without a meaning gets the meaning
+    of its only item. An object without a meaning gets the meaning of its only member with a meaning, unless
+    other members are objects or lists. Return None if there is no meaning.
     """
     meaning = form.read(value)
     if meaning is not None or max_depth == 0:
@@ -520,6 +569,9 @@ def _read_value_or_wrapped_json(
         if inner is None or isinstance(decoded, _JsonProblem):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
+    if isinstance(value, list) and len(value) == 1 and _has_object(value[0]):
+        item = _read_value_or_wrapped_json(value[0], form, max_depth - 1)
+        return None if item is None else (item[0], ("wrapper_list", *item[1]))
     if not isinstance(value, JsonObject):
         return None
     inside = [
@@ -536,6 +588,10 @@ def _read_value_or_wrapped_json(
     key, (meaning, repairs) = wrapped[0]
     named = () if key in form.wrappers and not others else ("wrapper_key",)
     return meaning, (*named, *repairs)
+
+
+def _has_object(value: object) -> bool:
+    return isinstance(value, JsonObject) or (isinstance(value, list) and any(map(_has_object, value)))
 
 
 def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _JsonProblem:
@@ -567,8 +623,12 @@ def _yield_repaired_texts(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield the text itself, then the text after each further repair, with the names of all its repairs."""
     names: tuple[str, ...] = ()
     yield text, names
+    if _UNESCAPED_QUOTE.search(text) is None and (unescaped := _unescape(text)) != text:
+        text, names = unescaped, ("escapes",)
+        yield text, names
     for repair, name in (
         (lambda words: words.translate(_CURLY), "curly_quotes"),
+        (_replace_wide_characters, "wide_characters"),
         (_remove_comments, "comments"),
         (_remove_trailing_commas, "trailing_comma"),
     ):
@@ -576,6 +636,15 @@ def _yield_repaired_texts(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
         if repaired != text:
             text, names = repaired, (*names, name)
             yield text, names
+
+
+def _unescape(text: str) -> str:
+    """Return a text without the escapes of JSON strings and HTML; escaped line breaks become blanks."""
+    return html.unescape(_ESCAPE.sub(lambda match: _UNESCAPED.get(match[1], match[1]), text))
+
+
+def _replace_wide_characters(text: str) -> str:
+    return _STRING_OR_WIDE.sub(lambda match: match["string"] or _WIDE.get(match[0], " "), text)
 
 
 def _remove_comments(text: str) -> str:
@@ -652,7 +721,7 @@ def _evaluate_literal(node: ast.expr, depth: int) -> object:
     """
     if depth == 0:
         raise ValueError(f"the Python literal has more than {MAX_DEPTH} nested levels")
-    if isinstance(node, ast.Constant):
+    if isinstance(node, ast.Constant) and isinstance(node.value, str | int | float | None):
         return node.value
     if isinstance(node, ast.List | ast.Tuple):
         return [_evaluate_literal(element, depth - 1) for element in node.elts]

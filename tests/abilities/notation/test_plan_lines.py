@@ -28,15 +28,18 @@ LINES = [
     ("Answer: WALK(soap)\nGRAB(soap)", [WALK, GRAB], ("prose", "action_lines")),
     ("Final answer:\n1. WALK(soap)\n2. GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered", "prose")),
     ("Action 1: WALK(soap)\nAction 2: GRAB(soap)", [WALK, GRAB], ("prose", "action_lines")),
-    ("<answer>WALK(soap)\nGRAB(soap)</answer>", [WALK, GRAB], ("action_lines",)),
-    ("[INST]WALK(soap)\nGRAB(soap)<|eot_id|></s>", [WALK, GRAB], ("action_lines",)),
-    ("\ufeffWALK(soap)\r\nGRAB\u00a0(soap)\u200b\x00", [WALK, GRAB], ("action_lines",)),
-    ("WALK（soap）\nPUT(soap， bin)", [WALK, PUT], ("action_lines",)),
+    ("<answer>WALK(soap)\nGRAB(soap)</answer>", [WALK, GRAB], ("special_tokens", "action_lines")),
+    ("[INST]WALK(soap)\nGRAB(soap)<|eot_id|></s>", [WALK, GRAB], ("special_tokens", "action_lines")),
+    ("\ufeffWALK(soap)\r\nGRAB\u00a0(soap)\u200b\x00", [WALK, GRAB], ("special_tokens", "action_lines")),
+    ("WALK（soap）\nPUT(soap， bin)", [WALK, PUT], ("special_tokens", "action_lines")),
     ("```text WALK(soap)\nGRAB(soap)```", [WALK, GRAB], ("code_fence", "action_lines")),
     ("```WALK(soap)\nGRAB(soap)\n```", [WALK, GRAB], ("code_fence", "action_lines")),
     ("(1) WALK(soap)\n(2) GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
     ("a. WALK(soap)\nb. GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
-    ("→ WALK(soap)\n✅ GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
+    ("→ WALK(soap)\n✅ GRAB(soap)", [WALK, GRAB], ("special_tokens", "action_lines", "numbered")),
+    ("WALK(soap)\\nGRAB(soap)", [WALK, GRAB], ("special_tokens", "action_lines")),
+    ('{"plan": ["WALK(soap)", "GRAB(soap)"]}', [WALK, GRAB], ("action_lines",)),
+    ('"WALK(soap)\\nGRAB(soap)"', [WALK, GRAB], ("action_lines",)),
     ("Step 1:\nWALK(soap)\nStep 2:\nGRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
     ("1. WALK(soap) - go\n2. GRAB(soap): take it", [WALK, GRAB], ("prose", "action_lines", "numbered")),
     ("WALK(soap) # walk to it\nGRAB(soap) // take it", [WALK, GRAB], ("prose", "action_lines")),
@@ -53,7 +56,7 @@ def test_lines_of_actions_are_read_by_named_repairs(
     plan = notation.read(text, ACTIONS)
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == steps
-    assert set(plan.repairs) == set(repairs)
+    assert {*plan.repairs} - {"wrapper_key"} == set(repairs)
     assert {span.kind for span in plan.spans} <= {
         AnswerSpanKind.REPAIRED,
         AnswerSpanKind.PROSE,
@@ -91,6 +94,8 @@ def test_lines_of_actions_are_read_by_named_repairs(
         "WALK(soap)\nGRAB(soap)...",
         "WALK(soap)\n<think>\nGRAB(soap)",
         "(WALK",
+        '["WALK(soap)", "go away"]',
+        '{"action": "PUT soap", "target": "bin"}',
         "(WALK soap",
         "Step 1:\n```\nWALK(soap)\n```\nStep 2:\n```\nGRAB(soap)\n```",
     ],

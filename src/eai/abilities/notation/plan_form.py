@@ -98,7 +98,11 @@ def join_step_lists(step_lists: Iterable[StepList]) -> StepList:
 
 
 def make_plan_format(
-    description: str, read: Callable[[object], StepList | None], actions: Collection[str], wrapper_key: str
+    description: str,
+    read: Callable[[object], StepList | None],
+    actions: Collection[str],
+    wrapper_key: str,
+    read_text: Callable[[str], StepList | None] = lambda text: None,
 ) -> AnswerFormat[StepList]:
     """Return the form of a plan in JSON: a value with steps, or a list of such values.
 
@@ -107,14 +111,19 @@ def make_plan_format(
         read: returns the steps in a value, or None. It is called for each item of a list.
         actions: names of actions in answers; empty if these names are unknown.
         wrapper_key: key of an object around the plan, if questions may ask for such an object.
+        read_text: returns the steps in a string of the JSON value, or None.
     """
+
+    def read_item(value: object) -> StepList | None:
+        return read_text(value) if isinstance(value, str) else read(value)
+
     part, line = _compile_step_and_step_line_patterns(frozenset(actions))
     return AnswerFormat(
         description,
-        lambda value: join_item_steps(value, read) if isinstance(value, list) else read(value),
+        lambda value: join_item_steps(value, read_item) if isinstance(value, list) else read_item(value),
         is_part=lambda text: part.search(text) is not None,
         is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
-        flaw=lambda value: _find_list_flaw(value, read),
+        flaw=lambda value: _find_list_flaw(value, read_item),
         join=join_step_lists,
         is_piece=lambda steps: steps.is_single_step,
         repairs_of=lambda steps: steps.repairs,

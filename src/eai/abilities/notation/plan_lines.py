@@ -49,6 +49,7 @@ ACTION_LINES = "action_lines"
 _CALL = re.compile(r"([\w-]+)\s*\(([^()]*)\)")
 _COMMAND = re.compile(r"[(\[]?([\w-]+)[)\]]?:?((?:[\s,]+[<(]?[\w.-]+[>)]?){0,4})")
 _OBJECTS_ALONE = re.compile(r"\([\w.-]+(?:\s*,\s*[\w.-]+)*\)")
+_EMPHASIS = re.compile(r"\*\*|(?<!`)`(?!`)")
 _SMILEY = re.compile(r"[:;]-?[()]")
 _JSON_LIKE = re.compile(r"\{|\[(?!\w+\])")
 _NO_COMMENT = re.compile(r"(?!)")
@@ -134,6 +135,19 @@ def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep |
     return None if is_sentence else WrittenStep(match[1], tuple(objects))
 
 
+def read_text_of_steps(text: str, actions: Collection[str]) -> StepList | None:
+    """Return the steps in a string of a JSON answer, one a line. Return None if some line is no step.
+
+    A step without brackets is not read, because its objects may stand elsewhere in the JSON.
+    """
+    names = {name.casefold() for name in actions}
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    steps = [_read_action_line(line, names) for line in lines if "(" in line]
+    if not steps or len(steps) < len(lines) or None in steps:
+        return None
+    return StepList(tuple([step for step in steps if step is not None]), (ACTION_LINES,))
+
+
 def _has_unpaired_bracket(text: str) -> bool:
     return any(text.count(opening) != text.count(closing) for opening, closing in ("()", "[]", "<>"))
 
@@ -165,7 +179,8 @@ def read_plan_lines(
     thoughts = find_thoughts(text)
     spans = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
-    body = blank_out_signs_around_steps(blank_out_thoughts(thoughts, text))
+    outside = blank_out_thoughts(thoughts, text)
+    body = blank_out_signs_around_steps(outside)
     lines = list(_split_lines(body, step_of, comment))
     steps = [line for line in lines if line.step is not None]
     if not steps:
@@ -194,11 +209,16 @@ def read_plan_lines(
         spans.append(
             Span(line.start, line.end, AnswerSpanKind.READ if line.start in starts else AnswerSpanKind.PROSE)
         )
+    repairs |= dict.fromkeys(["special_tokens"] if body != _EMPHASIS.sub(_blank_out, outside) else [])
     repairs |= dict.fromkeys(["prose"] if any(line.has_prose for line in plan) else [])
     repairs |= dict.fromkeys(["code_fence"] if block else [])
     repairs |= dict.fromkeys(["numbered"] if any(line.has_label for line in plan) else [])
     taken = tuple([line.step for line in plan if line.step is not None])
     return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
+
+
+def _blank_out(sign: re.Match[str]) -> str:
+    return " " * len(sign[0])
 
 
 def _split_lines(text: str, step_of: StepReader, comment: re.Pattern[str]) -> Iterator[_PlanLine]:

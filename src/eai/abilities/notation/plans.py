@@ -32,7 +32,12 @@ from eai.abilities.notation.plan_form import (
     read_keyed_steps,
     read_labelled_step,
 )
-from eai.abilities.notation.plan_lines import has_json, read_json_plan_or_action_lines, read_plan_lines
+from eai.abilities.notation.plan_lines import (
+    has_json,
+    read_json_plan_or_action_lines,
+    read_plan_lines,
+    read_text_of_steps,
+)
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.base.grouping import group_pairs
 from eai.logic.signature import describe_arity
@@ -293,7 +298,10 @@ def _make_json_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return step
 
-    return make_plan_format("list of steps with an action and an object", read_steps, actions, "plan")
+    description = "list of steps with an action and an object"
+    return make_plan_format(
+        description, read_steps, actions, "plan", lambda text: read_text_of_steps(text, actions)
+    )
 
 
 def _make_objects_schema(object_count: int, words: Sequence[str] | None) -> Schema:

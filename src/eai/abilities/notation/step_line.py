@@ -53,8 +53,12 @@ _BEFORE = " \t,\"'“”‘’"
 
 
 def blank_out_signs_around_steps(text: str) -> str:
-    """Return a text with blanks in place of tags and invisible characters. Positions stay the same."""
-    return _SIGNS.sub(lambda sign: " " * len(sign[0]), text.translate(_PLAIN_CHARACTERS))
+    """Return a text with blanks in place of tags and invisible characters. Positions stay the same.
+
+    If a text has only escaped line breaks, they become line breaks.
+    """
+    lines = text.replace("\\n", " \n") if "\\n" in text and "\n" not in text.strip() else text
+    return _SIGNS.sub(lambda sign: " " * len(sign[0]), lines.translate(_PLAIN_CHARACTERS))
 
 
 def find_step_in_line(line: str, step_of: StepReader) -> tuple[WrittenStep | None, bool]:

@@ -33,7 +33,7 @@ from eai.abilities.notation.plan_form import (
     read_keyed_steps,
     read_labelled_step,
 )
-from eai.abilities.notation.plan_lines import read_json_plan_or_action_lines
+from eai.abilities.notation.plan_lines import read_json_plan_or_action_lines, read_text_of_steps
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
 from eai.tasks.task import Task
@@ -188,6 +188,9 @@ def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unread
 def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     accepted_words = frozenset([*actions, *[action.lower() for action in actions]])
 
+    def read_text(text: str) -> StepList | None:
+        return read_text_of_steps(text, accepted_words)
+
     def read_step_list(value: object) -> StepList | None:
         if isinstance(value, list):
             return join_item_steps(value, read_step_list)
@@ -198,10 +201,24 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
         if any(key == ACTION and isinstance(member, str) for key, member in value.members):
             step = read_labelled_step(value)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
+        if any(
+            key not in accepted_words and _is_list_of_texts(member, read_text)
+            for key, member in value.members
+        ):
+            return None
         return read_keyed_steps(value, accepted_words)
 
     return make_plan_format(
-        "object or list of actions with their objects", read_step_list, accepted_words, _STEPS
+        "object or list of actions with their objects", read_step_list, accepted_words, _STEPS, read_text
+    )
+
+
+def _is_list_of_texts(value: object, read_text: Callable[[str], StepList | None]) -> bool:
+    """Whether a JSON value is a list of strings with steps, such as ``WALK(soap)``."""
+    return (
+        isinstance(value, list)
+        and len(value) > 0
+        and all(isinstance(item, str) and read_text(item) is not None for item in value)
     )
 
 
