@@ -241,6 +241,8 @@ def test_values_are_found_down_to_the_greatest_depth() -> None:
         "```json\n",
         '"A": [',
         "\\",
+        '\\"',
+        "[/* ",
     ],
 )
 def test_the_search_takes_time_in_proportion_to_the_text(piece: str) -> None:

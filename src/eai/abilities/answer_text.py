@@ -62,16 +62,16 @@ _FENCE_MARK = re.compile(r"```[\w-]*")
 _BRACKET = re.compile(r"[{}\[\]]")
 _INSIDE = re.compile(
     r"""
-    "[^"\\]*(?:\\.[^"\\]*)*"
+    (?<!\\)"[^"\\]*(?:\\.[^"\\]*)*"
     | (?<=[\[{,:(\s])'[^'\\\n]*(?:\\.[^'\\\n]*)*'(?=\s*[\]},:)])
-    | (?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.*?\*/)
+    | (?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.{0,1000}?\*/)
     | [{}\[\]]
     """,
     re.VERBOSE | re.DOTALL,
 )
 """Pattern of strings, comments and brackets in a value. Brackets in strings and comments are not counted."""
 _STRING_OR_COMMENT = re.compile(
-    r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.*?\*/))""",
+    r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.{0,1000}?\*/))""",
     re.DOTALL,
 )
 _STRING_OR_WIDE = re.compile(

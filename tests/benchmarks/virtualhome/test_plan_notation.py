@@ -180,3 +180,7 @@ def test_a_class_followed_by_an_id_is_read_as_one_object(text: str, objects: tup
 
 def test_a_message_names_an_object_by_class_and_id() -> None:
     assert (str(ObjectWithId("cup", 13)), str(ObjectWithId("cup", None))) == ("cup_13", "cup without an id")
+
+
+def test_many_numbers_before_no_step_are_read_in_linear_time() -> None:
+    assert isinstance(read_steps("step 1: " * 2000, ACTION_NAMES), Unreadable)

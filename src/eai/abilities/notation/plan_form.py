@@ -41,7 +41,7 @@ STEP_FORM = "step_form"
 LETTER_CASE = "letter_case"
 """Name of a repair: reading an action in small letters, or with only its first letter in capitals."""
 
-_LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.):]|\d+\s*:|:)*"
+_LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.)]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
 ORDINARY_WORD = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
 _MAX_WORDS = 3
