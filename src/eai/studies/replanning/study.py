@@ -153,14 +153,14 @@ def write_remarks_on_missing_runs(groups: Sequence[_ReplanningRunGroup]) -> list
     texts = []
     if lone_groups:
         texts.append(
-            f"No runs without feedback stand beside {', '.join(lone_groups)}: what feedback is worth is "
-            "not known. `eai run` with the same options and `replanning.feedback=none` makes it."
+            f"No runs without feedback stand beside {', '.join(lone_groups)}, so the effect of feedback is "
+            "not known. `eai run` with the same options and `replanning.feedback=none` makes such runs."
         )
     once = [group.options_label for group in groups if group.options.slip and len(group.runs) == 1]
     if once:
         texts.append(
-            f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
-            "more with `replanning.slip_seed`."
+            f"One seed of slips: {', '.join(once)}. The intervals hold for other tasks, but not for other "
+            "draws of slips; run more seeds with `replanning.slip_seed`."
         )
     return texts
 
