@@ -64,25 +64,22 @@ _INSIDE = re.compile(
     r"""
     (?<!\\)"[^"\\]*(?:\\.[^"\\]*)*"
     | (?<=[\[{,:(\s])'[^'\\\n]*(?:\\.[^'\\\n]*)*'(?=\s*[\]},:)])
-    | (?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.{0,1000}?\*/)
+    | (?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.{0,400}?\*/)
     | [{}\[\]]
     """,
     re.VERBOSE | re.DOTALL,
 )
 """Pattern of strings, comments and brackets in a value. Brackets in strings and comments are not counted."""
+_STRING = r"""(?P<string>(?<!\\)"[^"\\]*(?:\\.[^"\\]*)*")"""
 _STRING_OR_COMMENT = re.compile(
-    r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.{0,1000}?\*/))""",
-    re.DOTALL,
+    _STRING + r"|(?P<comment>(?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.{0,400}?\*/))", re.DOTALL
 )
-_STRING_OR_WIDE = re.compile(
-    r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|[\xa0\u2007\u200b-\u200f\u202f\u2060\u3000\ufeff：，]""",
-    re.DOTALL,
-)
+_STRING_OR_WIDE = re.compile(_STRING + r"|[\xa0\u2007\u200b-\u200f\u202f\u2060\u3000\ufeff：，]", re.DOTALL)
 _WIDE = {"：": ":", "，": ","}
 _UNESCAPED_QUOTE = re.compile(r"""(?<!\\)["'“”‘’]""")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
 _UNESCAPED = {"n": " ", "r": " ", "t": " "}
-_STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma>,)(?=\s*[\]}])""", re.DOTALL)
+_STRING_OR_COMMA = re.compile(_STRING + r"|(?P<comma>,)(?=\s*[\]}])", re.DOTALL)
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
 """Pattern of Python literals that become equal JSON if double quotes replace their single quotes."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
