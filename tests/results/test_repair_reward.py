@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import inf
 from random import Random
 
 import pytest
@@ -100,6 +101,23 @@ def test_a_longer_search_never_lowers_the_reward(name: str) -> None:
         assert all(before <= after for before, after in pairwise(paid))
 
 
+@pytest.mark.parametrize("name", HOUSEHOLDS)
+def test_a_search_that_ends_at_many_edits_finds_the_same_smaller_repairs(name: str) -> None:
+    random, ended = Random(4), 0
+    for _ in range(examples(8)):
+        suite, task, plan = drawn(name, random)
+        mender = scorer_of(suite, task.id).repairer
+        repairer = mender._make_repairer(())
+        proved, edits = repairer.repair(plan, SearchEffort(1_000))
+        assert (mender.compute_closeness_to_success(plan) == 1) == (edits == ())
+        for limit in (1, 2, 4):
+            fewer = repairer.repair(plan, SearchEffort(1_000), limit)[1]
+            counts = [inf if found is None else len(found) for found in (fewer, edits)]
+            assert fewer == edits or min(counts) >= limit
+            ended += proved >= limit
+    assert ended
+
+
 def test_the_rewards_of_turns_sum_to_the_reward_of_the_plan() -> None:
     random, seen = Random(3), set()
     for _ in range(12):
@@ -151,10 +169,10 @@ def test_the_search_for_repairs_is_bounded_and_cached(monkeypatch: pytest.Monkey
     mend = Repairer.repair
 
     def counted(
-        self: Repairer, plan: PlanSteps, effort: SearchEffort
+        self: Repairer, plan: PlanSteps, effort: SearchEffort, max_edits: float
     ) -> tuple[int, tuple[PlanEdit, ...] | None]:
         limits.append(effort.limit)
-        found = mend(self, plan, effort)
+        found = mend(self, plan, effort, max_edits)
         assert effort.used < 2 * effort.limit + 1_000
         return found
 
@@ -163,6 +181,6 @@ def test_the_search_for_repairs_is_bounded_and_cached(monkeypatch: pytest.Monkey
     paid = [mender.compute_closeness_to_success(plan[:n]) for n in (0, 1, 2, 1, 0)]
     assert paid[:2] == paid[:2:-1]
     assert mender.compute_closeness_to_success((*plan, *plan)) is not None
-    assert len(limits) == 4
+    assert len(limits) == 3, "equal plans are repaired once, and a plan that succeeds never"
     assert limits == sorted(limits)
     assert limits[-1] <= DEFAULT_EFFORT / 4

@@ -100,6 +100,11 @@ class FactChangeFinder:
         for (predicate, adds), schemas in achievers.by_effect.items():
             for schema in schemas:
                 self._of_operator.setdefault((schema.operator.name, predicate, adds), []).append(schema)
+        self._changed_by = {
+            name: {schema.atom.predicate for schema in schemas} for name, schemas in achievers.schemas.items()
+        }
+        self._effects: dict[Action, dict[FactChange, Sequence[_EffectOnChange]]] = {}
+        self._changes_of_predicates: dict[int, tuple[ChangeSet, f.Formula]] = {}
         self._depths: dict[int, tuple[int, f.Formula]] = {}
         self._readings = FormulaEvaluator(domain.vocabulary)
         self.holds = self._readings.holds
@@ -254,42 +259,34 @@ class FactChangeFinder:
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
     def find_changes_improving_step(
-        self, step: Action, state: State, wanted_changes: ChangeSet, *, is_executed: bool
+        self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
         """Return changes of facts that may improve a step, and whether the step undoes a wanted change.
 
         A step undoes a change if it makes the opposite change. The returned changes must happen before the
-        step. With these changes, the step may make more of the wanted changes, or undo fewer wanted changes.
+        step. With these changes, the step may make the wanted change, or may no longer undo this change.
 
         Args:
             step: the step.
             state: the state before the step.
-            wanted_changes: the changes that the step should make and not undo.
+            wanted_change: the change that the step should make and not undo.
             is_executed: whether the step is executed in this state, not skipped.
         """
-        if step.operator in self._unread:
-            return frozenset(
-                self._find_changes_of_predicates(p.name for p in self._domain.vocabulary.predicates)
-            ), is_executed
         earlier_changes: set[FactChange] = set()
         undoes = False
-        for schema, scope, helps in self._find_effects_making_or_undoing(step, wanted_changes):
+        for schema, scope, helps in self._find_effects_making_or_undoing(step, wanted_change):
             if helps and not is_executed:
                 return self.find_changes_to_skip_or_unskip_step(step, state, is_executed=False), False
             tried = schema.checks if schema.operator.alternatives else ()
-            parts = [(condition, scope) for condition in (*schema.conditions, *tried)]
-            closed_parts = [part for part in parts if find_free_variables(part[0]) <= scope.keys()]
+            conditions = (*schema.conditions, *tried)
+            closed_parts = [(c, scope) for c in conditions if scope.keys() >= set(self.names(c))]
             fails = any(not self.holds(*part, state) for part in closed_parts)
             if helps and fails:
                 earlier_changes |= self._find_changes_of_parts(closed_parts, state, True, all_needed=True)
             elif helps or (is_executed and not fails):
-                earlier_changes.update(
-                    *[
-                        self.find_changes_of_all_predicates_in(part[0])
-                        for part in parts
-                        if part not in closed_parts
-                    ]
-                )
+                for condition in conditions:
+                    if not scope.keys() >= set(self.names(condition)):
+                        earlier_changes |= self.find_changes_of_all_predicates_in(condition)
                 undoes = undoes or not helps
                 if not helps:
                     earlier_changes |= self._find_changes_of_parts(
@@ -299,15 +296,35 @@ class FactChangeFinder:
             earlier_changes |= self.find_changes_to_skip_or_unskip_step(step, state, is_executed=True)
         return frozenset(earlier_changes), undoes
 
+    def find_all_changes_if_effects_are_unknown(self, operator_name: str) -> ChangeSet:
+        """Return all changes of facts if effect schemas of an operator are missing, or else no change."""
+        names = [p.name for p in self._domain.vocabulary.predicates] if operator_name in self._unread else ()
+        return frozenset(self._find_changes_of_predicates(names))
+
+    def select_changes_made_or_undone(self, step: Action, changes: ChangeSet) -> list[FactChange]:
+        """Return the changes of facts that a step may make, or whose opposite the step may make."""
+        predicates = self._changed_by[step.operator]
+        return [
+            change
+            for change in changes
+            if change.predicate in predicates and self._find_effects_making_or_undoing(step, change)
+        ]
+
     def _find_effects_making_or_undoing(
-        self, action: Action, changes: ChangeSet
-    ) -> Iterator[_EffectOnChange]:
-        for schema in self._achievers.schemas[action.operator]:
-            for change in changes:
-                if change.predicate == schema.atom.predicate:
-                    scope = self._match_schema(schema, action, change._replace(truth=schema.adds))
-                    if scope is not None:
-                        yield _EffectOnChange(schema, scope, schema.adds == change.truth)
+        self, action: Action, change: FactChange
+    ) -> Sequence[_EffectOnChange]:
+        effects_by_change = self._effects.setdefault(action, {})
+        effects = effects_by_change.get(change)
+        if effects is None:
+            effects = effects_by_change[change] = tuple(
+                [
+                    _EffectOnChange(schema, scope, schema.adds == change.truth)
+                    for schema in self._achievers.schemas[action.operator]
+                    if (scope := self._match_schema(schema, action, change._replace(truth=schema.adds)))
+                    is not None
+                ]
+            )
+        return effects
 
     def find_changes_to_skip_or_unskip_step(
         self, step: Action, state: State, *, is_executed: bool
@@ -372,7 +389,7 @@ class FactChangeFinder:
             case f.Equals():
                 return _NOTHING
             case _:
-                return frozenset(self.find_changes_of_all_predicates_in(formula))
+                return self.find_changes_of_all_predicates_in(formula)
 
     def _find_changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
@@ -456,21 +473,24 @@ class FactChangeFinder:
             return _NOTHING if name in self._static else frozenset((FactChange(name, arguments, truth),))
         defined = find_definition(derived)
         if defined is None:
-            return frozenset(self.find_changes_of_all_predicates_in(atom))
+            return self.find_changes_of_all_predicates_in(atom)
         key = (name, arguments, truth)
         if key in self._open:  # an atom cannot become true by a definition that needs the atom itself
-            return _NOTHING if truth else frozenset(self.find_changes_of_all_predicates_in(atom))
+            return _NOTHING if truth else self.find_changes_of_all_predicates_in(atom)
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
         changes = self.find_necessary_changes(defined.definition, inner, state, truth=truth)
         self._open.discard(key)
         return changes
 
-    def find_changes_of_all_predicates_in(self, formula: f.Formula) -> Iterator[FactChange]:
-        """Yield all possible changes of facts of the predicates that a condition reads."""
-        return self._find_changes_of_predicates(
-            find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
-        )
+    def find_changes_of_all_predicates_in(self, formula: f.Formula) -> ChangeSet:
+        """Return all possible changes of facts of the predicates that a condition reads."""
+        cached = self._changes_of_predicates.get(id(formula))
+        if cached is None:
+            names = find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
+            changes = frozenset(self._find_changes_of_predicates(names))
+            cached = self._changes_of_predicates[id(formula)] = changes, formula
+        return cached[0]
 
     def _find_changes_of_predicates(self, predicate_names: Iterable[str]) -> Iterator[FactChange]:
         for name in predicate_names:

@@ -93,7 +93,7 @@ class _RelaxationGraph:
         self._tried: dict[int, int] = {}
         self._needs: dict[Action, list[int]] = {}
         self._makers: dict[int, dict[Action, list[int]]] = {}
-        self._grouped: dict[int, list[tuple[Sequence[Action], list[int]]]] = {}
+        self._grouped: dict[int, list[tuple[dict[Action, None], list[int]]]] = {}
         self._made: dict[int, list[tuple[Action, int]]] = {}
         self._open: set[object] = set()
         self._goal = self._add_conjunction_node(
@@ -119,11 +119,13 @@ class _RelaxationGraph:
             if not self._add_actions_making(between):
                 break
         cut_actions: dict[Action, None] = {}
+        is_apart = between.keys().isdisjoint
         for number in between:
-            for makers, conditions in self._group_actions_making(number):
-                if between.keys().isdisjoint(conditions):
-                    cut_actions.update(dict.fromkeys(makers))
-            cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
+            if number in self._changes:
+                for makers, conditions in self._group_actions_making(number):
+                    if not conditions or is_apart(conditions):
+                        cut_actions.update(makers)
+                cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers[number]]))
         return [action for action in cut_actions if action not in actions]
 
     def _find_conditions_from_actions_to_goals(
@@ -154,23 +156,24 @@ class _RelaxationGraph:
             pending += fresh
         return seen
 
-    def _group_actions_making(self, node_number: int) -> list[tuple[Sequence[Action], list[int]]]:
+    def _group_actions_making(self, node_number: int) -> list[tuple[dict[Action, None], list[int]]]:
         """Return the actions that make a change of a fact, in groups whose effects have equal conditions.
 
-        Each group comes with the numbers of its conditions. The change is given by the number of its node in
-        the graph. The result is [] if this node is a condition instead of a change.
+        Each group comes with the numbers of its conditions that do not hold at the start. The change is given
+        by the number of its node in the graph.
         """
-        change = self._changes.get(node_number)
-        if change is None:
-            return []
         groups = self._grouped.get(node_number)
         if groups is None:
             makers = [
-                (a, [self._get_condition_node(*condition, True) for condition in conditions])
-                for a, conditions in self._change_finder.group_actions_making(change)
+                (actions, {self._get_condition_node(*condition, True) for condition in conditions})
+                for actions, conditions in self._change_finder.group_actions_making(
+                    self._changes[node_number]
+                )
             ]
             groups = self._grouped[node_number] = [
-                (a, conditions) for a, conditions in makers if _FALSE not in conditions
+                (dict.fromkeys(actions), [*(conditions - {_TRUE})])
+                for actions, conditions in makers
+                if _FALSE not in conditions
             ]
         return groups
 

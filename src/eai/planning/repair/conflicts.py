@@ -187,6 +187,7 @@ class _HelpingEditFinder:
         self._states = states
         self._change_finder = states.change_finder
         self._fatal: dict[tuple[int, Action], ChangeSet] = {}
+        self._improving: dict[tuple[int, Action], dict[FactChange, tuple[ChangeSet, UndoesWantedChange]]] = {}
         self._lacking: dict[int, list[ChangeSet]] = {}
 
     def find_edits_towards_repair(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
@@ -301,9 +302,18 @@ class _HelpingEditFinder:
             self._states.by_number[state_number],
             self._states.get_next_state_and_executed(state_number, step)[1],
         )
-        earlier_changes, undoes = self._change_finder.find_changes_improving_step(
-            step, state, wanted_changes, is_executed=executed
-        )
+        finder = self._change_finder
+        earlier_changes = finder.find_all_changes_if_effects_are_unknown(step.operator)
+        undoes = bool(earlier_changes) and executed
+        cached = self._improving.setdefault((state_number, step), {})
+        for change in () if earlier_changes else finder.select_changes_made_or_undone(step, wanted_changes):
+            outcome = cached.get(change)
+            if outcome is None:
+                outcome = cached[change] = finder.find_changes_improving_step(
+                    step, state, change, is_executed=executed
+                )
+            earlier_changes |= outcome[0]
+            undoes = undoes or outcome[1]
         if step.operator in operator_names and not executed:
             earlier_changes |= self._change_finder.find_changes_to_skip_or_unskip_step(
                 step, state, is_executed=False

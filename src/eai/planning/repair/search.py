@@ -106,6 +106,7 @@ class Repairer:
     Attributes:
         change_finder: finds the changes of facts that may make a condition true or false.
         states: the states that plans lead to.
+        find_edits: finds the edits that may resolve the conflict of an edited plan.
     """
 
     def __init__(self, planner: Planner, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
@@ -113,26 +114,31 @@ class Repairer:
         self._objects = objects
         self.change_finder = FactChangeFinder(planner.domain, initial, objects, planner.heuristic.achievers)
         self.states = PlanStateCache(planner.domain, initial, goal, self.change_finder)
+        self.find_edits = make_edits_finder(self.states)
         self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._enabling_actions: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
-    def repair(self, plan: PlanSteps, effort: SearchEffort) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
+    def repair(
+        self, plan: PlanSteps, effort: SearchEffort, max_edits: float = inf
+    ) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
         """Return the proved minimum number of edits, and the edits of the smallest repair found, or None.
 
         Args:
             plan: the plan.
             effort: counter of effort with an approximate limit. The result does not depend on earlier calls.
+            max_edits: number of edits; the search ends when it proves that no repair has fewer edits.
         """
         if len(self.states.by_number) > _MAX_CACHED_STATES:
             self.states.forget_states()
+            self.find_edits = make_edits_finder(self.states)
             self._enabling_actions.clear()
         if self.change_finder.has_too_many_actions:
             return self._repair_by_planner(plan, effort)
         search = _RepairSearch(self, plan)
-        best = search.run(effort.limit * _FIRST_SHARE)
-        if best is None:
+        best = search.run(effort.limit * _FIRST_SHARE, max_edits)
+        if best is None and search.min_edits < max_edits:
             best = self._find_best_planner_repair(plan, effort)
-            best = search.run(effort.limit * _SEARCH_SHARE, count_edits(best)) or best
+            best = search.run(effort.limit * _SEARCH_SHARE, min(count_edits(best), max_edits)) or best
         effort.used += search.effort.used
         return search.min_edits, None if best is None else list_plan_edits(best)
 
@@ -287,7 +293,7 @@ class Repairer:
         """Yield all single edits that make a plan succeed."""
         entries, find_edits, landmarks = (
             make_unedited_plan(plan),
-            make_edits_finder(self.states),
+            self.find_edits,
             self.make_landmarks(plan),
         )
         path = self.states.compute_path(entries, START, 0)
@@ -430,7 +436,7 @@ class _RepairSearch:
 
     def __init__(self, repairer: Repairer, plan: PlanSteps) -> None:
         self._states = repairer.states
-        self._find_edits = make_edits_finder(repairer.states)
+        self._find_edits = repairer.find_edits
         self._landmarks = repairer.make_landmarks(plan)
         self._steps = frozenset([step for step in plan if step is not None])
         self.effort = SearchEffort()
@@ -467,8 +473,9 @@ class _RepairSearch:
 
     def _push_node(self, node: _RepairNode) -> None:
         """Put a plan into the queue. A plan can be in the queue twice: before and after its execution."""
-        if (node.plan, node.first_unknown < 0) not in self._seen:
-            self._seen.add((node.plan, node.first_unknown < 0))
+        seen_plans = len(self._seen)
+        self._seen.add((node.plan, node.first_unknown < 0))
+        if len(self._seen) > seen_plans:
             self._add_to_queue(node)
 
     def _add_to_queue(self, node: _RepairNode) -> None:
@@ -514,7 +521,6 @@ class _RepairSearch:
         """
         edits = node.edits or self._find_edits(node.plan, node.path)
         self.effort.used += 0 if node.edits else _CONFLICT_EFFORT * len(node.path)
-        lacking: dict[Action, int] = {}
         max_cost = node.min_repair_edits
         for position, actions in edits:
             if self.effort.is_used_up:
@@ -526,23 +532,16 @@ class _RepairSearch:
                 if child.min_repair_edits <= node.min_repair_edits:
                     self._push_node(child)
             elif actions:
-                max_cost = max(
-                    max_cost, self._queue_insertions_and_find_max_cost(node, position, actions, lacking)
-                )
+                max_cost = max(max_cost, self._queue_insertions_and_find_max_cost(node, position, actions))
         if max_cost > node.min_repair_edits:
             self._add_to_queue(node._replace(edits=edits, min_edits=node.min_repair_edits + 1))
 
     def _queue_insertions_and_find_max_cost(
-        self,
-        node: _RepairNode,
-        position: int,
-        actions: Sequence[Action | None],
-        missing_step_counts: dict[Action, int],
+        self, node: _RepairNode, position: int, actions: Sequence[Action | None]
     ) -> int:
         """Queue the plan with each action inserted at a position, if its repair needs no more edits.
 
         Return the highest number of edits that the repair needs after the insertion of any of the actions.
-        ``missing_step_counts`` caches, for each action, the minimum number of steps that are missing then.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])
@@ -551,20 +550,19 @@ class _RepairSearch:
             node.min_edits if node.edits else 0,
             node.min_repair_edits,
         )
+        one_more = costs.count_min_edits_with_inserted_steps(1)
+        ranks: dict[int, int] = {}
         max_cost = 0
         for action in filter(None, actions):
             lacked = node.missed_cuts & ~self._landmarks.get_mask_of_cuts_with_action(action)
-            number = missing_step_counts.get(action)
-            if number is None:
-                number = missing_step_counts[action] = self._landmarks.count_min_actions(lacked)
-            rank = costs.count_min_edits_with_inserted_steps(number)
-            if (
-                rank <= last
-                and rank < costs.count_min_edits_with_inserted_steps(1)
-                and self._is_useless_insertion(node, position, action)
-            ):
+            rank = ranks.get(lacked, -1)
+            if rank < 0:
+                missing_steps = self._landmarks.count_min_actions(lacked)
+                rank = ranks[lacked] = costs.count_min_edits_with_inserted_steps(missing_steps)
+            if rank <= last and rank < one_more and self._is_useless_insertion(node, position, action):
                 rank += 1
-            max_cost = max(max_cost, rank)
+            if rank > max_cost:
+                max_cost = rank
             if first <= rank <= last:
                 child = (*plan[:at], EditedPlanStep(-1, action), *plan[at + 1 :])
                 self._push_node(self._make_child_node(node, child, at, costs, lacked))
