@@ -137,6 +137,27 @@ def test_only_the_command_that_is_asked_for_is_imported() -> None:
     assert not {"eai.cli.analyze", "eai.cli.run", "eai.cli.score"}.intersection(loaded)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            "run --set fact",
+            "Invalid value for '--set': 'fact' is not one of 'official', 'eai', ",
+        ),
+        ("export prompts --set fact", "'short', 'facts'; did you mean facts?"),
+        ("run --set zzzz", "'short', 'facts'. "),
+        ("run --limit 0", "Invalid value for '--limit': expected greater than or equal to 1"),
+    ],
+)
+def test_a_wrong_value_is_told_in_plain_words(eai: Command, arguments: str, message: str) -> None:
+    done = eai(*arguments.split())
+    assert done.status == 2
+    told = " ".join(done.err.replace("│", "").split())
+    assert message in told
+    assert "Value error" not in told
+    assert "Input should" not in told
+
+
 COMMANDS = "eai.commands"
 
 
@@ -149,6 +170,7 @@ def test_help_has_the_summary_of_each_command_and_imports_none(eai: Command) -> 
     for name in names:
         summary = known.commands[name].help.split("\n\n")[0]
         assert known.get_command(context, name).help == summary
+        assert "`" not in summary
         assert f" {name} {summary.split()[0]} " in shown.replace("│ │", "│").replace("│", "")
     script = (
         "import sys; from eai import cli; cli.app(['--help'], standalone_mode=False); print(*sys.modules)"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import sys
 from collections import UserDict
@@ -25,7 +26,7 @@ from typer.main import get_group
 from eai import __version__
 from eai.base.docstrings import read_docstring_entries
 from eai.base.entry_points import EntryPoint, get_entry_points
-from eai.base.errors import EaiError, InputError, InterruptError
+from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 
 MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"
 """Titles of the panels of commands in the help of ``eai``."""
@@ -121,6 +122,17 @@ class _CommandGroup(TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise InterruptError("interrupted") from None
+        except typer.BadParameter as error:
+            error.message = _reword_wrong_value(error.message)
+            raise
+
+
+def _reword_wrong_value(message: str) -> str:
+    """Return Typer's message on a wrong value without pydantic's words, and with the most similar choice."""
+    message = message.removeprefix("Value error, ").replace("Input should be", "expected")
+    match = re.match(r"'(.*)' is not one of (.*)\.$", message, re.DOTALL)
+    hint = did_you_mean(match[1], re.findall("'(.*?)'", match[2])) if match else ""
+    return f"{message.removesuffix('.')}{hint}" if hint else message
 
 
 class _LazyCommands(UserDict[str, Any]):
@@ -141,7 +153,10 @@ def _find_help_panel(name: str) -> str:
 
 
 def _read_command_summary(point: EntryPoint) -> str:
-    """Return the first paragraph of a command's docstring, read from the source without an import."""
+    """Return the first paragraph of a command's docstring, read from the source without an import.
+
+    A group of commands has only the docstring of its module, which begins with the name of the group.
+    """
     spec = find_spec(point.module)
     if spec is None or spec.origin is None:
         raise InputError(
@@ -150,7 +165,9 @@ def _read_command_summary(point: EntryPoint) -> str:
     source = Path(spec.origin).read_text(encoding="utf-8")
     start = max(source.find(f"\ndef {point.attr}("), 0)
     docstring = source[start:].partition('"""')[2].partition('"""')[0]
-    return " ".join(docstring.partition("\n\n")[0].split())
+    summary = " ".join(docstring.partition("\n\n")[0].split())
+    _, has_name, rest = summary.partition("``: ")
+    return f"{rest[0].upper()}{rest[1:]}" if has_name else summary
 
 
 @cache
