@@ -15,7 +15,7 @@ from eai.abilities.declaration import get_declaration
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.names import remove_prompt_variant
-from eai.cli.console import get_output_console, print_json, print_note
+from eai.cli.console import format_count, get_output_console, print_json, print_note
 from eai.cli.options import AsJson, make_flag
 from eai.cli.table import PERCENT, print_note_if_incomplete
 from eai.results.certainty import ConfidenceIntervals, Interval
@@ -185,9 +185,10 @@ def _print_comparison(
     first, second = one.key, other.key
     totals = {"A": RunTotals.from_records(one.records), "B": RunTotals.from_records(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
+    tasks = format_count(comparison.tasks, "task")
     names = "" if comparison.names == comparison.tasks else f" of {comparison.names} names"
     title = (
-        f"{suite}: {comparison.tasks} tasks{names}\n"
+        f"{suite}: {tasks}{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]

@@ -48,6 +48,12 @@ def test_old_records_get_a_note_on_their_intervals(tmp_path: Path) -> None:
     assert "2 of 2 runs have older records" in (out / "report.md").read_text(encoding="utf-8")
 
 
+def test_compare_counts_one_task_in_the_singular(tmp_path: Path) -> None:
+    runs = write_runs(tmp_path, [action_run(model)[:2] for model in ("first", "second")])
+    result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1")])
+    assert re.search(r": 1 task\b(?!s)", result.output), result.output
+
+
 def test_compare_refuses_runs_without_a_common_suite(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run2")])
     assert "no records of equal domain, ability and protocol" in str(result.exception)
