@@ -83,7 +83,7 @@ def test_without_a_terminal_lines_of_a_run_are_some_seconds_apart(
     with show_run_progress("run", quiet=False) as watch:
         assert watch is not None
         for answered, clock.seconds in ((0, 100), (10, 101), (20, 101 + PATIENCE), (30, 108), (40, 109)):
-            watch(answered, 0, 40, answered * 30)
+            watch(answered, 0, 40, answered * 30, "")
     assert screen.getvalue().splitlines() == [
         "run: 0/40",
         "run: 20/40, 100 tokens/s, about 6 s left",
@@ -96,7 +96,7 @@ def test_without_a_terminal_a_line_tells_how_long_a_run_waits(monkeypatch: pytes
     screen = make_screen(monkeypatch)
     with show_run_progress("run", quiet=False) as watch:
         assert watch is not None
-        watch(0, 0, 40, 0)
+        watch(0, 0, 40, 0, "")
         assert wait_until(lambda: "run: 0/40, waiting 1 s\n" in screen.getvalue())
     length = len(screen.getvalue())
     time.sleep(0.1)
@@ -107,11 +107,11 @@ def test_the_time_left_counts_only_answers_of_this_run(monkeypatch: pytest.Monke
     screen = make_screen(monkeypatch)
     with show_run_progress("run", quiet=False) as watch:
         assert watch is not None
-        watch(30, 0, 342, 0)
+        watch(30, 0, 342, 0, "")
         clock.seconds += 120
-        watch(31, 1, 342, 12_000)
+        watch(31, 1, 342, 12_000, "")
         clock.seconds += LONGEST_SILENCE
-        watch(31, 1, 342, 12_000)
+        watch(31, 1, 342, 12_000, "")
     assert screen.getvalue().splitlines() == [
         "run: 30/342",
         "run: 32/342, 100 tokens/s, 1 failed, about 5 h 10 min left",
@@ -119,13 +119,27 @@ def test_the_time_left_counts_only_answers_of_this_run(monkeypatch: pytest.Monke
     ]
 
 
+@pytest.mark.parametrize("is_terminal", [False, True])
+def test_the_first_failure_of_a_run_is_told_when_it_happens(
+    monkeypatch: pytest.MonkeyPatch, is_terminal: bool
+) -> None:
+    screen = make_screen(monkeypatch, force_terminal=is_terminal, color_system=None)
+    with show_run_progress("run", quiet=False) as watch:
+        assert watch is not None
+        watch(1, 0, 342, 0, "")
+        watch(1, 1, 342, 0, "RateLimitError: [slow down]")
+        assert "run: the first failure: RateLimitError: [slow down]\n" in screen.getvalue()
+        watch(1, 2, 342, 0, "another")
+    assert "another" not in screen.getvalue()
+
+
 def test_on_a_terminal_one_line_of_a_run_changes(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
     screen = make_screen(monkeypatch, force_terminal=True, color_system=None)
     with show_run_progress("virtualhome action_sequencing openai-api/local/small", quiet=False) as watch:
         assert watch is not None
-        watch(0, 0, 342, 0)
+        watch(0, 0, 342, 0, "")
         clock.seconds += 10
-        watch(2, 1, 342, 400)
+        watch(2, 1, 342, 400, "")
         clock.seconds += 41
         assert wait_until(lambda: "waiting 41 s" in screen.getvalue())
     lines = [
@@ -142,9 +156,9 @@ def test_a_terminal_too_narrow_for_the_title_shows_the_progress(
     screen = make_screen(monkeypatch, force_terminal=True, color_system=None)
     with show_run_progress("virtualhome action_sequencing", quiet=False) as watch:
         assert watch is not None
-        watch(0, 0, 342, 0)
+        watch(0, 0, 342, 0, "")
         clock.seconds += 100_000
-        watch(2, 100, 342, 400_000_000)
+        watch(2, 100, 342, 400_000_000, "")
         clock.seconds += 100_000
         assert wait_until(lambda: "  102/342, waiting 27 h 47 min, 4000 tokens/s" in screen.getvalue())
     assert "virtualhome  102" not in screen.getvalue()

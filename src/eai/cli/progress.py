@@ -92,7 +92,8 @@ def show_run_progress(title: str, *, quiet: bool) -> AbstractContextManager[Prog
     """Show the progress of a run on standard error: a line that changes on a terminal, else lines.
 
     The line tells the answers, the seconds since the last answer, the speed and the time left. On a terminal
-    it disappears when the run ends. With ``quiet``, nothing is shown, and the block gets None.
+    it disappears when the run ends. The first failure has a line of its own, because a run that can only fail
+    may be long. With ``quiet``, nothing is shown, and the block gets None.
     """
     if quiet:
         return nullcontext()
@@ -275,8 +276,18 @@ def _show_live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
         progress = pace.describe_run_progress()
         return Text(f"{_cut_start(title, console.width - len(progress) - 2)}  {progress}", no_wrap=True)
 
+    def update(answered: int, failed: int, total: int, tokens: int, failure: str) -> None:
+        _print_first_failure(console, title, pace, failure)
+        pace.update(answered, failed, total, tokens)
+
     with Live(console=console, transient=True, get_renderable=draw_line):
-        yield pace.update
+        yield update
+
+
+def _print_first_failure(console: Console, title: str, pace: _RunProgressInWords, failure: str) -> None:
+    if failure and not pace.failed:
+        line = f"{title}: the first failure: {failure}"
+        console.print(line, markup=False, highlight=False, soft_wrap=not console.is_terminal)
 
 
 @contextmanager
@@ -287,7 +298,8 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
     def print_progress_if_due() -> None:
         lines.print_line_if_due(f"{title}: {pace.describe_run_progress()}", pace.done, pace.total)
 
-    def update_answering_pace(answered: int, failed: int, total: int, tokens: int) -> None:
+    def update_answering_pace(answered: int, failed: int, total: int, tokens: int, failure: str) -> None:
+        _print_first_failure(console, title, pace, failure)
         pace.update(answered, failed, total, tokens)
         print_progress_if_due()
 

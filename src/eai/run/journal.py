@@ -100,8 +100,10 @@ class AnswerJournal:
         self._answers[answer.task_id, answer.epoch].append(answer)
 
 
-ProgressWatch: TypeAlias = Callable[[int, int, int, int], None]
+ProgressWatch: TypeAlias = Callable[[int, int, int, int, str], None]
 """Function that is called with the numbers of answered tasks, failed tasks, all tasks, and output tokens.
+
+The last argument is the reason of a failure, or "" without a new failure.
 
 A task counts once in every epoch (one answer to each task). Answers from an earlier start of the run count as
 answered, without their tokens. A task has failed if a request failed after all repetitions.
@@ -194,19 +196,23 @@ class RunState:
     def record_failure(self, task_id: str, epoch: int, reason: str) -> None:
         """Record that a request failed after all repetitions, so that its task gets no answer."""
         self.failures[task_id, epoch] = reason
-        self.call_progress_callback()
+        # an error that stops the run is printed at its end
+        self.call_progress_callback("" if self.stopped else reason)
 
     def stop_asking_questions(self, reason: str) -> None:
         """Record a reason why no request can succeed, so that the run sends no more questions."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
-    def call_progress_callback(self) -> None:
-        """Call the progress watch with the numbers of answered and failed tasks, and of output tokens."""
+    def call_progress_callback(self, failure: str = "") -> None:
+        """Call the progress watch with the numbers of answered and failed tasks, and of output tokens.
+
+        Args:
+            failure: reason of a new failure.
+        """
         if self._watch is not None:
-            self._watch(
-                len(self.last_answers), len(self.failures), self._number_of_questions_to_ask, self._new_tokens
-            )
+            total = self._number_of_questions_to_ask
+            self._watch(len(self.last_answers), len(self.failures), total, self._new_tokens, failure)
 
     def _add_to_conversation(self, recorded: _ConversationInJournal, answer: Answer) -> None:
         key, conversation, answers = recorded
