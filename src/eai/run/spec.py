@@ -27,7 +27,7 @@ from eai.results.options import ScoringOptions
 from eai.run.job import DecodingOptions, RequestOptions
 from eai.studies.registry import list_studies_with_run_options
 from eai.studies.variation import Endpoint, VariationOptions, combine_variations
-from eai.tasks.options import Arguments, Options
+from eai.tasks.options import Arguments, Options, WebAddress
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -101,7 +101,7 @@ class _ModelOptions(Options):
 
     name: Texts = ()
     args: Arguments = Field(default={})
-    base_url: str | None = None
+    base_url: WebAddress | None = None
 
     @property
     def endpoints(self) -> list[Endpoint]:

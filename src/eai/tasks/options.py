@@ -10,7 +10,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, JsonValue, PlainSerializer, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, JsonValue, PlainSerializer, ValidationError
+from pydantic_core import PydanticCustomError
 from typing_extensions import Self
 
 from eai.base.docstrings import read_docstring_entries
@@ -75,6 +76,16 @@ def _remove_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:
 
 Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
 """Arguments that a user gives for a model. Keys and other secrets in them are never written to a file."""
+
+
+def _require_web_address(address: str) -> str:
+    if not address.startswith(("http://", "https://")):
+        raise PydanticCustomError("address", "expected http:// or https:// before the address")
+    return address
+
+
+WebAddress = Annotated[str, AfterValidator(_require_web_address)]
+"""Address of a server, with its protocol."""
 
 
 class Options(BaseModel):

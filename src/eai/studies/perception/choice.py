@@ -15,7 +15,7 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.studies.perception.noise import PerceptionNoise, parse_noise
 from eai.studies.variation import VariationOptions
-from eai.tasks.options import Arguments
+from eai.tasks.options import Arguments, WebAddress
 
 STUDY = "perception"
 """Name under which the records of a run store how its questions show the scene."""
@@ -89,7 +89,7 @@ class SceneOptions(VariationOptions):
     noise: Annotated[PerceptionNoise | None, BeforeValidator(_parse_noise_option)] = None
     scene_model: str | None = None
     scene_args: Arguments = Field(default={})
-    scene_base_url: str | None = None
+    scene_base_url: WebAddress | None = None
 
     @model_validator(mode="after")
     def _check_options(self) -> Self:
