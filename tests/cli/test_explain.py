@@ -130,6 +130,14 @@ def test_one_more_change_is_told_in_the_singular(eai: Command) -> None:
 def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> None:
     assert eai("explain", "out", "0_0") == (2, "", "eai: out: no record of task 0_0\n")
     assert eai("explain", "none", "0_0").err == "eai: none: no such file or folder\n"
+    run = Path("interrupted")
+    (run / "logs").mkdir(parents=True)
+    (run / "run.toml").write_text("")
+    (run / "logs" / "a.eval").write_bytes(b"PK\x03\x04 _journal/")
+    assert eai("explain", run).err == (
+        "eai: interrupted: expected a folder with records.jsonl somewhere below, found none; eai score "
+        "writes this file, and eai run at its end\n"
+    )
     Path("bad.jsonl").write_text("[" * 100_000)
     assert eai("explain", "bad.jsonl", "0_0").err.startswith("eai: bad.jsonl, line 1: expected a JSON object")
 

@@ -65,6 +65,10 @@ def read_records(path: Path) -> Iterator[Record]:
             yield record
 
 
+_REMEDY = "; eai score makes records of answers"
+"""End of a message about a line that is no record, because people give files of answers for records."""
+
+
 def _read_lines_of_records(path: Path) -> Iterator[str]:
     require_file(path)
     try:
@@ -78,9 +82,9 @@ def _parse_record(line: str) -> Record:
     try:
         values = _load_json(line)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"expected a JSON object ({error})") from error
-    if not isinstance(values, dict):
-        raise InputError("expected a JSON object")
+        raise InputError(f"expected a JSON object ({error}){_REMEDY}") from error
+    if not isinstance(values, dict) or "schema" not in values:
+        raise InputError(f"expected a record of a scored answer{_REMEDY}")
     schema = values.get("schema")
     if schema not in READABLE_SCHEMAS:
         raise InputError(

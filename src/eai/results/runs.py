@@ -162,7 +162,10 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
         if path.is_dir():
             files = find_files_below(path, RECORDS)
             if not files:
-                raise InputError(f"{path}: expected a folder with {RECORDS} somewhere below, found none")
+                raise InputError(
+                    f"{path}: expected a folder with {RECORDS} somewhere below, found none; eai score writes "
+                    "this file, and eai run at its end"
+                )
             record_files |= dict.fromkeys(files)
         elif path.exists():
             record_files[path] = None
