@@ -78,6 +78,16 @@ def test_a_run_is_repeated_from_its_file(data_store: Store, tmp_path: Path) -> N
     assert sorted(each.name for each in tmp_path.glob("*.toml")) == ["run-2.toml", "run.toml"]
 
 
+def test_a_mistake_in_a_file_of_options_is_told_with_the_file(eai: Command, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[task]\nlimit = 2\n")
+    done = eai("run", file, "--out", tmp_path)
+    assert done.err.startswith(f"eai: {file}: task: unknown; did you mean tasks?")
+    file.write_text("[tasks]\nlimit = 0\n")
+    done = eai("run", file, "--limit", "1", "--with", "generation.topp=1", "--out", tmp_path)
+    assert done.err.startswith("eai: generation.topp: unknown; did you mean top_p?"), "flags replace the file"
+
+
 def test_somebody_has_to_be_asked(eai: Command, tmp_path: Path) -> None:
     done = eai("run", "--limit", "1", "--out", tmp_path)
     assert (done.status, done.err) == (2, "eai: expected --model NAME, or a file with the names of models\n")

@@ -88,7 +88,20 @@ def read_run_specification(
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
             raise InputError(f"{SETTING} {given}: expected SECTION.OPTION=VALUE{hint}")
         _put_nested_value(tables, places, text if len(places) == 2 else _parse_json_or_text(text))
-    return read_spec(tables)
+    try:
+        return read_spec(tables)
+    except InputError as error:
+        if file is not None and str(error) == _find_mistake_in_file(file):
+            raise InputError(f"{file}: {error}") from error
+        raise
+
+
+def _find_mistake_in_file(file: Path) -> str:
+    try:
+        read_spec(read_toml(file))
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def _put_nested_value(table: dict[str, Any], places: Sequence[str], value: object) -> None:
