@@ -290,7 +290,20 @@ def test_an_out_that_is_no_folder_is_said_before_anything_is_asked(tmp_path: Pat
 
 def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
     for arguments, message in (
-        (("--model", "foo/bar"), "eai: foo/bar: Model API foo of model 'foo/bar' not recognized."),
+        (
+            ("--model", "openia/bar"),
+            "eai: openia/bar: Inspect has no provider openia; did you mean openai?; a server with OpenAI's "
+            "protocol is openai-api/openia/bar",
+        ),
+        (
+            ("--model", "openai-api/unheard-of/m"),
+            "eai: openai-api/unheard-of/m: ERROR: Unable to initialise unheard-of client No "
+            "UNHEARD_OF_API_KEY defined in the environment, nor given as -M api_key=KEY",
+        ),
+        (
+            ("--model", "openai-api/local/m", "--model-base-url", "localhost:8000/v1"),
+            "eai: model.base_url: expected http:// or https:// before the address, found 'localhost:8000/v1'",
+        ),
         (("--model", "eai/orcle"), "eai: eai/orcle: expected one of eai/oracle, "),
         (("--model", "gpt-4o"), "eai: --model gpt-4o: expected PROVIDER/NAME, such as openai/gpt-4o"),
         (("--model", "eai/noisy", "-M", "rate=much"), "eai: eai/noisy.rate: expected a valid number"),

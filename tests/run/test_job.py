@@ -17,7 +17,7 @@ from eai.benchmarks.copied_answers import (
 )
 from eai.benchmarks.gold_answers import open_answers_of_planner
 from eai.benchmarks.random_answers import open_random_answers
-from eai.run.job import EXPLORERS, can_model_answer
+from eai.run.job import EXPLORERS, MODELS, can_model_answer, check_model_name
 from worlds.warehouse import warehouse
 
 OPENED: dict[str, Any] = {
@@ -47,3 +47,15 @@ def test_explorers_only_act_and_other_models_answer_all() -> None:
         for model in ("eai/oracle", "openai/planner")
         for each in (*PAPER_ABILITIES, ACTING)
     )
+
+
+@pytest.mark.parametrize("name", ["gpt-4o", "llama3", "m"])
+def test_a_name_without_a_provider_does_not_suggest_a_built_in_model(name: str) -> None:
+    with pytest.raises(InputError, match=r"expected PROVIDER/NAME, such as openai/gpt-4o or eai/oracle$"):
+        check_model_name(name)
+
+
+@pytest.mark.parametrize(("name", "model"), [*((model, model) for model in MODELS), ("orcale", "oracle")])
+def test_a_built_in_model_without_its_provider_is_suggested(name: str, model: str) -> None:
+    with pytest.raises(InputError, match=rf"did you mean eai/{model}\?$"):
+        check_model_name(name)

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
+import socket
+
 import pytest
+from inspect_ai._util.error import pip_dependency_error
 from inspect_ai.model import get_model
 
 from eai.run import request_errors
 from eai.run.request_errors import (
     describe_error,
     is_connection_refused,
+    is_prerequisite_missing,
     is_prompt_too_long,
     limit_tries_of_refused_connections,
 )
@@ -92,6 +96,35 @@ def test_a_refused_connection_is_recognised_below_the_errors_of_clients() -> Non
     assert is_connection_refused(make_refused_error())
     assert is_connection_refused(make_refused_error(in_group=True))
     assert not is_connection_refused(TimeoutError())
+
+
+def raise_from(cause: BaseException) -> Exception:
+    """Return the vague error that a client raises from a cause."""
+    error = ConnectionError("Connection error.")
+    error.__cause__ = RuntimeError("no details")
+    error.__cause__.__cause__ = cause
+    return error
+
+
+def test_a_vague_error_of_the_network_is_reported_with_its_cause() -> None:
+    unknown_host = socket.gaierror(-2, "Name or service not known")
+    assert describe_error(raise_from(unknown_host)) == (
+        "ConnectionError: Connection error. (Name or service not known)"
+    )
+
+
+def test_a_cause_that_may_quote_a_key_is_not_reported() -> None:
+    refusal = ValueError("Illegal header value b'Bearer sk-1'")
+    assert describe_error(raise_from(refusal)) == "ConnectionError: Connection error."
+
+
+def test_a_missing_library_of_a_provider_is_reported_with_its_remedy() -> None:
+    error = pip_dependency_error("vLLM Server", ["vllm"])
+    assert is_prerequisite_missing(error)
+    assert describe_error(error) == (
+        "ERROR: vLLM Server requires optional dependencies. Install with: pip install vllm"
+    )
+    assert not is_prerequisite_missing(RuntimeError("boom"))
 
 
 def test_a_refused_connection_is_tried_twice_and_then_no_more(monkeypatch: pytest.MonkeyPatch) -> None:

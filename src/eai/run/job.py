@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from functools import partial
 from typing import Literal, TypeAlias
 
@@ -47,6 +48,12 @@ MODELS = (
 )
 """Names of the built-in models."""
 
+_USUAL_PROVIDERS = (
+    *("anthropic", "azureai", "bedrock", "deepseek", "google", "groq", "hf", "mistral", "ollama", "openai"),
+    *("openai-api", "openrouter", "sglang", "together", "vllm"),
+)
+"""Providers in Inspect that many people use, to be suggested for similar names."""
+
 _ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
     "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION),
     **dict.fromkeys(("lookup", "copy", "empty", "random"), (*PAPER_ABILITIES, Ability.ACTION_SEQUENCING)),
@@ -83,10 +90,18 @@ def check_model_name(name: str) -> None:
             f"{name}: expected one of {', '.join(known_models)}{did_you_mean(name, known_models)}"
         )
     if not separator:
-        hint = did_you_mean(f"{PROVIDER}/{name}", known_models)
+        similar = get_close_matches(name, MODELS, 1)
+        hint = f"; did you mean {PROVIDER}/{similar[0]}?" if similar else ""
         raise InputError(
             f"--model {name}: expected PROVIDER/NAME, such as openai/gpt-4o or {known_models[0]}{hint}"
         )
+
+
+def describe_unknown_provider(model: str) -> str:
+    """Return one line on a model whose provider, the word before the first slash, is unknown to Inspect."""
+    provider = model.partition("/")[0]
+    hint = did_you_mean(provider, _USUAL_PROVIDERS)
+    return f"Inspect has no provider {provider}{hint}; a server with OpenAI's protocol is openai-api/{model}"
 
 
 _ReasoningEffort: TypeAlias = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
@@ -128,7 +143,8 @@ class RequestOptions(Options):
 
     Attributes:
         max_connections: Maximum number of requests at a time; one for built-in models.
-        max_retries: Maximum number of repetitions of a failed request.
+        max_retries: Maximum number of repetitions of a failed request. OpenAI's library sends each of them up
+            to three times, unless -M max_retries=0.
         timeout: Seconds after which a request fails; the provider's default if not given.
         batch: Use the provider's batch service, slower and cheaper.
         too_long: Tasks that do not fit into the model's context: stop (ask nothing), skip (leave them out) or

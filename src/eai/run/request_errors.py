@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 
 from inspect_ai.model import Model
+from rich.text import Text
 from tenacity import RetryError
 
 UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
@@ -52,10 +53,16 @@ def describe_error(error: BaseException) -> str:
         length = find_context_length(error)
         return f"the question is too long for the model's context{f' of {length:,} tokens' if length else ''}"
     error = _find_last_error(error)
+    if is_prerequisite_missing(error):
+        return read_marked_up_message(error)
     lines = str(error).strip().splitlines()
     first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
     if isinstance(error, UNREADABLE):
         return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
+    cause = _find_first_cause(error)
+    # other causes may quote a key
+    if cause is not error and isinstance(cause, OSError) and cause.strerror:
+        return f"{first_line} ({cause.strerror})"
     return first_line
 
 
@@ -64,6 +71,24 @@ def _find_last_error(error: BaseException) -> BaseException:
     if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
         return error.__cause__
     return error
+
+
+def _find_first_cause(error: BaseException) -> BaseException:
+    """Return the error from which an error was raised, over all steps; clients' own errors are vague."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+def is_prerequisite_missing(error: BaseException) -> bool:
+    """Whether Inspect needs a library or a key that is missing, so that every request fails."""
+    return type(_find_last_error(error)).__name__ == "PrerequisiteError"
+
+
+def read_marked_up_message(error: BaseException) -> str:
+    """Return the message of an error in one line, without the markup of Inspect's messages."""
+    message = str(getattr(error, "message", error))
+    return " ".join(Text.from_markup(message).plain.split())
 
 
 def find_http_status(error: BaseException) -> int | None:

@@ -46,6 +46,7 @@ from eai.run.request_errors import (
     find_http_status,
     is_about_max_tokens,
     is_connection_refused,
+    is_prerequisite_missing,
     is_prompt_too_long,
 )
 from eai.tasks.prompts.prompt import Prompt
@@ -159,7 +160,8 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if find_http_status(error) in FINAL_STATUSES or is_connection_refused(error):
+        is_final = find_http_status(error) in FINAL_STATUSES or is_prerequisite_missing(error)
+        if is_final or is_connection_refused(error):
             run.stop_asking_questions(describe_error(error))
         elif (misfits := _describe_tasks_beyond_context(run, error)) is not None:
             run.stop_asking_questions(misfits)

@@ -29,7 +29,6 @@ from inspect_ai.log import (
 from inspect_ai.model import GenerateConfig, Model, get_model
 from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
-from rich.text import Text
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
@@ -54,9 +53,9 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.trials import TrialSet, open_trials
 from eai.run.acting import offer_task_tools, play_missing_episodes, player, read_episode_text
 from eai.run.context import calls_server, require_server
-from eai.run.job import ERRATA, QuestionJob, is_built_in
+from eai.run.job import ERRATA, QuestionJob, describe_unknown_provider, is_built_in
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
-from eai.run.request_errors import limit_tries_of_refused_connections
+from eai.run.request_errors import limit_tries_of_refused_connections, read_marked_up_message
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
 from eai.run.solver import (
     ask_without_journal,
@@ -587,7 +586,11 @@ def find_model(endpoint: Endpoint) -> Model:
     except EaiError:
         raise
     except Exception as error:  # providers raise many kinds of errors
-        message = " ".join(Text.from_markup(str(getattr(error, "message", error))).plain.split())
+        message = read_marked_up_message(error)
+        if "not recognized" in message:
+            message = describe_unknown_provider(endpoint.model)
+        elif "API_KEY" in message:
+            message = f"{message.removesuffix('.')}, nor given as -M api_key=KEY"
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
