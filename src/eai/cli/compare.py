@@ -185,10 +185,10 @@ def _print_comparison(
     first, second = one.key, other.key
     totals = {"A": RunTotals.from_records(one.records), "B": RunTotals.from_records(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
-    tasks = format_count(comparison.tasks, "task")
+    number_of_tasks = format_count(comparison.tasks, "task")
     names = "" if comparison.names == comparison.tasks else f" of {comparison.names} names"
     title = (
-        f"{suite}: {tasks}{names}\n"
+        f"{suite}: {number_of_tasks}{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]

@@ -115,3 +115,7 @@ def test_a_domain_is_scored_by_its_own_spelling() -> None:
     assert scorer.score(notation.join(subgoals)).success
     assert scorer.score('{"output": ["pick_up(a_1)", "not hand_empty"]}').repairs == ("brackets",)
     assert scorer.score('{"output": ["pick_up(a_1)"]}').success
+
+
+def test_a_line_of_punctuation_is_refused_in_linear_time() -> None:
+    assert isinstance(NOTATION.read("." * 60_000), Unreadable)

@@ -35,7 +35,7 @@ _OUTPUT = "output"
 """Key of an answer's JSON object under which the subgoals stand."""
 
 _FORMULA_LINE = re.compile(
-    rf"""\W*(?:{_OUTPUT}["']\s*:.*|(?:not\s+)?[\w.]+\([\w.,\s-]*\)(?:\s*(?:and|or)\b.*)?)\W*"""
+    rf"""\W*(?:{_OUTPUT}["']\s*:.*|(?:not\s+)?\w[\w.]*\([\w.,\s-]*\)(?:\s*(?:and|or)\b.*)?)\W*"""
 )
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
