@@ -153,11 +153,13 @@ def test_a_condition_that_looks_unreachable_is_found_by_a_thorough_search() -> N
 @pytest.mark.parametrize("seed", range(5))
 def test_estimates_on_a_random_walk_are_equal_to_estimates_without_caches(seed: int) -> None:
     goals = [LAMP_LIT, RED_IN_SHED, And((LAMP_LIT, named("holding", "blue"))), Exists(X, holding(X))]
-    choice, state = Random(seed), START
+    choice, state, looks = Random(seed), START, SearchEffort()
+    previous = None
     for _ in range(12):
         fresh = AdditiveHeuristic(toy.DOMAIN)
         for protected in ((), (subgoal(RED_IN_SHED),)):
-            kept = CostEstimates(HEURISTIC, state, EVERYTHING, protected)
+            kept = CostEstimates(HEURISTIC, state, EVERYTHING, protected, looks, previous=previous)
+            previous = kept
             new = CostEstimates(fresh, state, EVERYTHING, protected)
             for goal in goals:
                 assert kept.estimate(subgoal(goal)) == new.estimate(subgoal(goal))
@@ -175,3 +177,25 @@ def test_an_action_is_tested_once_in_a_state() -> None:
     estimates = CostEstimates(AdditiveHeuristic(domain), state, range(7), looks=looks)
     assert estimates.estimate(subgoal(goal)) == 6
     assert looks.used == 6
+
+
+def test_an_action_is_tested_again_only_if_a_fact_that_it_needs_changed() -> None:
+    (domain, state, goal), looks = chain(6), SearchEffort()
+    heuristic = AdditiveHeuristic(domain)
+    first = CostEstimates(heuristic, state, range(7), looks=looks)
+    assert first.estimate(subgoal(goal)) == 6
+    action = next(SuccessorGenerator(domain, range(7)).generate_applicable_actions(SearchNode(state)))
+    second = CostEstimates(heuristic, domain.apply(state, action), range(7), looks=looks, previous=first)
+    assert second.estimate(subgoal(goal)) == 5
+    assert looks.used == 7
+
+
+def test_earlier_estimates_stay_estimates_from_their_own_state() -> None:
+    lit, in_shed = subgoal(LAMP_LIT), subgoal(RED_IN_SHED)
+    first = CostEstimates(HEURISTIC, START, EVERYTHING)
+    costs = [CostEstimates(HEURISTIC, START, EVERYTHING).estimate(goal) for goal in (lit, in_shed)]
+    assert first.estimate(lit) == costs[0]
+    for action in SuccessorGenerator(toy.DOMAIN, EVERYTHING).generate_applicable_actions(SearchNode(START)):
+        after = toy.DOMAIN.apply(START, action)
+        CostEstimates(HEURISTIC, after, EVERYTHING, previous=first).estimate(in_shed)
+    assert first.estimate(in_shed) == costs[1]

@@ -9,20 +9,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import islice
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
 from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_schema_of_execution, match_atom
 from eai.planning.search import SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, find_argument_indices, find_object
+from eai.world.action import Action
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import DefinedPredicate, LookupPredicate
 from eai.world.domain import Domain
 from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, ObjectFilter, SlotAllocator
 from eai.world.operator import Operator
 from eai.world.relation import iterate_bits
-from eai.world.state import Scene, State
+from eai.world.state import Fact, Scene, State, compare_states
 from eai.world.vocabulary import Vocabulary
 
 
@@ -94,6 +95,7 @@ class Achiever:
         conditions: the conditions that actions can establish if they do not hold, in order. Each is a pair of
             the formula and a function that tests it.
         open_variables: number of the effect's variables that the atom does not determine.
+        reads_single_facts: whether each of `conditions` is about one stored fact.
         is_fixed: whether the possible bindings depend only on facts that no action changes.
     """
 
@@ -115,6 +117,7 @@ class Achiever:
         self.is_fixed = len(self._fixed) == len(self._filters)
         self.conditions = tuple((c, self._compiler.compile_test(c)) for c in needed if c not in fixed)
         self._literals = [_find_stored_literal(c, vocabulary) for c, _ in self.conditions]
+        self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
         """Return a mapping from variables to objects that makes the effect's atom a given atom, or None."""
@@ -161,7 +164,7 @@ class Achiever:
             joins[only_static_conditions],
         )
 
-    def ground_condition(self, index: int, binding: FrameBinding, scene: Scene) -> _GroundCondition:
+    def ground_condition(self, index: int, binding: Sequence[int], scene: Scene) -> _GroundCondition:
         """Return the condition at an index of `conditions` as a subgoal about the objects of a binding."""
         scope, literal = self.map_variables_to_objects(binding), self._literals[index]
         condition, _ = self.conditions[index]
@@ -171,11 +174,11 @@ class Achiever:
         atom = GroundAtom(literal.predicate, arguments, literal is condition)
         return _GroundCondition(Subgoal(condition, scope, True), atom)
 
-    def map_variables_to_objects(self, binding: FrameBinding) -> dict[str, int]:
+    def map_variables_to_objects(self, binding: Sequence[int]) -> dict[str, int]:
         """Return a binding as a mapping from variables to objects."""
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
-    def get_operator_arguments(self, binding: FrameBinding) -> tuple[int, ...]:
+    def get_operator_arguments(self, binding: Sequence[int]) -> tuple[int, ...]:
         """Return the arguments of the operator's action in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
@@ -432,39 +435,90 @@ def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
     return False
 
 
-_MAX_CACHED_BINDINGS = 64
+_MAX_CACHED_BINDINGS = 512
 """Maximum number of bindings that are cached for one effect (achiever) that changes one ground atom.
 
 If there are more bindings, they are computed anew in every state.
 """
 
-_MAX_CACHED_ACTIONS = 30_000
+_MAX_CACHED_ACTIONS = 60_000
 """Maximum number of ground actions whose conditions are cached for all states of a search."""
 
 _MAX_BINDINGS = 100_000
 """Maximum number of values tried for variables to find all bindings of one effect on a ground atom."""
 
 
-class _CandidateAction(NamedTuple):
-    """A ground action with a wanted effect: its arguments, and its conditions that fail in a state."""
+class _GroundAction:
+    """A ground action with a wanted effect.
 
-    arguments: tuple[int, ...]
-    failing: Sequence[_GroundCondition]
+    Args:
+        achiever: the effect.
+        binding: the objects of the effect's variables.
+        scene: the objects.
+
+    Attributes:
+        action: the action.
+        is_test_kept: whether a test of the action is used for later states too, until a fact changes that
+            the conditions read.
+    """
+
+    __slots__ = ("_achiever", "_binding", "_conditions", "_scene", "action", "is_test_kept")
+
+    def __init__(self, achiever: Achiever, binding: tuple[int, ...], scene: Scene) -> None:
+        self.action = Action(achiever.schema.operator.name, achiever.get_operator_arguments(binding))
+        self.is_test_kept = False
+        self._achiever = achiever
+        self._binding = binding
+        self._scene = scene
+        self._conditions: list[_GroundCondition | None] = [None] * len(achiever.conditions)
+
+    def find_failing_conditions(self, state: State) -> Sequence[_GroundCondition]:
+        """Return the conditions that fail in a state. Other actions can establish them."""
+        binding = [*self._binding]
+        tests = enumerate(self._achiever.conditions)
+        failing = [index for index, (_, holds) in tests if not holds(state, binding)]
+        return [self._get_condition(index) for index in failing] if failing else ()
+
+    def keep_test(self, readers: _Readers) -> None:
+        """Keep tests of the action if each condition is about one stored fact; keeping others costs more."""
+        if self._achiever.reads_single_facts:
+            self.is_test_kept = True
+            for index in range(len(self._conditions)):
+                atom = self._get_condition(index).atom
+                if atom is not None:
+                    readers.setdefault(Fact(atom.predicate, atom.arguments), []).append(self)
+
+    def _get_condition(self, index: int) -> _GroundCondition:
+        condition = self._conditions[index]
+        if condition is None:
+            condition = self._achiever.ground_condition(index, self._binding, self._scene)
+            self._conditions[index] = condition
+        return condition
+
+
+GroundActions: TypeAlias = Iterable[_GroundAction]
+"""The ground actions with a wanted effect in a state."""
+
+FailingConditions: TypeAlias = dict[_GroundAction, Sequence[_GroundCondition]]
+"""Mapping from tested ground actions to their conditions that fail in a state."""
+
+_Readers: TypeAlias = dict[Fact, list[_GroundAction]]
+"""Mapping from a fact to the actions whose conditions read it."""
 
 
 class _CandidateActions:
-    """The ground actions with a wanted effect in a state. Each action is tested when it is first needed."""
+    """The ground actions with a wanted effect in a state. Each action is found when it is first needed."""
 
-    __slots__ = ("_rest", "_tested")
+    __slots__ = ("_found", "_rest")
 
-    def __init__(self, actions: Iterator[_CandidateAction]) -> None:
-        self._tested: list[_CandidateAction] = []
+    def __init__(self, actions: Iterator[_GroundAction]) -> None:
+        self._found: list[_GroundAction] = []
         self._rest = actions
 
-    def __iter__(self) -> Iterator[_CandidateAction]:
-        yield from self._tested
+    def __iter__(self) -> Iterator[_GroundAction]:
+        yield from self._found
         for action in self._rest:
-            self._tested.append(action)
+            self._found.append(action)
             yield action
 
 
@@ -475,24 +529,26 @@ class _PartlyBoundAchiever:
         achiever: the achiever.
         partial: the binding of the variables that the atom determines.
         cached_bindings: all complete bindings; None if they must be searched in every state.
-        cached_action_counter: counter of actions whose ground conditions are cached. At its limit, conditions
-            of further actions are not cached.
+        readers: mapping from each fact to the cached actions whose conditions read it; extended in place.
+        cached_action_counter: counter of cached actions. At its limit, further actions are not cached.
     """
 
-    __slots__ = ("_cached_action_counter", "_cached_bindings", "_conditions", "_partial", "achiever")
+    __slots__ = ("_actions", "_cached_action_counter", "_cached_bindings", "_partial", "_readers", "achiever")
 
     def __init__(
         self,
         achiever: Achiever,
         partial: _PartialBinding,
         cached_bindings: Sequence[tuple[int, ...]] | None,
+        readers: _Readers,
         cached_action_counter: SearchEffort,
     ) -> None:
         self.achiever = achiever
         self._partial = partial
         self._cached_bindings = cached_bindings
+        self._readers = readers
         self._cached_action_counter = cached_action_counter
-        self._conditions: dict[tuple[int, ...], list[_GroundCondition | None]] = {}
+        self._actions: dict[tuple[int, ...], _GroundAction] = {}
 
     def complete_bindings(
         self, state: State, usable: int, effort: SearchEffort | None = None
@@ -514,47 +570,29 @@ class _PartlyBoundAchiever:
             failing += not holds(state, binding)
         return failing >= at_least
 
-    def make_candidate_actions(
-        self, state: State, usable: int, tried_values: SearchEffort, tested_actions: SearchEffort
-    ) -> _CandidateActions:
-        """Return the ground actions of the achiever in a state, each with its failing conditions.
+    def make_candidate_actions(self, state: State, usable: int, tried_values: SearchEffort) -> GroundActions:
+        """Return the ground actions of the achiever in a state.
 
         Args:
             state: the state.
             usable: the mask of the objects that actions may use.
             tried_values: counter of values tried for variables. At its limit, no more actions follow.
-            tested_actions: counter of tested actions. At its limit, no more actions follow.
         """
-        return _CandidateActions(self._generate_tested_actions(state, usable, tried_values, tested_actions))
+        if self._cached_bindings is not None and len(self._actions) == len(self._cached_bindings):
+            return self._actions.values()
+        bindings = self.complete_bindings(state, usable, tried_values)
+        return _CandidateActions(self._get_action(tuple(binding), state.scene) for binding in bindings)
 
-    def _generate_tested_actions(
-        self, state: State, usable: int, tried_values: SearchEffort, tested_actions: SearchEffort
-    ) -> Iterator[_CandidateAction]:
-        tests, arity = self.achiever.conditions, self.achiever.schema.operator.arity
-        for binding in self.complete_bindings(state, usable, tried_values):
-            if tested_actions.spend():
-                return
-            failing = [i for i, (_, holds) in enumerate(tests) if not holds(state, binding)]
-            conditions = self._ground_conditions(binding, failing, state.scene) if failing else ()
-            yield _CandidateAction(tuple(binding[1 : 1 + arity]), conditions)
+    def _get_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
+        action = self._actions.get(binding)
+        if action is None and self._cached_bindings is None and self._cached_action_counter.spend():
+            return _GroundAction(self.achiever, binding, scene)
+        return action or self._cache_action(binding, scene)
 
-    def _ground_conditions(
-        self, binding: FrameBinding, condition_indices: Sequence[int], scene: Scene
-    ) -> Sequence[_GroundCondition]:
-        """Return some of the achiever's conditions as subgoals about the objects of a binding."""
-        key = tuple(binding)
-        cached = self._conditions.get(key)
-        if cached is None:
-            cached = [None] * len(self.achiever.conditions)
-            if not self._cached_action_counter.spend():
-                self._conditions[key] = cached
-        found: list[_GroundCondition] = []
-        for index in condition_indices:
-            condition = cached[index]
-            if condition is None:
-                condition = cached[index] = self.achiever.ground_condition(index, binding, scene)
-            found.append(condition)
-        return found
+    def _cache_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
+        action = self._actions[binding] = _GroundAction(self.achiever, binding, scene)
+        action.keep_test(self._readers)
+        return action
 
 
 class _AtomAchieverFinder:
@@ -574,6 +612,14 @@ class _AtomAchieverFinder:
         self._found: dict[tuple[GroundAtom, bool], Sequence[_PartlyBoundAchiever]] = {}
         self._operators: dict[Achiever, _PartlyBoundAchiever] = {}
         self._cached_action_counter = SearchEffort(_MAX_CACHED_ACTIONS)
+        self._readers: _Readers = {}
+
+    def remove_changed_tests(self, tests: FailingConditions, before: State, after: State) -> None:
+        """Remove the tests of actions whose conditions read a fact that differs between two states."""
+        change = compare_states(before, after)
+        for fact in change.added + change.removed:
+            for action in self._readers.get(fact, ()):
+                tests.pop(action, None)
 
     def is_finder_valid_in(self, state: State, usable_mask: int) -> bool:
         """Whether the cached effects are valid in a state, if actions may use the objects in a mask."""
@@ -610,10 +656,16 @@ class _AtomAchieverFinder:
                 bindings = [tuple(b) for b in islice(completions, max_bindings)]
                 if bindings or effort.is_exceeded:
                     partial = achiever.make_partial_binding(self._state.scene, scope)
-                    is_whole = len(bindings) < max_bindings and not effort.is_exceeded
+                    is_whole = (
+                        len(bindings) < max_bindings
+                        and not effort.is_exceeded
+                        and not self._cached_action_counter.spend(len(bindings))
+                    )
                     cached = bindings if is_whole else None
                     matches.append(
-                        _PartlyBoundAchiever(achiever, partial, cached, self._cached_action_counter)
+                        _PartlyBoundAchiever(
+                            achiever, partial, cached, self._readers, self._cached_action_counter
+                        )
                     )
         return matches
 
@@ -624,7 +676,7 @@ class _AtomAchieverFinder:
             if achiever not in self._operators:
                 partial = achiever.make_partial_binding(self._state.scene, {})
                 self._operators[achiever] = _PartlyBoundAchiever(
-                    achiever, partial, None, self._cached_action_counter
+                    achiever, partial, None, self._readers, self._cached_action_counter
                 )
             matches.append(self._operators[achiever])
         return matches

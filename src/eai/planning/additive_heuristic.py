@@ -9,12 +9,12 @@ starts at the goal, so that only conditions relevant to the goal are estimated.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
-from eai.planning.achievers import AchieversByPredicate
+from eai.planning.achievers import AchieversByPredicate, FailingConditions, GroundActions
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_argument_indices
 from eai.world.action import Action
@@ -117,9 +117,6 @@ class _CheapestAction(NamedTuple):
 
 
 _NO_SUPPORTER = _CheapestAction(INFINITE, None, ())
-
-_CandidateAction: TypeAlias = tuple[tuple[int, ...], Sequence[tuple[Subgoal, GroundAtom | None]]]
-"""The arguments of an action, and its failing conditions, each with the stored atom that it needs or None."""
 
 
 class AdditiveHeuristic:
@@ -251,6 +248,8 @@ class CostEstimates:
         looks: counter of actions tested for estimates; if its limit is exceeded, estimates are invalid.
         bindings: counter of values given to variables to find actions; if its limit is exceeded, estimates
             are invalid.
+        previous: earlier estimates of the same search. Their tests of actions are used again if no fact that
+            the conditions of an action read has changed.
 
     Attributes:
         state: the state.
@@ -266,6 +265,7 @@ class CostEstimates:
         protected: Sequence[Subgoal] = (),
         looks: SearchEffort | None = None,
         bindings: SearchEffort | None = None,
+        previous: CostEstimates | None = None,
     ) -> None:
         self.state = state
         self.objects = objects
@@ -278,7 +278,9 @@ class CostEstimates:
         self._protected = [condition for condition in protected if self.holds(condition)]
         self._usable = make_mask(objects)
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
-        self._candidates: dict[object, Iterable[_CandidateAction]] = {}
+        self._candidates: dict[object, GroundActions] = {}
+        self._kept_tests: FailingConditions = {} if previous is None else self._take_over_tests(previous)
+        self._other_tests: FailingConditions = {}
         self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
@@ -383,11 +385,9 @@ class CostEstimates:
                 continue
             candidates = self._candidates.get(match)
             if candidates is None:
-                candidates = match.make_candidate_actions(
-                    self.state, self._usable, self.bindings, self._looks
-                )
+                candidates = match.make_candidate_actions(self.state, self._usable, self.bindings)
                 self._candidates[match] = candidates
-            best = self._find_cheapest_candidate(match.achiever.schema.operator.name, candidates, best)
+            best = self._find_cheapest_candidate(candidates, best)
             if best.cost <= _MIN_COST:
                 break
         return best
@@ -503,20 +503,31 @@ class CostEstimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _find_cheapest_candidate(
-        self, operator: str, candidates: Iterable[_CandidateAction], best: _CheapestAction
-    ) -> _CheapestAction:
-        for arguments, failing in candidates:
+    def _take_over_tests(self, previous: CostEstimates) -> FailingConditions:
+        """Return the tests of earlier estimates that hold in this state; the earlier estimates lose them."""
+        tests, previous._kept_tests = previous._kept_tests, {}
+        if previous._matches is not self._matches:
+            return {}
+        self._matches.remove_changed_tests(tests, previous.state, self.state)
+        return tests
+
+    def _find_cheapest_candidate(self, candidates: GroundActions, best: _CheapestAction) -> _CheapestAction:
+        for candidate in candidates:
+            tests = self._kept_tests if candidate.is_test_kept else self._other_tests
+            failing = tests.get(candidate)
+            if failing is None:
+                if self._looks.spend():
+                    break
+                failing = tests[candidate] = candidate.find_failing_conditions(self.state)
             if not failing:
-                action = Action(operator, arguments)
-                cost = _MIN_COST + self._count_protected_conditions_broken_by(action)
+                cost = _MIN_COST + self._count_protected_conditions_broken_by(candidate.action)
                 if cost < best.cost:
-                    best = _CheapestAction(cost, action, ())
+                    best = _CheapestAction(cost, candidate.action, ())
             elif len(failing) < best.cost - _MIN_COST:
                 cost = _MIN_COST + self._sum_costs(failing, best.cost - _MIN_COST)
                 if cost < best.cost:
                     prerequisites = tuple([condition for condition, _ in failing])
-                    best = _CheapestAction(cost, Action(operator, arguments), prerequisites)
+                    best = _CheapestAction(cost, candidate.action, prerequisites)
             if best.cost <= _MIN_COST:
                 break
         return best

@@ -49,6 +49,7 @@ class GreedySearch:
         self.effort = SearchEffort(limits.states)
         self.bindings = SearchEffort(limits.bindings)
         self._looks = SearchEffort(limits.looks)
+        self._last: CostEstimates | None = None
 
     @property
     def is_over(self) -> bool:
@@ -60,9 +61,11 @@ class GreedySearch:
 
         Actions that make a condition in ``protected`` false cost more.
         """
-        return CostEstimates(
-            self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
+        objects = self.successors.objects
+        self._last = CostEstimates(
+            self.heuristic, node.state, objects, protected, self._looks, self.bindings, self._last
         )
+        return self._last
 
     def search(
         self, start: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int, limits: Limits
