@@ -82,8 +82,8 @@ def make_gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
     suite = open_reward_suite(domain, Ability.ACTION_SEQUENCING)
     gold_answers, prompt = open_gold_answers(suite.benchmark, suite.ability), "x" * 14_000
     batches = []
-    for number_of_batch in range(number):
-        task_id = suite.task_ids[number_of_batch % len(suite.task_ids)]
+    for batch_number in range(number):
+        task_id = suite.task_ids[batch_number % len(suite.task_ids)]
         query = f"{prompt}{gold_answers[task_id].text}"
         batches.append({"query": [query], "prompts": [prompt], "labels": [suite.reference(task_id)]})
     return batches

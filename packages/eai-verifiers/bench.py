@@ -36,9 +36,10 @@ def main() -> None:
         if turns > 1:
             taskset |= {"task": {"rules": {"max_steps": turns}}}
         for _ in range(2):
-            wall_seconds, cpu_seconds = time.perf_counter(), time.process_time()
+            wall_start, cpu_start = time.perf_counter(), time.process_time()
             episodes = asyncio.run(evaluate(taskset, address, options.rollouts))
-            wall_seconds, cpu_seconds = time.perf_counter() - wall_seconds, time.process_time() - cpu_seconds
+            wall_seconds = time.perf_counter() - wall_start
+            cpu_seconds = time.process_time() - cpu_start
         failed = sum(not episode.traces or not episode.traces[0].ok for episode in episodes)
         times = f"{cpu_seconds / len(episodes) * 1e3:.1f} CPU ms, {wall_seconds / len(episodes) * 1e3:.0f} ms"
         print(f"{name}: {times} a rollout of {turns} turns; {len(episodes)} rollouts, {failed} failed")

@@ -3,7 +3,7 @@
     pip install ../.. .
     PYTHONPATH=../../examples/lamps python example.py
 
-A fake server replaces the model. It is request like any server compatible with OpenAI's.
+A fake server replaces the model. It answers requests like any server compatible with OpenAI's.
 """
 
 from __future__ import annotations

@@ -169,10 +169,10 @@ def test_the_search_for_repairs_is_bounded_and_cached(monkeypatch: pytest.Monkey
     mend = Repairer.repair
 
     def counted(
-        self: Repairer, plan: PlanSteps, effort: SearchEffort, max_edits: float
+        self: Repairer, plan: PlanSteps, effort: SearchEffort, edit_limit: float
     ) -> tuple[int, tuple[PlanEdit, ...] | None]:
         limits.append(effort.limit)
-        found = mend(self, plan, effort, max_edits)
+        found = mend(self, plan, effort, edit_limit)
         assert effort.used < 2 * effort.limit + 1_000
         return found
 

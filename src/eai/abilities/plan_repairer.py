@@ -15,7 +15,7 @@ from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import get_planner
-from eai.planning.repair.edits import PlanEdit, PlanSteps, make_unedited_plan
+from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
 from eai.planning.search import SearchEffort
 from eai.tasks.planning import to_planning_goal
@@ -58,7 +58,7 @@ class PlanRepairer:
         self.domain = domain
         self._notation = notation
         self._object = notation.make_object_lookup(task)
-        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_closeness_from_needed_edits)
+        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_closeness)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """Return the actions of a plan's steps, with None for each step that names something unknown."""
@@ -122,27 +122,20 @@ class PlanRepairer:
         """
         if self.why_distance_unknown is not None:
             return None
-        if self._reaches_unmet_goal(tuple(steps)):
+        return self._cached_closeness(tuple(steps))
+
+    def _compute_closeness(self, steps: PlanSteps) -> float:
+        repairer = self._make_repairer(())
+        if repairer.reaches_goal(steps) and not repairer.reaches_goal(()):
             return 1.0
         number = len(steps) + self._min_plan_steps
-        effort = min(
-            _MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length()
-        )  # times a power of two: few different limits, because plans are cached for each limit
-        return self._cached_closeness(tuple(steps), effort)
+        effort_limit = min(_MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length())
+        return self._compute_closeness_from_needed_edits(steps, effort_limit)
 
-    def _reaches_unmet_goal(self, steps: PlanSteps) -> bool:
-        """Whether a plan succeeds, and the goal is not reached without any action."""
-        states = self._make_repairer(()).states
-        return (
-            None not in steps
-            and states.reaches_goal(make_unedited_plan(steps))
-            and not states.reaches_goal(())
-        )
-
-    def _compute_closeness_from_needed_edits(self, steps: PlanSteps, max_tried_steps: int) -> float:
+    def _compute_closeness_from_needed_edits(self, steps: PlanSteps, effort_limit: int) -> float:
         if steps.count(None) >= self._min_plan_steps:
             return 0.0
-        _, edits = self._make_repairer(()).repair(steps, SearchEffort(max_tried_steps), self._min_plan_steps)
+        _, edits = self._make_repairer(()).repair(steps, SearchEffort(effort_limit), self._min_plan_steps)
         if not edits:
             return float(edits is not None)
         return max(0.0, 1 - len(edits) / self._min_plan_steps)

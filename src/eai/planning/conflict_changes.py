@@ -111,6 +111,10 @@ class FactChangeFinder:
         self.names = self._readings.list_free_variables
         self.derived = domain.vocabulary.derived_by_name.get
 
+    def forget_effects(self) -> None:
+        """Remove the effects of single actions from the cache, which grows with each new action."""
+        self._effects.clear()
+
     def find_actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
         """Return the actions that may make any of the changes, as keys of a mapping, in a fixed order."""
         return dict.fromkeys(

@@ -10,7 +10,8 @@ class FaultKind(str, Enum):
     """The kinds of error of a step in a plan. The values are the names that answer files contain.
 
     The paper "Embodied Agent Interface" defines them in its section "Error types", except the last two.
-    `UNCATEGORISED` is the kind of an action at which the reference package aborts without a kind of error.
+    `UNCATEGORISED` is the kind of an action at which the reference package aborts or the world raises an
+    exception, and of an episode that cannot be replayed.
 
     After `ADDITIONAL_STEP` the step is skipped and the plan continues. All other kinds end the plan. `SLIP`
     occurs only in experiments and is not an error of the agent: the action was possible but had no effect.

@@ -57,8 +57,8 @@ class Tasks:
         }
         for one, other in combinations(goals, 2):
             if common := goals[one] & goals[other]:
-                difference = f"{one.value} and {other.value} have {len(common)} goals in common"
-                raise InputError(f"{difference}: see eai check --against, or rename the splits")
+                problem = f"{one.value} and {other.value} have {len(common)} goals in common"
+                raise InputError(f"{problem}: see eai check --against, or rename the splits")
 
     @property
     def splits(self) -> Sequence[str]:

@@ -119,28 +119,37 @@ class Repairer:
         self._enabling_actions: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
     def repair(
-        self, plan: PlanSteps, effort: SearchEffort, max_edits: float = inf
+        self, plan: PlanSteps, effort: SearchEffort, edit_limit: float = inf
     ) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
         """Return the proved minimum number of edits, and the edits of the smallest repair found, or None.
 
         Args:
             plan: the plan.
             effort: counter of effort with an approximate limit. The result does not depend on earlier calls.
-            max_edits: number of edits; the search ends when it proves that no repair has fewer edits.
+            edit_limit: number of edits; the search ends when it proves that no repair has fewer edits.
         """
-        if len(self.states.by_number) > _MAX_CACHED_STATES:
-            self.states.forget_states()
-            self.find_edits = make_edits_finder(self.states)
-            self._enabling_actions.clear()
+        self._limit_cached_states()
         if self.change_finder.has_too_many_actions:
             return self._repair_by_planner(plan, effort)
         search = _RepairSearch(self, plan)
-        best = search.run(effort.limit * _FIRST_SHARE, max_edits)
-        if best is None and search.min_edits < max_edits:
+        best = search.run(effort.limit * _FIRST_SHARE, edit_limit)
+        if best is None and search.min_edits < edit_limit:
             best = self._find_best_planner_repair(plan, effort)
-            best = search.run(effort.limit * _SEARCH_SHARE, min(count_edits(best), max_edits)) or best
+            best = search.run(effort.limit * _SEARCH_SHARE, min(count_edits(best), edit_limit)) or best
         effort.used += search.effort.used
         return search.min_edits, None if best is None else list_plan_edits(best)
+
+    def reaches_goal(self, plan: PlanSteps) -> bool:
+        """Whether a plan reaches the goal."""
+        self._limit_cached_states()
+        return None not in plan and self.states.reaches_goal(make_unedited_plan(plan))
+
+    def _limit_cached_states(self) -> None:
+        if len(self.states.by_number) > _MAX_CACHED_STATES:
+            self.states.forget_states()
+            self.change_finder.forget_effects()
+            self.find_edits = make_edits_finder(self.states)
+            self._enabling_actions.clear()
 
     def _repair_by_planner(
         self, plan: PlanSteps, effort: SearchEffort
@@ -149,7 +158,7 @@ class Repairer:
 
         It is used if the domain has too many actions to prove a better minimum number of edits.
         """
-        if None not in plan and self.states.reaches_goal(make_unedited_plan(plan)):
+        if self.reaches_goal(plan):
             return 0, ()
         best = self._find_best_planner_repair(plan, effort)
         return 1, None if best is None else list_plan_edits(best)
@@ -473,9 +482,9 @@ class _RepairSearch:
 
     def _push_node(self, node: _RepairNode) -> None:
         """Put a plan into the queue. A plan can be in the queue twice: before and after its execution."""
-        seen_plans = len(self._seen)
-        self._seen.add((node.plan, node.first_unknown < 0))
-        if len(self._seen) > seen_plans:
+        number_before = len(self._seen)
+        self._seen.add((node.plan, node.first_unknown < 0))  # computes the hash of a long plan only once
+        if len(self._seen) > number_before:
             self._add_to_queue(node)
 
     def _add_to_queue(self, node: _RepairNode) -> None:
