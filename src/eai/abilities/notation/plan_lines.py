@@ -138,14 +138,16 @@ def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep |
 def read_text_of_steps(text: str, actions: Collection[str]) -> StepList | None:
     """Return the steps in a string of a JSON answer, one a line. Return None if some line is no step.
 
-    A step without brackets is not read, because its objects may stand elsewhere in the JSON.
+    A step without brackets is not read, because its objects may stand elsewhere in the JSON. Nor is an action
+    in other letter case, because a condition such as ``open(fridge.97)`` is no action.
     """
     names = {name.casefold() for name in actions}
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    steps = [_read_action_line(line, names) for line in lines if "(" in line]
-    if not steps or len(steps) < len(lines) or None in steps:
+    read = [_read_action_line(line, names) for line in lines if "(" in line]
+    steps = [step for step in read if step is not None and step.action in actions]
+    if not steps or len(steps) < len(lines):
         return None
-    return StepList(tuple([step for step in steps if step is not None]), (ACTION_LINES,))
+    return StepList(tuple(steps), (ACTION_LINES,))
 
 
 def _has_unpaired_bracket(text: str) -> bool:
