@@ -49,7 +49,7 @@ def test_old_records_get_a_note_on_their_intervals(tmp_path: Path) -> None:
 
 
 def test_compare_counts_one_task_in_the_singular(tmp_path: Path) -> None:
-    runs = write_runs(tmp_path, [action_run(model)[:2] for model in ("first", "second")])
+    runs = write_runs(tmp_path, [action_run(model)[:1] for model in ("first", "second")])
     result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1")])
     assert re.search(r": 1 task\b(?!s)", result.output), result.output
 
