@@ -292,8 +292,12 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
     for arguments, message in (
         (
             ("--model", "openia/bar"),
-            "eai: openia/bar: Inspect has no provider openia; did you mean openai?; a server with OpenAI's "
-            "protocol is openai-api/openia/bar",
+            "eai: openia/bar: Inspect has no provider openia; did you mean openai? For a server with "
+            "OpenAI's protocol, write openai-api/openia/bar.\n",
+        ),
+        (
+            ("--model", "zzz/bar"),
+            "eai: zzz/bar: Inspect has no provider zzz. For a server with OpenAI's protocol, write ",
         ),
         (
             ("--model", "openai-api/unheard-of/m"),

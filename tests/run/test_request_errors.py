@@ -13,6 +13,7 @@ from eai.run.request_errors import (
     is_prerequisite_missing,
     is_prompt_too_long,
     limit_tries_of_refused_connections,
+    read_marked_up_message,
 )
 
 TOO_LONG = "the question is too long for the model's context"
@@ -125,6 +126,13 @@ def test_a_missing_library_of_a_provider_is_reported_with_its_remedy() -> None:
         "ERROR: vLLM Server requires optional dependencies. Install with: pip install vllm"
     )
     assert not is_prerequisite_missing(RuntimeError("boom"))
+
+
+@pytest.mark.parametrize(
+    "message", ["the template ends in [/INST]", "run pip install vllm[audio]", "a [bold] b"]
+)
+def test_brackets_in_the_message_of_another_error_stay(message: str) -> None:
+    assert read_marked_up_message(ValueError(f"{message}\n")) == message
 
 
 def test_a_refused_connection_is_tried_twice_and_then_no_more(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,11 +12,12 @@ from inspect_ai.util import registry_info
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol, find_abilities
-from eai.base.errors import InputError
+from eai.base.errors import EaiError, InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import list_benchmarks
 from eai.run.registry import TASKS
-from eai.run.tasks import _SamplesFedToInspect
+from eai.run.tasks import _SamplesFedToInspect, find_model
+from eai.studies.variation import Endpoint
 from protocols import PROTOCOLS
 from suites import official_prompts
 
@@ -106,3 +107,14 @@ def test_a_feed_makes_few_samples_ahead(epochs: int, ahead: int | None) -> None:
         len(asyncio.run(feed.next_samples()) or []) == len(made) == (20 if ahead is None else -(-3 // epochs))
     )
     assert sorted(asyncio.run(finish_all())) == sorted([*range(20)] * epochs)
+
+
+@pytest.mark.parametrize("message", ["quantization [/q8] not recognized", "OTHER_API_KEY is not used"])
+def test_an_error_of_a_provider_keeps_its_text(message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*names: object, **options: object) -> None:
+        raise ValueError(message)
+
+    monkeypatch.setattr("eai.run.tasks.get_model", fail)
+    with pytest.raises(EaiError) as error:
+        find_model(Endpoint("vllm/m"))
+    assert str(error.value) == f"vllm/m: {message}"

@@ -100,8 +100,11 @@ def check_model_name(name: str) -> None:
 def describe_unknown_provider(model: str) -> str:
     """Return one line on a model whose provider, the word before the first slash, is unknown to Inspect."""
     provider = model.partition("/")[0]
-    hint = did_you_mean(provider, _USUAL_PROVIDERS)
-    return f"Inspect has no provider {provider}{hint}; a server with OpenAI's protocol is openai-api/{model}"
+    hint = did_you_mean(provider, _USUAL_PROVIDERS) or "."
+    return (
+        f"Inspect has no provider {provider}{hint} For a server with OpenAI's protocol, "
+        f"write openai-api/{model}."
+    )
 
 
 _ReasoningEffort: TypeAlias = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]

@@ -88,7 +88,9 @@ def is_prerequisite_missing(error: BaseException) -> bool:
 def read_marked_up_message(error: BaseException) -> str:
     """Return the message of an error in one line, without the markup of Inspect's messages."""
     message = str(getattr(error, "message", error))
-    return " ".join(Text.from_markup(message).plain.split())
+    if is_prerequisite_missing(error):  # only these messages are markup
+        message = Text.from_markup(message).plain
+    return " ".join(message.split())
 
 
 def find_http_status(error: BaseException) -> int | None:

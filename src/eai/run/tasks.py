@@ -55,7 +55,11 @@ from eai.run.acting import offer_task_tools, play_missing_episodes, player, read
 from eai.run.context import calls_server, require_server
 from eai.run.job import ERRATA, QuestionJob, describe_unknown_provider, is_built_in
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
-from eai.run.request_errors import limit_tries_of_refused_connections, read_marked_up_message
+from eai.run.request_errors import (
+    is_prerequisite_missing,
+    limit_tries_of_refused_connections,
+    read_marked_up_message,
+)
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
 from eai.run.solver import (
     ask_without_journal,
@@ -587,9 +591,9 @@ def find_model(endpoint: Endpoint) -> Model:
         raise
     except Exception as error:  # providers raise many kinds of errors
         message = read_marked_up_message(error)
-        if "not recognized" in message:
+        if message.startswith("Model API ") and message.endswith(" not recognized."):
             message = describe_unknown_provider(endpoint.model)
-        elif "API_KEY" in message:
+        elif is_prerequisite_missing(error) and "API_KEY" in message:
             message = f"{message.removesuffix('.')}, nor given as -M api_key=KEY"
         raise EaiError(f"{endpoint.model}: {message}") from error
 
