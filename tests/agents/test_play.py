@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from agents.switches import DOMAIN, SWITCHES
-from eai.agents.play import EpisodeFactory
+from eai.abilities.verdict import Unreadable
+from eai.agents.play import EpisodeFactory, read_episode
 from eai.agents.setting import ACTING, AgentSetting
 from eai.agents.tools import list_tool_names_texts_and_schemas
 from eai.benchmarks.suite import open_suite
@@ -40,6 +43,18 @@ def test_a_short_question_has_the_rules_and_facts_alone_neither() -> None:
     heads = [f"{operator.name}(" for operator in SWITCHES.domain.operators]
     assert all(head in short for head in heads)
     assert not any(head in facts for head in heads)
+
+
+@pytest.mark.parametrize("feedback", ["facts", "changes"])
+@pytest.mark.parametrize("command", [5, None, ["PRESS", "lamp"], {1: b"x"}])
+def test_a_command_that_is_no_text_is_played_as_json(
+    feedback: str, command: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    game = EpisodeFactory(SWITCHES, AgentSetting(feedback=feedback)).begin_episode(TASK)
+    assert game.play_command(command).startswith("Failed (")
+    assert game.act(command).observation.startswith("Failed (")
+    assert not caplog.records
+    assert not isinstance(read_episode(game.write_as_json_text("stopped")), Unreadable)
 
 
 def test_the_tools_that_a_question_names_are_those_of_the_harness() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Collection
 from typing import TypeAlias
@@ -25,6 +26,11 @@ MAX_LENGTH = 10_000
 """Maximum number of characters of a command; longer commands are not parsed."""
 
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
+
+
+def convert_command_to_text(command: object) -> str:
+    """Return a command as text. Models may call a tool with any JSON value, which becomes JSON text."""
+    return command if isinstance(command, str) else json.dumps(command, default=str)
 
 
 def is_look_command(text: str, domain: Domain) -> bool:
@@ -95,8 +101,6 @@ class CommandNotation:
 
     def _read_steps_of_command(self, text: str) -> WrittenPlan | Unreadable:
         """Return the steps in a text, which is a line, a whole answer, or one step of an answer."""
-        if not isinstance(text, str):  # a model may call a tool with any JSON value
-            return Unreadable(f"it is no text, but of the type {type(text).__name__}")
         if len(text) > MAX_LENGTH:
             return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")
         line = _LINE.fullmatch(text)

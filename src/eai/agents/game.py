@@ -18,7 +18,7 @@ from eai.abilities.verdict import (
     compute_condition_gain,
     compute_plan_reward_inputs,
 )
-from eai.agents.command import DONE, ParsedCommand, is_look_command
+from eai.agents.command import DONE, ParsedCommand, convert_command_to_text, is_look_command
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import AgentMemory, make_manual
 from eai.agents.rules import OUTCOMES
@@ -233,6 +233,7 @@ class Game:
         """
         if self.over:
             raise InputError("the episode is over: no command can follow; begin a new one")
+        text = convert_command_to_text(text)
         self.action, self._memory.changes = None, []
         turns, tried = self._turns, self.tried
         try:

@@ -14,7 +14,7 @@ from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
 from eai.abilities.notation.plans import resolve_plan
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.agents.agents import AGENTS
-from eai.agents.command import DONE, CommandNotation, is_look_command
+from eai.agents.command import DONE, CommandNotation, convert_command_to_text, is_look_command
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
@@ -303,6 +303,7 @@ class RecordedGame(Game):
         """
         if self.over:
             return OVER
+        command = convert_command_to_text(command)
         if self.setup.rules.feedback != "changes" and is_look_command(command, self.setup.domain):
             return self.memory.look_around()
         command, thought = _replace_surrogates(command), _replace_surrogates(thought)
