@@ -154,6 +154,18 @@ def test_an_exception_in_a_module_names_file_and_line(
     assert str(error.value).startswith(message)
 
 
+def test_an_exception_below_a_module_names_the_line_of_the_module(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "small_world.py").write_text("import a_small_world")
+    (tmp_path / "a_small_world.py").write_text("x = 1\nbox = Vocab()")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    invalidate_caches()
+    with pytest.raises(InputError, match=r"^small_world\.py: line 1: NameError: "):
+        find_benchmark("small_world:world")
+
+
 @pytest.mark.parametrize(
     "reference",
     ["world.py", "world.py:world", "../worlds/world:world", "./world.py:world", ":world", "a..b:c"],

@@ -242,6 +242,18 @@ HEAD = "(define (domain d)\n (:requirements :strips)\n "
             "line 4: operator b: an effect changes q, which is derived",
         ),
         (
+            f"{HEAD}(:predicates (p) (q)) (:derived (q) (p))\n (:action\t b :effect (q)))",
+            "line 4: operator b: an effect changes q, which is derived",
+        ),
+        (
+            f"{HEAD}\n(:predicates ( p) ( q))\n(:derived ( q) (or (p) (not (q)))))",
+            "line 4: the derived predicate q depends on its own negation",
+        ),
+        (
+            f"{HEAD}(:predicates ({{p))\n (:action b :precondition ({{p) :effect ({{p)))",
+            "bad.pddl: reason '{p() does not hold': expected '}'",
+        ),
+        (
             f"{HEAD}(:types a)\n (:predicates (p ?x - b)))",
             "line 4, column 23: expected a declared type, not b",
         ),

@@ -280,7 +280,11 @@ def load_object(reference: str) -> Any:
 def _describe_import_error(module: str, reference: str, error: Exception) -> str:
     """Return a message about an exception during an import, with the line of the module that raised it."""
     file = f"{module.replace('.', '/')}.py"
-    lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename.endswith(file)]
+    lines = [
+        frame.lineno
+        for frame in extract_tb(error.__traceback__)
+        if f"/{Path(frame.filename).as_posix()}".endswith(f"/{file}")
+    ]
     if isinstance(error, SyntaxError) and error.filename:
         file, lines = Path(error.filename).name, [error.lineno]
     if isinstance(error, EaiError):

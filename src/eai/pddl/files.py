@@ -369,6 +369,10 @@ def raise_for_findings(
 
 
 def find_line_of_word(text: str, word: str) -> int:
-    """Return the number of the first line that contains a word, or 1 if no line contains the word."""
-    match = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
+    """Return the number of the first line that contains a word, or 1 if no line contains the word.
+
+    A blank in the word stands for any white space, or none.
+    """
+    pattern = r"\s*".join(map(re.escape, word.split(" ")))
+    match = re.search(rf"(?<![^\s()]){pattern}(?![^\s()])", text, re.IGNORECASE)
     return 1 if match is None else text.count("\n", 0, match.start()) + 1

@@ -77,9 +77,10 @@ def _open_domain_and_problems(
     except DomainError as error:
         words = (f":action {action.name}" for action in domain.actions if f" {action.name}:" in str(error))
         word = next(words, None) or next(
-            (f"({p.name}" for p in domain.predicates if f" {p.name} " in str(error)), "("
+            (f"( {p.name}" for p in domain.predicates if f" {p.name} " in str(error)), None
         )
-        raise InputError(f"{domain_file}: line {find_line_of_word(text, word)}: {error}") from error
+        place = f"{domain_file}: line {find_line_of_word(text, word)}" if word else str(domain_file)
+        raise InputError(f"{place}: {error}") from error
     declared = (domain_file, text)
     files = read_items_or_raise_all(
         find_problem_files(), lambda path: read_problem_file(path, domain, declared)
