@@ -185,7 +185,7 @@ print("imported")
 
 
 def nap(minutes: int = 10) -> None:
-    """Do nothing for some minutes; nothing is computed.
+    """Do nothing for some ``minutes``: nothing is computed.
 
     Example: eai nap
 
@@ -211,10 +211,10 @@ def test_a_distribution_adds_commands_at_the_top_and_below_a_group(tmp_path: Pat
         return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
 
     top = ran("--help").stdout
-    assert "Do nothing for some minutes; nothing is computed." in top
+    assert "Do nothing for some ``minutes``: nothing is computed." in top
     assert top.index("Tasks and data") < top.index("Extensions") < top.index(" nap ")
     assert "imported" not in top
-    assert "Do nothing for some minutes" in ran("data", "--help").stdout
+    assert "Do nothing for some ``minutes``" in ran("data", "--help").stdout
     assert ran("nap").stdout == "imported\nslept for 10\n"
     assert ran("data", "nap", "--minutes", "3").stdout == "imported\nslept for 3\n"
     wrong = ran("score", "--help")

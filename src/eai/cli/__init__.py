@@ -166,8 +166,8 @@ def _read_command_summary(point: EntryPoint) -> str:
     start = max(source.find(f"\ndef {point.attr}("), 0)
     docstring = source[start:].partition('"""')[2].partition('"""')[0]
     summary = " ".join(docstring.partition("\n\n")[0].split())
-    _, has_name, rest = summary.partition("``: ")
-    return f"{rest[0].upper()}{rest[1:]}" if has_name else summary
+    summary = re.sub(r"\A``eai [\w ]+``: ", "", summary)
+    return summary[:1].upper() + summary[1:]
 
 
 @cache
