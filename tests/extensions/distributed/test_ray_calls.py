@@ -137,7 +137,7 @@ def test_all_cores_work_by_default_but_none_starts_without_a_batch(
 
 def test_a_cluster_without_cores_is_left_again(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "cluster_resources", dict)
-    with pytest.raises(InputError, match="but the cluster has 0"):
+    with pytest.raises(InputError, match="local: the cluster has no processor cores"):
         scoring(None)
     assert cluster.started is None
 

@@ -51,7 +51,10 @@ class RayScoring(Scoring):
         if self._is_ours:
             _connect_to_cluster(address, workers)
         cores = int(ray.cluster_resources().get("CPU", 0))
-        number = max(cores, 1) if workers is None else workers
+        if not cores:
+            self._leave_cluster()
+            raise InputError(f"{address}: the cluster has no processor cores")
+        number = cores if workers is None else workers
         if cores < number:
             self._leave_cluster()
             raise InputError(f"{address}: {number} workers need {number} cores, but the cluster has {cores}")
