@@ -25,7 +25,7 @@ from eai.benchmarks.names import TaskReference
 from eai.results.reward import METRICS, Grade, Shaping, open_reward, require_equal_lengths
 from eai.results.workers import WorkerPool
 
-Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
+Completion: TypeAlias = str | list[Mapping[str, Any]] | tuple[Mapping[str, Any], ...]
 """The output of a policy (a model in training): a text, or messages that end with the answer."""
 
 PROMPT_NOT_FOUND = "prompt_not_found"
@@ -42,10 +42,11 @@ def extract_answer(completion: Completion) -> str:
     """Return the answer in the output of a policy: its last message without reasoning.
 
     The content of a message is a text or a list of parts, in which only parts of the type ``text`` count.
+    If the output is None, the answer is empty.
 
     Raises:
         TypeError: the output is neither a text nor a list of messages, or the content of the last message is
-            neither a text nor a list. If the output is None, the answer is empty.
+            neither a text nor a list.
     """
     if isinstance(completion, str):
         return split_answer_and_reasoning(completion)[0]

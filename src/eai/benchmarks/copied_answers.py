@@ -303,7 +303,8 @@ def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTas
         effects = [
             (Delete if name in denied else Add)(f.Atom(name, tuple(map(f.Variable, terms))))
             for name in wanted
-            for terms in product(*fitting.get(name, [()]))
+            if name in fitting
+            for terms in product(*fitting[name])
             if len({*terms}) == len(terms)
         ]
         yield write_action(replace(gold, precondition=f.TRUE, effect=AndEffect(tuple(effects))))

@@ -162,7 +162,7 @@ def _read_records_or_find_log_extension(path: Path) -> tuple[list[Record], Any |
     try:
         return [each for file in find_record_files([path]) for each in read_records(file)], None
     except InputError:
-        # the folder of an interrupted run has Inspect's logs, but they are not of another project
+        # an interrupted run also has Inspect's logs, but those logs are eai's own
         extension = None if (path / "run.toml").is_file() else find_log_extension(path)
         if extension is None:
             raise

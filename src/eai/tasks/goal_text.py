@@ -106,8 +106,8 @@ def make_task(
         domain: the domain of the task; needed if a text names actions.
 
     Raises:
-        InputError: the id is not a text, or is empty. Or a goal is not a formula, cannot be parsed, or names
-            something unknown. The message names the expected text.
+        InputError: the id is empty or not a text; or a goal is neither a text nor a formula, cannot be
+            parsed, or names something unknown. The message names the expected text.
     """
     if not isinstance(task_id, str) or not task_id:
         raise InputError(f"expected the id of a task as a text, found {task_id!r}")
