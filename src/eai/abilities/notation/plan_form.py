@@ -82,7 +82,7 @@ class StepList(NamedTuple):
     Attributes:
         steps: the steps, in order.
         repairs: names of the repairs that were needed to read the steps.
-        is_piece: whether the value is a single step, without a list around it.
+        is_single_step: whether the value is a single step, without a list around it.
     """
 
     steps: tuple[WrittenStep, ...]

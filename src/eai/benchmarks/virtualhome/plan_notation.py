@@ -202,7 +202,7 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
             step = read_labelled_step(value)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         if any(
-            key not in accepted_words and _is_list_of_texts(member, read_text)
+            key not in accepted_words and _is_list_of_steps_in_texts(member, read_text)
             for key, member in value.members
         ):
             return None
@@ -213,7 +213,7 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     )
 
 
-def _is_list_of_texts(value: object, read_text: Callable[[str], StepList | None]) -> bool:
+def _is_list_of_steps_in_texts(value: object, read_text: Callable[[str], StepList | None]) -> bool:
     """Whether a JSON value is a list of strings with steps, such as ``WALK(soap)``."""
     return (
         isinstance(value, list)
