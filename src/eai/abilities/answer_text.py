@@ -74,8 +74,12 @@ _STRING = r"""(?P<string>(?<!\\)"[^"\\]*(?:\\.[^"\\]*)*")"""
 _STRING_OR_COMMENT = re.compile(
     _STRING + r"|(?P<comment>(?<=[\[\]{},\s])(?:(?:\#|//)[^\n]*|/\*.{0,400}?\*/))", re.DOTALL
 )
-_STRING_OR_WIDE = re.compile(_STRING + r"|[\xa0\u2007\u200b-\u200f\u202f\u2060\u3000\ufeff：，]", re.DOTALL)
-_WIDE = {"：": ":", "，": ","}
+WIDE_CHARACTERS: dict[int, str] = {
+    **dict.fromkeys([0xA0, 0x2007, 0x202F, 0x2060, 0x3000, 0xFEFF, *range(0x200B, 0x2010)], " "),
+    **dict(zip(map(ord, "，："), ",:", strict=True)),
+}
+"""Mapping from unusual blanks and wide punctuation between JSON values to a blank or ASCII."""
+_STRING_OR_WIDE = re.compile(rf"{_STRING}|[{''.join(map(chr, WIDE_CHARACTERS))}]", re.DOTALL)
 _UNESCAPED_QUOTE = re.compile(r"""(?<!\\)["'“”‘’]""")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
 _UNESCAPED = {"n": " ", "r": " ", "t": " "}
@@ -641,7 +645,7 @@ def _unescape(text: str) -> str:
 
 
 def _replace_wide_characters(text: str) -> str:
-    return _STRING_OR_WIDE.sub(lambda match: match["string"] or _WIDE.get(match[0], " "), text)
+    return _STRING_OR_WIDE.sub(lambda match: match["string"] or WIDE_CHARACTERS[ord(match[0])], text)
 
 
 def _remove_comments(text: str) -> str:

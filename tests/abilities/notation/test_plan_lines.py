@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import JsonPlans, PddlPlans, PlanNotation
-from eai.abilities.verdict import AnswerSpanKind, Unreadable
+from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 
 ACTIONS = ("WALK", "GRAB", "PUT", "SLEEP")
@@ -30,8 +30,9 @@ LINES = [
     ("Action 1: WALK(soap)\nAction 2: GRAB(soap)", [WALK, GRAB], ("prose", "action_lines")),
     ("<answer>WALK(soap)\nGRAB(soap)</answer>", [WALK, GRAB], ("special_tokens", "action_lines")),
     ("[INST]WALK(soap)\nGRAB(soap)<|eot_id|></s>", [WALK, GRAB], ("special_tokens", "action_lines")),
-    ("\ufeffWALK(soap)\r\nGRAB\u00a0(soap)\u200b\x00", [WALK, GRAB], ("special_tokens", "action_lines")),
-    ("WALK（soap）\nPUT(soap， bin)", [WALK, PUT], ("special_tokens", "action_lines")),
+    ("\ufeffWALK(soap)\r\nGRAB\u00a0(soap)\u200b\x00", [WALK, GRAB], ("wide_characters", "action_lines")),
+    ("WALK（soap）\nPUT(soap， bin)", [WALK, PUT], ("wide_characters", "action_lines")),
+    ("WALK（soap）</s>", [WALK], ("special_tokens", "wide_characters", "action_lines")),
     ("```text WALK(soap)\nGRAB(soap)```", [WALK, GRAB], ("code_fence", "action_lines")),
     ("```WALK(soap)\nGRAB(soap)\n```", [WALK, GRAB], ("code_fence", "action_lines")),
     ("(1) WALK(soap)\n(2) GRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
@@ -43,6 +44,7 @@ LINES = [
     ("Step 1:\nWALK(soap)\nStep 2:\nGRAB(soap)", [WALK, GRAB], ("action_lines", "numbered")),
     ("1. WALK(soap) - go\n2. GRAB(soap): take it", [WALK, GRAB], ("prose", "action_lines", "numbered")),
     ("WALK(soap) # walk to it\nGRAB(soap) // take it", [WALK, GRAB], ("prose", "action_lines")),
+    ("1. WALK(soap): the soap is far away, so walk to it", [WALK], ("prose", "action_lines", "numbered")),
     ("Here you go :)\nWALK(soap)\nGood luck ;)", [WALK], ("prose", "action_lines")),
     ("WALK(soap)\nThe last step is WALK(soap) near the bin.", [WALK], ("prose", "action_lines")),
 ]  # fmt: skip
@@ -91,6 +93,12 @@ def test_lines_of_actions_are_read_by_named_repairs(
         "WALK(soap)\nRobot: GRAB(soap)",
         "WALK(soap)\n(soap)",
         "WALK(soap) - GRAB(soap)",
+        "WALK(soap) - then GRAB soap",
+        "WALK(soap): then WALK bin and GRAB soap",
+        "1. WALK(soap) # and GRAB soap",
+        "1. WALK(soap) # and GRAB soap\n2. PUT(soap, bin)",
+        "Answer: WALK(soap) - then GRAB soap because it is needed\nPUT(soap, bin)",
+        "PUT(soap, bin)\nAnswer: WALK(soap) - then GRAB soap because it is needed",
         "WALK(soap)\nGRAB(soap)...",
         "WALK(soap)\n<think>\nGRAB(soap)",
         "(WALK",
@@ -109,6 +117,40 @@ def test_the_line_that_cannot_be_read_is_named(text: str) -> None:
     read = JsonPlans().read(text, ACTIONS)
     assert isinstance(read, Unreadable)
     assert read.reason.startswith("line 2 is no step of a plan, and looks like one: ")
+
+
+def test_a_fence_with_one_step_is_named_if_an_earlier_fence_has_others() -> None:
+    text = "Step 1:\n```\nWALK(soap)\n```\n```\nGRAB(soap)\n```"
+    read = JsonPlans().read(text, ACTIONS)
+    assert isinstance(read, Unreadable)
+    assert read.reason == "line 6: the last code fence has only one step, and an earlier one has others"
+    assert Span(text.index("GRAB"), text.index("GRAB") + 10, AnswerSpanKind.UNREAD) in read.spans
+
+
+def test_the_last_of_several_whole_plans_counts() -> None:
+    fence = "```\nWALK(soap)\n%s(soap)\n```\n"
+    plan = JsonPlans().read(fence % "WALK" + fence % "GRAB", ACTIONS)
+    assert isinstance(plan, WrittenPlan)
+    assert [tuple(step) for step in plan.steps] == [WALK, GRAB]
+
+
+_LONG = 60_000
+
+
+@pytest.mark.parametrize(
+    "run", [" ", "\u00a0", ".", "(", ")", "[", "<", "1", "a", "a ", "1. ", "step ", "- ", ", "]
+)
+def test_long_runs_of_characters_do_not_take_quadratic_time(run: str) -> None:
+    for begin in ("WALK(soap)", "Answer", "Answer 1"):
+        JsonPlans().read(f"{begin}{run * (_LONG // len(run))}x\nGRAB(soap)", ACTIONS)
+
+
+def test_reasoning_inside_a_line_does_not_take_quadratic_time() -> None:
+    plan = JsonPlans().read(
+        f"WALK(soap)<think>{'so ' * (_LONG // 3)}</think> # to wash it\nGRAB(soap)", ACTIONS
+    )
+    assert isinstance(plan, WrittenPlan)
+    assert [tuple(step) for step in plan.steps] == [WALK, GRAB]
 
 
 def test_lines_are_not_read_if_the_names_of_actions_are_unknown() -> None:
@@ -163,6 +205,12 @@ def test_json_in_brackets_is_no_step_of_pddl() -> None:
         "(pick a); (drop a)",
         "; (pick a)\n(drop a)",
         ";pick a)\n(drop a)",
+        "(pick a)\n; (drop b)\n(pick c)",
+        "(pick a)\n; (drop b).\n(pick c)",
+        "(pick a)\n; (drop b).\r\n(pick c)",
+        "(pick a)\n(drop b) ; (pick c).\n(drop c)",
+        "(pick a)\n;(drop b).\u2028(pick c)",
+        "(pick a)\n; (drop b).",
         "(drop a)\nNext (pick a)",
         "(drop a)\n... (pick a)",
     ],
@@ -175,3 +223,9 @@ def test_a_comment_behind_a_step_of_pddl_is_ignored() -> None:
     plan = PddlPlans().read("; pick the ball (if it is free)\n(pick a). ; cost 1", ("pick", "drop"))
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == [("pick", ("a",))]
+
+
+def test_a_step_whose_bracket_is_before_the_sign_of_a_comment_is_not_dropped() -> None:
+    plan = PddlPlans().read("(;pick a)\n(drop a)", ("pick", "drop"))
+    assert isinstance(plan, WrittenPlan)
+    assert [step.action for step in plan.steps] == [";pick", "drop"]

@@ -26,6 +26,7 @@ from eai.abilities.notation.plan_form import (
 from eai.abilities.notation.step_line import (
     AROUND,
     LABEL,
+    PLAIN_CHARACTERS,
     StepReader,
     blank_out_signs_around_steps,
     find_step_in_line,
@@ -65,7 +66,8 @@ class _PlanLine(NamedTuple):
         block: number of code-fence marks before the line; odd inside a code fence.
         has_label: whether the line begins with a number or a list sign.
         step: the step that the line states, or None.
-        has_prose: whether the line has a title or a remark beside its step.
+        has_prose: whether the line has a title or a remark beside its step. If it has no step, the remark
+            contains another step.
     """
 
     start: int
@@ -96,15 +98,18 @@ def read_json_plan_or_action_lines(
     return plan if lines is None else lines
 
 
-def has_json(text: str, form: AnswerFormat[StepList] | None = None) -> bool:
-    """Whether an answer contains JSON outside its reasoning. If a form is given, JSON of this form."""
+def looks_like_json(text: str, form: AnswerFormat[StepList] | None = None) -> bool:
+    """Whether an answer has brackets as in JSON outside its reasoning.
+
+    If a form is given, the answer must also have text that looks like a part of this form.
+    """
     body = blank_out_thoughts(find_thoughts(text), text)
     return _JSON_LIKE.search(body) is not None and (form is None or form.is_part(body))
 
 
 def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unreadable | None:
     """Return the plan in lines of actions, or None if no line is an action or if the answer has JSON."""
-    if has_json(text):
+    if looks_like_json(text):
         return None
     names = {name.casefold() for name in actions}
     plan = read_plan_lines(
@@ -169,7 +174,7 @@ def read_plan_lines(
     """Return a plan with one step a line, or None if a text without steps has other lines than comments.
 
     A text with only comments is a plan without steps. If several code fences contain plans, the last plan
-    counts. If this plan is a single step, the answer is unreadable.
+    counts. If this plan is a single step, and an earlier fence has another step, the answer is unreadable.
 
     Args:
         text: the answer.
@@ -182,21 +187,23 @@ def read_plan_lines(
     spans = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
     outside = blank_out_thoughts(thoughts, text)
-    body = blank_out_signs_around_steps(outside)
-    lines = list(_split_lines(body, step_of, comment))
+    plain = outside.translate(PLAIN_CHARACTERS)
+    body = blank_out_signs_around_steps(plain)
+    lines = list(_split_lines(body, step_of, actions, comment))
     steps = [line for line in lines if line.step is not None]
     if not steps:
         return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and comment.search(body) else None
     names = {name.casefold() for name in actions}
     if thoughts and not thoughts[-1].is_finished:
-        unfinished = [line.step for line in _split_lines(thoughts[-1].text, step_of, comment)]
+        unfinished = [line.step for line in _split_lines(thoughts[-1].text, step_of, actions, comment)]
         if any(step is not None and step.action.casefold() in names for step in unfinished):
             return Unreadable("the reasoning is never closed, and has steps of a plan", spans=tuple(spans))
     block = max((line.block for line in steps if line.block % 2), default=0)
     plan = [line for line in steps if line.block == block or not block]
     starts = {line.start for line in plan}
     if len(plan) == 1 and any(line.block % 2 and line.step != plan[0].step for line in steps):
-        return _report_unreadable_line(body, plan[0], spans)
+        reason = "the last code fence has only one step, and an earlier one has others"
+        return _report_unreadable_line(body, plan[0], spans, reason)
     for line in lines:
         if line.start not in starts and (block == 0 or line.block == block or line.block % 2 == 0):
             is_between = plan[0].start < line.start < plan[-1].start
@@ -211,7 +218,8 @@ def read_plan_lines(
         spans.append(
             Span(line.start, line.end, AnswerSpanKind.READ if line.start in starts else AnswerSpanKind.PROSE)
         )
-    repairs |= dict.fromkeys(["special_tokens"] if body != _EMPHASIS.sub(_blank_out, outside) else [])
+    repairs |= dict.fromkeys(["special_tokens"] if body != _EMPHASIS.sub(_blank_out, plain) else [])
+    repairs |= dict.fromkeys(["wide_characters"] if plain != outside else [])
     repairs |= dict.fromkeys(["prose"] if any(line.has_prose for line in plan) else [])
     repairs |= dict.fromkeys(["code_fence"] if block else [])
     repairs |= dict.fromkeys(["numbered"] if any(line.has_label for line in plan) else [])
@@ -223,12 +231,15 @@ def _blank_out(sign: re.Match[str]) -> str:
     return " " * len(sign[0])
 
 
-def _split_lines(text: str, step_of: StepReader, comment: re.Pattern[str]) -> Iterator[_PlanLine]:
+def _split_lines(
+    text: str, step_of: StepReader, actions: Collection[str], comment: re.Pattern[str]
+) -> Iterator[_PlanLine]:
     position = block = 0
     for whole in text.splitlines(keepends=True):
         line = comment.sub("", whole).rstrip()
-        remark = whole[len(line) :].strip(AROUND)
-        if remark and any(step_of(text) is not None for text in (remark, f"({remark}")):
+        remark = whole[len(line) :].rstrip().strip(AROUND)
+        # the comment in "(;pick a)" begins behind the opening bracket of a step
+        if remark and any(step_of(words) is not None for words in (remark, f"({remark}")):
             line = whole.rstrip()  # a step is no comment
         words = line.lstrip()
         start = position + len(line) - len(words)
@@ -240,7 +251,7 @@ def _split_lines(text: str, step_of: StepReader, comment: re.Pattern[str]) -> It
         is_end = words.endswith(_FENCE)
         words = words.removesuffix(_FENCE).rstrip()
         if words:
-            yield _read_line(words, start, block, step_of)
+            yield _read_line(words, start, block, step_of, actions)
         block += is_end
 
 
@@ -255,26 +266,30 @@ def _find_begin_behind_fence(line: str, step_of: StepReader) -> int:
     return len(_FENCE)
 
 
-def _read_line(words: str, start: int, block: int, step_of: StepReader) -> _PlanLine:
+def _read_line(
+    words: str, start: int, block: int, step_of: StepReader, actions: Collection[str]
+) -> _PlanLine:
     end = start + len(words)
     step = step_of(words)
     label = None if step is not None else LABEL.match(words)
     rest = words if label is None else words[label.end() :]
-    step, has_prose = (step, False) if step is not None else find_step_in_line(rest, step_of)
+    step, has_prose = (step, False) if step is not None else find_step_in_line(rest, step_of, actions)
     return _PlanLine(start, end, rest, block, label is not None, step, has_prose)
 
 
 def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
-    """Whether a line begins with the name of an action, or has an unclosed bracket."""
+    """Whether a line has steps, begins with the name of an action, or has an unclosed bracket."""
     word = _FIRST_WORD.match(line.text)
     is_named = word is not None and word[1].casefold() in action_names
     words = _SMILEY.sub("", line.text)
-    return line.step is not None or is_named or words.count("(") != words.count(")")
+    return line.step is not None or line.has_prose or is_named or words.count("(") != words.count(")")
 
 
-def _report_unreadable_line(text: str, line: _PlanLine, spans: Sequence[Span]) -> Unreadable:
+def _report_unreadable_line(
+    text: str, line: _PlanLine, spans: Sequence[Span], reason: str | None = None
+) -> Unreadable:
     number = text.count("\n", 0, line.start) + 1
     quoted = line.text if len(line.text) <= _MAX_QUOTED else f"{line.text[: _MAX_QUOTED - 3]}..."
-    reason = f"line {number} is no step of a plan, and looks like one: {quoted!r}"
+    ending = f" is no step of a plan, and looks like one: {quoted!r}" if reason is None else f": {reason}"
     unread = Span(line.start, line.end, AnswerSpanKind.UNREAD)
-    return Unreadable(reason, spans=tuple(sorted([*spans, unread])))
+    return Unreadable(f"line {number}{ending}", spans=tuple(sorted([*spans, unread])))

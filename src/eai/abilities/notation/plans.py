@@ -33,7 +33,7 @@ from eai.abilities.notation.plan_form import (
     read_labelled_step,
 )
 from eai.abilities.notation.plan_lines import (
-    has_json,
+    looks_like_json,
     read_json_plan_or_action_lines,
     read_plan_lines,
     read_text_of_steps,
@@ -256,7 +256,7 @@ class PddlPlans(JsonPlans):
         lines = None
         if len(text) <= MAX_LENGTH:
             lines = read_plan_lines(text, self.read_step, actions, self.looks_like_step)
-        if lines is not None and not has_json(text, _make_json_plan_format(frozenset(actions))):
+        if lines is not None and not looks_like_json(text, _make_json_plan_format(frozenset(actions))):
             return lines
         plan = super().read(text, actions)
         return lines if isinstance(lines, Unreadable) and isinstance(plan, Unreadable) else plan

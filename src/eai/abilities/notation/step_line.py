@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import islice
 from typing import TypeAlias
 
+from eai.abilities.answer_text import WIDE_CHARACTERS
 from eai.abilities.notation.plan_form import ORDINARY_WORD, WrittenStep
 
 StepReader: TypeAlias = Callable[[str], WrittenStep | None]
@@ -22,11 +23,11 @@ A time as in ``0.000:`` belongs to the step.
 """
 _TITLE = re.compile(
     r"(?:(?:the|my|final|action)\s+)*(?:answer|plan|output|solution|response|result|assistant"
-    r"|(?:action|step|command)s?|sequence)\s*\d*\s*[:=]\s*",
+    r"|(?:action|step|command)s?|sequence)(?:\s*\d+)?\s*[:=]\s*",
     re.IGNORECASE,
 )
 """Pattern of a title before a step, such as ``Final answer:``."""
-_REMARK = re.compile(r"\s*:(?=\s)|\s+(?:#|//|--?|–|—)(?=\s)")
+_REMARK = re.compile(r"(?<!\s)(?:\s*:|\s+(?:#|//|--?|–|—))(?=\s)")
 """Pattern of the sign between a step and a remark on the step."""
 _SIGNS = re.compile(
     r"<\|[\w-]+\|>|\[/?INST\]|\*\*|(?<!`)`(?!`)|</?(?:answer|final_answer|output|response|result|solution|plan"
@@ -34,11 +35,11 @@ _SIGNS = re.compile(
     re.IGNORECASE,
 )
 """Pattern of tags, control tokens, emojis and signs of emphasis, which belong to no step."""
-_PLAIN_CHARACTERS: dict[int, str] = {
-    **dict.fromkeys([0, 0xA0, 0xAD, 0x2007, 0x202F, 0x2060, 0x3000, 0xFEFF, *range(0x200B, 0x2010)], " "),
-    **dict(zip(map(ord, "（），："), "(),:", strict=True)),
+PLAIN_CHARACTERS: dict[int, str] = {
+    **WIDE_CHARACTERS,
+    **dict(zip(map(ord, "\0\xad（）"), "  ()", strict=True)),
 }
-"""Mapping from blank or invisible characters to a blank, and from wide punctuation to ASCII."""
+"""Mapping from blank or invisible characters in a line to a blank, and from wide punctuation to ASCII."""
 _NOISE = re.compile(r"<[^<>\s]*>|\\[nrt]|\.{3,}|[^\w\s().,<>\[\]-]+|(?<=,)(?=\S)|(?=\()")
 _WORD = re.compile(r"[\w-]+")
 _MAX_SIGNS = 3
@@ -53,18 +54,20 @@ _BEFORE = " \t,\"'“”‘’"
 
 
 def blank_out_signs_around_steps(text: str) -> str:
-    """Return a text with blanks in place of tags and invisible characters. Positions stay the same.
+    """Return a text with blanks in place of tags, control tokens and emojis. Positions stay the same.
 
     If a text has only escaped line breaks, they become line breaks.
     """
     lines = text.replace("\\n", " \n") if "\\n" in text and "\n" not in text.strip() else text
-    return _SIGNS.sub(lambda sign: " " * len(sign[0]), lines.translate(_PLAIN_CHARACTERS))
+    return _SIGNS.sub(lambda sign: " " * len(sign[0]), lines)
 
 
-def find_step_in_line(line: str, step_of: StepReader) -> tuple[WrittenStep | None, bool]:
+def find_step_in_line(
+    line: str, step_of: StepReader, actions: Collection[str]
+) -> tuple[WrittenStep | None, bool]:
     """Return the step in a line without a number, and whether the line has a title or a remark.
 
-    A remark must not contain another step.
+    If the remark is another step, with or without a few other words, the first step is not returned either.
     """
     title = _TITLE.match(line)
     for begin in (0, *([] if title is None else [title.end()])):
@@ -74,8 +77,9 @@ def find_step_in_line(line: str, step_of: StepReader) -> tuple[WrittenStep | Non
             return step, begin > 0
         for sign in islice(_REMARK.finditer(text), _MAX_SIGNS):
             words, remark = strip_signs(text[: sign.start()]), strip_signs(text[sign.end() :])
-            if _is_remark(remark, words) and step_of(remark) is None and (step := step_of(words)) is not None:
-                return step, True
+            if _is_remark(remark, words) and (step := step_of(words)) is not None:
+                has_other_step = step_of(remark) or has_step_among_few_words(remark, step_of, actions)
+                return (None if has_other_step else step), True
     return None, False
 
 
