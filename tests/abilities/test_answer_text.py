@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import re
 import time
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -86,6 +87,29 @@ def test_json_is_found_and_every_repair_named(text: str, repairs: tuple[str, ...
     reading = read_json(text, OBJECT)
     assert isinstance(reading, ParsedAnswer)
     assert (reading.value, reading.repairs) == ([("WALK", ["sofa"])], repairs)
+
+
+@pytest.mark.parametrize(
+    ("others", "is_read"),
+    [
+        ({"b": "Walk there."}, True),
+        ({"b": 3, "c": None}, True),
+        ({"b": "WALK chair"}, False),
+        ({"b": "there:\nWALK chair"}, False),
+        ({"reasoning": "WALK chair"}, True),
+        ({"Chain_of_thought": "WALK chair"}, True),
+        ({"reasoning": ["WALK chair"]}, False),
+    ],
+    ids=str,
+)
+def test_a_text_beside_a_wrapped_value_is_no_part_of_the_answer(
+    others: dict[str, object], is_read: bool
+) -> None:
+    form: AnswerFormat[object] = replace(
+        OBJECT, read=lambda value: value if isinstance(value, list) else None
+    )
+    text = json.dumps({"plan": ["sofa"], **others})
+    assert found(text, form) == (["sofa"] if is_read else None)
 
 
 def test_a_string_may_hold_line_breaks() -> None:

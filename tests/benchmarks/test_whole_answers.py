@@ -50,8 +50,16 @@ def score(store: Store, name: str, ability: Ability, task_id: str, text: str) ->
             "there is no object or list",
         ),
         ("[]", "the plan has no steps, and not all goals hold at the start"),
-        ('K": ["soap"]}, {"GRAB": ["soap"]}]', "line 1, column 13: this bracket was never opened"),
-        ('["soap"]}, {"GRAB": ["soap"]}, {"WALK": ["washing_machine"]}]', "this bracket was never opened"),
+        (
+            'K": ["soap"]}, {"GRAB": ["soap"]}]',
+            "line 1, column 13: no opening bracket of a list matches this",
+        ),
+        (r'\boxed{{"WALK": ["soap"]}, {"GRAB": ["soap"]}}', "the parts need a list around them"),
+        ('{"plan": {"WALK": ["soap"]}, "rest": "then GRAB soap"}', "there is no object or list"),
+        (
+            '["soap"]}, {"GRAB": ["soap"]}, {"WALK": ["washing_machine"]}]',
+            "the parts need a list around them",
+        ),
     ],
 )
 def test_an_incomplete_plan_is_a_parsing_error(data_store: Store, text: str, reason: str) -> None:

@@ -17,7 +17,7 @@ repairs are:
 * ``stray_bracket``: a closing bracket outside the value has no opening bracket;
 * ``boxed``: the value stands in ``\boxed{}``;
 * ``json_in_string``: the value is JSON inside a string;
-* ``wrapper_key``: the value is a member of an object whose other members are neither lists nor objects;
+* ``wrapper_key``: the value is a member of an object whose other members are no parts of an answer;
 * ``wrapper_list``: the value is the only item of a list;
 * ``json_lines``: the parts of the value follow each other without a list around them;
 * ``numbered``: parts that follow each other have numbers.
@@ -50,7 +50,7 @@ _MAX_QUOTED = 60
 MAX_VALUES = 10_000
 """Maximum number of bracketed values in an answer."""
 
-_UNOPENED = "this bracket was never opened, as if the beginning of the answer were missing"
+_UNOPENED = "no opening bracket of a list matches this one: the parts need a list around them"
 _UNCLOSED = "this bracket is not closed, as if the answer were cut off"
 
 TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
@@ -91,6 +91,14 @@ _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
 _SEPARATORS = re.compile(r"[\s,;]*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
+_CALL = re.compile(r"(?<![\w.])[\w.]+\s*\([^()]*\)")
+_CONNECTIVE_OR_SIGN = re.compile(r"\b(?:and|or|not|then|next|finally|also)\b|\W", re.IGNORECASE)
+_REASONING_KEY = re.compile(
+    r"(?:.*[_ -])?(?:thoughts?|thinking|reason(?:ing|s)?|explanations?|analysis|rationale|why|description)"
+    r"|(?:task|goal|title|name)(?:[_ -]name)?",
+    re.IGNORECASE,
+)
+"""Pattern of keys whose texts explain an answer, or name its task, and are no part of the answer."""
 
 T = TypeVar("T")
 
@@ -152,6 +160,8 @@ class AnswerFormat(Generic[T]):
             `JsonObject` and arrays as lists.
         is_part: whether a bracketed text looks like a part of the answer, even if it cannot be read.
         is_line_of_answer: whether a line outside brackets looks like a part of the answer.
+        is_text_with_part: whether a line in a string beside the value has a part of the answer among few
+            other words.
         flaw: returns in words why a JSON value that looks like a part of the answer has another form, or
             None.
         join: combines the meanings of parts that follow each other without a list around them; None if such
@@ -169,6 +179,7 @@ class AnswerFormat(Generic[T]):
     read: Callable[[object], T | None]
     is_part: Callable[[str], bool] = _return_false
     is_line_of_answer: Callable[[str], bool] = _return_false
+    is_text_with_part: Callable[[str], bool] = _return_false
     flaw: Callable[[object], str | None] = _return_no_flaw
     join: Callable[[Sequence[T]], T] | None = None
     is_piece: Callable[[T], bool] = _return_false
@@ -398,7 +409,10 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _find_end_of_list_around(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
-        """Return a closing bracket of a list around some parts of the answer whose beginning is missing."""
+        """Return a closing bracket without an opening one, if a list around the parts has lost its beginning.
+
+        Return None if no bracket shows this.
+        """
         for stray in self.strays:
             if len(pieces) > 1 or stray.start < pieces[0].start or self.text[stray.start] == "]":
                 return stray
@@ -553,7 +567,7 @@ def _read_value_or_wrapped_json(
 
     A string without a meaning gets the meaning of the JSON in it. A list without a meaning gets the meaning
     of its only item. An object without a meaning gets the meaning of its only member with a meaning, unless
-    other members are objects or lists. Return None if there is no meaning.
+    other members are objects or lists, or look like parts of the answer. Return None if there is no meaning.
     """
     meaning = form.read(value)
     if meaning is not None or max_depth == 0:
@@ -579,16 +593,31 @@ def _read_value_or_wrapped_json(
         (key, _read_value_or_wrapped_json(member, form, max_depth - 1)) for key, member in value.members
     ]
     wrapped = [(key, inner) for key, inner in inside if inner is not None]
-    others = [
-        member for (key, member), (_, inner) in zip(value.members, inside, strict=True) if inner is None
-    ]
-    if len(wrapped) != 1 or any(
-        isinstance(member, JsonObject | list) and _list_nested_values(member) for member in others
-    ):
+    others = [member for member, (_, inner) in zip(value.members, inside, strict=True) if inner is None]
+    if len(wrapped) != 1 or any(_looks_like_part(key, member, form) for key, member in others):
         return None
     key, (meaning, repairs) = wrapped[0]
     named = () if key in form.wrappers and not others else ("wrapper_key",)
     return meaning, (*named, *repairs)
+
+
+def _looks_like_part(key: str, member: object, form: AnswerFormat[T]) -> bool:
+    if not isinstance(member, str):
+        return len(_list_nested_values(member)) > 0
+    return not is_reasoning_key(key) and any(
+        form.is_line_of_answer(line) or form.is_text_with_part(line) for line in member.splitlines()
+    )
+
+
+def is_reasoning_key(key: str) -> bool:
+    """Whether a key belongs to a text that explains an answer, or to the name of the task."""
+    return _REASONING_KEY.fullmatch(key) is not None
+
+
+def consists_of_calls(text: str) -> bool:
+    """Whether a text has calls such as ``ON(lamp)``, and no other words than connectives."""
+    others = _CALL.sub("", text)
+    return others != text and not _CONNECTIVE_OR_SIGN.sub("", others)
 
 
 def _has_object(value: object) -> bool:

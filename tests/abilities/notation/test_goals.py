@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import jsonschema
@@ -53,6 +54,20 @@ def test_an_entry_that_is_not_a_literal_is_ill_formed(entry: str) -> None:
 @pytest.mark.parametrize("text", ["", "PRESS", "[]", '{"node goals": "open"}', '{"a": 1}'])
 def test_an_object_without_lists_is_unreadable(text: str) -> None:
     assert isinstance(NOTATION.read(text), Unreadable)
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "is_read"),
+    [
+        ("more", "on(a, b)", False),
+        ("more", '"edge goals": [["on", "a", "b"]]', False),
+        ("reasoning", "on(a, b)", True),
+        ("note", "The lamp(s) must be on.", True),
+    ],
+)
+def test_a_text_beside_goals_is_no_goal(key: str, text: str, is_read: bool) -> None:
+    answer = NOTATION.read(json.dumps({"node goals": [], "edge goals": [], key: text}))
+    assert isinstance(answer, WrittenGoals) is is_read
 
 
 def test_written_goals_are_read_back() -> None:

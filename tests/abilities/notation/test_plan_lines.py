@@ -104,6 +104,14 @@ def test_lines_of_actions_are_read_by_named_repairs(
         "(WALK",
         '["WALK(soap)", "go away"]',
         '{"action": "PUT soap", "target": "bin"}',
+        '{"step1": "WALK(bin)", "step2": "WALK(soap), GRAB(soap)"}',
+        '{"1": "WALK(soap)", "2": "GRAB soap"}',
+        '{"plan": ["WALK(soap)"], "step2": "GRAB soap"}',
+        '{"plan": ["WALK(soap)"], "more": "then GRAB(soap)"}',
+        '{"plan": ["WALK(soap)"], "more": "then GRAB soap"}',
+        '{"plan": [{"action": "WALK", "object": "soap"}], "more": "and finally grab(soap) with the hand"}',
+        '{"plan": "WALK(soap)\\nGRAB(soap)", "rest": "1. PUT(soap, bin)"}',
+        '{"plan": ["WALK(soap)"], "rest": "Then: GRAB(soap), PUT(soap, bin), WALK(bin), PUT(soap, bin)"}',
         "(WALK soap",
         "Step 1:\n```\nWALK(soap)\n```\nStep 2:\n```\nGRAB(soap)\n```",
     ],
@@ -151,6 +159,25 @@ def test_reasoning_inside_a_line_does_not_take_quadratic_time() -> None:
     )
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == [WALK, GRAB]
+
+
+@pytest.mark.parametrize("notation", [JsonPlans(), VirtualHomePlans(), PddlPlans()])
+@pytest.mark.parametrize(
+    "remark",
+    [
+        '"reasoning": "First I walk to the soap."',
+        '"explanation": "I WALK(soap), since the GRAB(soap) that follows needs it."',
+        '"reasoning": "1. WALK soap\\n2. GRAB soap"',
+        '"task": "GRAB soap"',
+        '"summary": "First I walk to the soap."',
+        '"summary": "To do so, WALK(soap) must come before you can GRAB(soap) with one of your hands."',
+        '"note": "WALK to the soap",  "confidence": 0.9, "done": true',
+    ],
+)
+def test_remarks_beside_a_plan_in_json_are_harmless(notation: PlanNotation, remark: str) -> None:
+    plan = notation.read(f'{{{remark}, "plan": [{{"action": "WALK", "object": "soap"}}]}}', ACTIONS)
+    assert isinstance(plan, WrittenPlan)
+    assert [tuple(step) for step in plan.steps] == [WALK]
 
 
 def test_lines_are_not_read_if_the_names_of_actions_are_unknown() -> None:

@@ -80,6 +80,22 @@ def test_a_name_without_objects_needs_no_brackets_beside_others(written: str, re
     assert found == WrittenSubgoals((read or written,), () if read is None else ("brackets",))
 
 
+@pytest.mark.parametrize(
+    ("key", "text", "is_read"),
+    [
+        ("output2", "on(b)", False),
+        ("more", "then on(b)", False),
+        ("more", "on(b), on(c)", False),
+        ("reasoning", "on(b)", True),
+        ("note", "No other step(s) are needed.", True),
+        ("necessity_to_use_action", "yes", True),
+    ],
+)
+def test_a_text_beside_subgoals_is_no_subgoal(key: str, text: str, is_read: bool) -> None:
+    answer = NOTATION.read(json.dumps({"output": ["on(a)"], key: text}))
+    assert isinstance(answer, WrittenSubgoals) is is_read
+
+
 def test_a_text_without_a_formula_is_kept_unchanged() -> None:
     notation = SubgoalNotation(toy.DOMAIN.replace_operators(Operator("REST", (), (), ())))
     assert notation.read('{"output": ["go and REST now"]}') == WrittenSubgoals(("go and REST now",))

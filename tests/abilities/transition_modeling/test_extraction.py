@@ -110,10 +110,22 @@ def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
         wrapped(f"{OPEN}\nclose {SHUT[14:]}\n{OPEN}"),
         f'{SHUT}"}}',
         f"{OPEN}\n<think>{SHUT}",
+        json.dumps({"output": OPEN, "rest": SHUT[14:]}),
     ],
 )
 def test_a_truncated_answer_or_one_with_other_parts_is_unreadable(answer: str) -> None:
     assert isinstance(read_operators(answer, ResultCache()), Unreadable)
+
+
+def test_an_end_of_json_without_its_beginning_is_named() -> None:
+    answer = read_operators(f'{BOTH}"}}', ResultCache())
+    assert isinstance(answer, Unreadable)
+    assert answer.reason == "the answer ends as a JSON object whose beginning is missing"
+
+
+def test_many_blanks_before_an_operator_are_searched_once() -> None:
+    operators, _ = read("\n" * 30_000 + " " * 30_000 + BOTH)
+    assert len(operators) == 2
 
 
 HEAD = "(:action open :parameters (?o)"

@@ -24,7 +24,15 @@ from eai.abilities.answer_schema import (
     make_text_schema,
     make_union_schema,
 )
-from eai.abilities.answer_text import AnswerFormat, JsonObject, ParsedAnswer, contains_json_string, read_json
+from eai.abilities.answer_text import (
+    AnswerFormat,
+    JsonObject,
+    ParsedAnswer,
+    consists_of_calls,
+    contains_json_string,
+    is_reasoning_key,
+    read_json,
+)
 from eai.abilities.explanation import Statement
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.choice import AndOrTree, build_and_or_tree
@@ -173,6 +181,8 @@ def make_sections_format(
         if not isinstance(value, JsonObject):
             return None
         members = [(_normalize_section_name(key), section) for key, section in value.members]
+        if any(_is_text_with_goals(key, section) for key, section in members):
+            return None
         is_respelt = any(name != key for (name, _), (key, _) in zip(members, value.members, strict=True))
         return read(GoalSections(tuple(members), ("section_name",) if is_respelt else ()))
 
@@ -189,6 +199,15 @@ def make_sections_format(
 
 
 _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""", re.IGNORECASE)
+
+
+def _is_text_with_goals(key: str, section: object) -> bool:
+    """Whether a text under an unknown key has a goal or a section, so that the sections are incomplete."""
+    if not isinstance(section, str) or key in _SECTION_OF or is_reasoning_key(key):
+        return False
+    return any(
+        consists_of_calls(line) or _SECTION_LINE.match(line) is not None for line in section.splitlines()
+    )
 
 
 def _normalize_section_name(section_name: str) -> str:

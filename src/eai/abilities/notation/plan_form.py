@@ -48,6 +48,11 @@ _MAX_WORDS = 3
 """Maximum number of words that follow the name of an action in a line, if the line counts as a step."""
 
 
+_CALL = re.compile(r"(?<![\w-])([\w-]+)\s*\([^()]*\)")
+_MAX_WORDS_AROUND = 8
+"""Maximum number of words beside a step in a text that cannot be a mere remark."""
+
+
 class WrittenStep(NamedTuple):
     """One step of an answer.
 
@@ -117,12 +122,14 @@ def make_plan_format(
     def read_item(value: object) -> StepList | None:
         return read_text(value) if isinstance(value, str) else read(value)
 
+    names = {action.casefold() for action in actions}
     part, line = _compile_step_and_step_line_patterns(frozenset(actions))
     return AnswerFormat(
         description,
         lambda value: join_item_steps(value, read_item) if isinstance(value, list) else read_item(value),
         is_part=lambda text: part.search(text) is not None,
         is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
+        is_text_with_part=lambda text: line is not None and _has_step_among_few_words(text, line, names),
         flaw=lambda value: _find_list_flaw(value, read_item),
         join=join_step_lists,
         is_piece=lambda steps: steps.is_single_step,
@@ -189,6 +196,25 @@ def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
     if rest[:1] in tuple("""([{:"'<`"""):
         return True
     return 0 < len(rest.split()) <= _MAX_WORDS and ORDINARY_WORD.search(rest) is None
+
+
+def _has_step_among_few_words(
+    text: str, line_pattern: re.Pattern[str], action_names: Collection[str]
+) -> bool:
+    """Whether a line has a step, and at most `_MAX_WORDS_AROUND` words that belong to no call.
+
+    Args:
+        text: the line.
+        line_pattern: the pattern of lines that begin with a step.
+        action_names: names of actions in small letters. Letter case does not matter in calls.
+    """
+    words = _CALL.sub(" ", text).split()
+    if len(words) > _MAX_WORDS_AROUND:
+        return False
+    return any(call[1].casefold() in action_names for call in _CALL.finditer(text)) or any(
+        _is_step_line(line_pattern, " ".join(words[begin : begin + 1 + _MAX_WORDS]))
+        for begin in range(len(words))
+    )
 
 
 def read_labelled_step(value: JsonObject) -> StepList | None:

@@ -12,7 +12,14 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from eai.abilities.answer_schema import Schema, make_list_schema, make_object_schema, make_text_schema
-from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_string, read_json
+from eai.abilities.answer_text import (
+    AnswerFormat,
+    JsonObject,
+    consists_of_calls,
+    contains_json_string,
+    is_reasoning_key,
+    read_json,
+)
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import map_formula_spellings_to_names
@@ -202,6 +209,13 @@ def _make_output_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[st
             key
             for key, part in value.members
             if isinstance(part, list | JsonObject) and key not in other_list_keys
+        ]
+        unknown += [
+            key
+            for key, part in value.members
+            if isinstance(part, str)
+            and not is_reasoning_key(key)
+            and any(_is_formula_line(line) or consists_of_calls(line) for line in part.splitlines())
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 

@@ -99,7 +99,7 @@ _LOST = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
 """Pattern of parameters. Outside operators, they show that the beginning of an operator is missing."""
 _DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
 _HEAD_IN_COMMENT = re.compile(r";\s*:action\b[^\n]*", re.IGNORECASE)
-_NO_BRACKETS = re.compile(r"[:;]-?[()]|^\s*\w{1,2}\)", re.MULTILINE)
+_NO_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)
 """Pattern of smileys and list numbers."""
 _CONNECTIVE = re.compile(r"\(\s*(?:and|or|imply|when|forall|exists)\b", re.IGNORECASE)
 _SIGN = re.compile(r"\(\s*:|\(\s*action\b|:\s*action\b", re.IGNORECASE)
@@ -199,8 +199,12 @@ def _describe_wrong_key(json_value: object) -> str | None:
         return None
     if json_value.repeated_key is not None:
         return f'the key "{json_value.repeated_key}" occurs twice'
-    keys = [key for key, part in json_value.members if key != "output" and _HEAD.search(repr(part))]
+    keys = [key for key, part in json_value.members if key != "output" and _has_part_of_operator(repr(part))]
     return f'the key "{keys[0]}" is not known' if keys else None
+
+
+def _has_part_of_operator(text: str) -> bool:
+    return _HEAD.search(text) is not None or _LOST.search(text) is not None
 
 
 _OUTPUT = AnswerFormat(
@@ -231,7 +235,9 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | Unreadable | None:
     before, after = body[:start], body[end:]
     is_wrapped = has_unclosed_bracket(before)
     is_end_of_json = "{" not in body[:end] and _END_OF_JSON_TEXT.match(after) is not None
-    if is_end_of_json or _has_end_of_operator(before):
+    if is_end_of_json:
+        return Unreadable("the answer ends as a JSON object whose beginning is missing")
+    if _has_end_of_operator(before):
         return Unreadable(_NO_BEGINNING)
     if is_wrapped and (
         not _END_OF_WRAPPER.match(after) or isinstance(read_json(answer, ANY_VALUE), ParsedAnswer)
