@@ -103,7 +103,8 @@ def test_a_damaged_log_is_refused_with_the_place(eai: Command, log: Path, comman
 
 
 @pytest.mark.parametrize(
-    ("command", "message"), [("score", "give --domain and --ability"), ("explain", "schema None cannot be")]
+    ("command", "message"),
+    [("score", "give --domain and --ability"), ("explain", "expected a record of a scored answer")],
 )
 def test_without_a_reader_the_file_is_refused_as_no_file_of_ours(
     eai: Command, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, message: str
