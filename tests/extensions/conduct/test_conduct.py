@@ -136,7 +136,7 @@ def test_refusals_have_risk_and_coverage(tmp_path: Path) -> None:
 
 
 def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
-    plain = make_task("", "Light it.", initial(), "lit(lamp)", domain=DOMAIN)
+    plain = make_task("plain", "Light it.", initial(), "lit(lamp)", domain=DOMAIN)
     fits = {"a": ("lamp",), "b": ("lamp",), "c": ("lamp", "torch"), "d": ("lamp", "torch")}
     asked = [
         replace(plain, id=name, title=name, special=AmbiguousTaskMark(fitting))
