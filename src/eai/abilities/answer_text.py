@@ -604,14 +604,17 @@ def _read_value_or_wrapped_json(
 def _looks_like_part(key: str, member: object, form: AnswerFormat[T]) -> bool:
     if not isinstance(member, str):
         return len(_list_nested_values(member)) > 0
-    return not is_reasoning_key(key) and any(
-        form.is_line_of_answer(line) or form.is_text_with_part(line) for line in member.splitlines()
+    return has_line_of_answer(
+        key, member, lambda line: form.is_line_of_answer(line) or form.is_text_with_part(line)
     )
 
 
-def is_reasoning_key(key: str) -> bool:
-    """Whether a key belongs to a text that explains an answer, or to the name of the task."""
-    return _REASONING_KEY.fullmatch(key) is not None
+def has_line_of_answer(key: str, text: str, is_part: Callable[[str], bool]) -> bool:
+    """Return True if a function finds a part of the answer in some line of a text in a JSON object.
+
+    A text with a key of explanations or names, such as ``reasoning`` or ``task``, is not searched.
+    """
+    return _REASONING_KEY.fullmatch(key) is None and any(map(is_part, text.splitlines()))
 
 
 def consists_of_calls(text: str) -> bool:

@@ -30,7 +30,7 @@ from eai.abilities.answer_text import (
     ParsedAnswer,
     consists_of_calls,
     contains_json_string,
-    is_reasoning_key,
+    has_line_of_answer,
     read_json,
 )
 from eai.abilities.explanation import Statement
@@ -203,10 +203,10 @@ _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""",
 
 def _is_text_with_goals(key: str, section: object) -> bool:
     """Whether a text under an unknown key has a goal or a section, so that the sections are incomplete."""
-    if not isinstance(section, str) or key in _SECTION_OF or is_reasoning_key(key):
+    if not isinstance(section, str) or key in _SECTION_OF:
         return False
-    return any(
-        consists_of_calls(line) or _SECTION_LINE.match(line) is not None for line in section.splitlines()
+    return has_line_of_answer(
+        key, section, lambda line: consists_of_calls(line) or _SECTION_LINE.match(line) is not None
     )
 
 

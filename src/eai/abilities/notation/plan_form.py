@@ -107,7 +107,7 @@ def make_plan_format(
     read: Callable[[object], StepList | None],
     actions: Collection[str],
     wrapper_key: str,
-    read_text: Callable[[str], StepList | None] = lambda text: None,
+    read_text: Callable[[str], StepList | None],
 ) -> AnswerFormat[StepList]:
     """Return the form of a plan in JSON: a value with steps, or a list of such values.
 

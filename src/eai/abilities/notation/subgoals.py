@@ -17,7 +17,7 @@ from eai.abilities.answer_text import (
     JsonObject,
     consists_of_calls,
     contains_json_string,
-    is_reasoning_key,
+    has_line_of_answer,
     read_json,
 )
 from eai.abilities.verdict import Span, Unreadable
@@ -214,8 +214,7 @@ def _make_output_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[st
             key
             for key, part in value.members
             if isinstance(part, str)
-            and not is_reasoning_key(key)
-            and any(_is_formula_line(line) or consists_of_calls(line) for line in part.splitlines())
+            and has_line_of_answer(key, part, lambda line: _is_formula_line(line) or consists_of_calls(line))
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 
