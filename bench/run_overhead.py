@@ -104,7 +104,7 @@ def measure_parts(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, 
 
 
 def measure_asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
-    """Return the milliseconds per sample of Inspect alone, and the additional ones of `eai`."""
+    """Return two times per sample in milliseconds: that of Inspect alone, and the time that `eai` adds."""
     job = QuestionJob(Endpoint(MODEL), asked.suite, asked.prompts)
     ask_with_inspect_alone(asked, folder / "warm")
     alone, ours = [], []

@@ -22,7 +22,7 @@ FILE = "problem0.bddl"
 _GOAL_ARITIES = {predicate.name: predicate.arity for predicate in (*p.GOAL_STATES, *p.GOAL_RELATIONS)}
 _IN_ROOM = "inroom"
 _INITIAL_ARITIES = {**_GOAL_ARITIES, _IN_ROOM: 2, "insource": 2, "future": 1}
-"""Number of arguments of each predicate of which initial facts may be stated."""
+"""Mapping from each predicate that initial facts may use to its number of arguments."""
 
 
 def read_definitions(folder: Path) -> Mapping[str, str]:

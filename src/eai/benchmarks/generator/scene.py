@@ -334,7 +334,7 @@ class _ComposedScene:
         return [(name, counterparts[target]) for name, target in rows]
 
     def _has_equal_places(self, other_state: State, counterparts: Mapping[int, int]) -> bool:
-        """Whether each object is placed like the object of the other scene that is mapped to it."""
+        """Whether each object has the same place as its counterpart in the other scene."""
         return all(
             Fact(name, (counterparts[one], counterparts[other])) in self._facts
             for name in self._prior.place_relations
