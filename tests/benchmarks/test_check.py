@@ -107,7 +107,8 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
         (lambda: given([LIGHT]), "eai.given: expected Task, found list"),
         (
             lambda: Benchmark("toy", toy.DOMAIN, [LIGHT]),
-            "benchmark toy: expected tasks as eai.given(task, ...), found list",
+            "benchmark toy: expected a function that opens tasks, such as eai.given(task, ...), "
+            "found a value of the type list",
         ),
     ],
 )

@@ -76,7 +76,7 @@ Raises DataError if the prompts cannot be obtained.
 """
 
 OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
-"""Returns a mapping from labels to figures of a data set. A figure is a number and a note on its meaning."""
+"""Returns additional counts of a data set: label -> count, and a note on the meaning of the count."""
 
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
 """Returns the names that problem files of a data set may use, and a function that reads such a file."""
@@ -99,7 +99,7 @@ class DataSet:
         asks: ability -> function that tells whether a task is asked for this ability. By default, all tasks
             are.
         only_by_name: ability -> reason why commands leave the ability out unless the user names it.
-        own_figures: counts further figures for `eai data stats`, which cannot be computed from the tasks.
+        own_figures: returns counts for `eai data stats` that cannot be computed from the tasks.
         open_public: opens the tasks with published right answers; by default all tasks of the benchmark.
         open_demonstrations: opens demonstrations (plans that people wrote) in an archive; None if the
             benchmark reads no such archive.
@@ -135,7 +135,7 @@ class Benchmark:
 
     Attributes:
         name: name of the benchmark in stored verdicts.
-        domain: the domain as the paper means it.
+        domain: the domain, with the rules that the paper describes.
         open_tasks: opens the tasks. `eai.tasks.source.given` makes this function for tasks declared in a
             program.
         notation: how answers are written, and the names of objects and predicates.
@@ -155,7 +155,8 @@ class Benchmark:
         if not callable(self.open_tasks):
             type_name = type(self.open_tasks).__name__
             raise InputError(
-                f"benchmark {self.name}: expected tasks as eai.given(task, ...), found {type_name}"
+                f"benchmark {self.name}: expected a function that opens tasks, such as eai.given(task, ...), "
+                f"found a value of the type {type_name}"
             )
 
     @property
@@ -180,9 +181,9 @@ class Benchmark:
         return self.get_errata(source).correct_tasks(self.open_tasks(source))
 
     def with_changed_tasks(self, change: Callable[[Task], Task]) -> Benchmark:
-        """Return a copy of the benchmark whose tasks are changed by a function.
+        """Return a copy of the benchmark in which a function has changed each task.
 
-        Errata are corrected before.
+        Before that, the errata (known errors) of the data set are corrected.
         """
 
         def open_tasks(source: Source) -> TaskSet[Task]:
@@ -194,10 +195,11 @@ class Benchmark:
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Any]:
         """Return the tasks of an ability, in the order of the data set.
 
-        The tasks of transition modeling are operators. Some abilities have other tasks than the benchmark.
+        Each task of transition modeling asks for operators. A benchmark can have separate tasks for an
+        ability (`DataSet.own_tasks`).
 
         Raises:
-            InputError: the benchmark has no tasks for this ability, or only tasks for other abilities.
+            InputError: the benchmark has no tasks for this ability.
         """
         own_tasks = self.data.own_tasks
         if ability in own_tasks and ability is not Ability.TRANSITION_MODELING:
@@ -279,7 +281,7 @@ class Benchmark:
         return SuiteWording.from_domain(self.domain)
 
     def subgoals(self) -> SubgoalNotation:
-        """Return the notation of subgoals in answers."""
+        """Return the notation (format) in which answers write subgoals."""
         from eai.abilities.notation.subgoals import SubgoalNotation  # not needed for plans
 
         return self.notation.subgoals or SubgoalNotation(self.domain)

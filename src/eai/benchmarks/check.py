@@ -83,7 +83,10 @@ _CheckedTask: TypeAlias = tuple[list[str], "SearchEndReason | None"]
 
 @dataclass(frozen=True)
 class _TaskChecker:
-    """Checks tasks, given their ids. Other processes open an equal checker by the benchmark's reference."""
+    """Checks tasks, given their ids.
+
+    A process that receives a checker makes an equal one from the benchmark's reference.
+    """
 
     benchmark: Benchmark
     source: Source

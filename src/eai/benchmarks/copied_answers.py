@@ -218,9 +218,10 @@ _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
 
 
 def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """Return an action for each condition of the goals about states, then an action for each action goal.
+    """Return a plan with one action for each condition in the goals, and no other actions.
 
-    An action's objects are the first objects of the task that fit.
+    Each action makes its condition true. Actions for goals about states come before actions for action goals.
+    The arguments of an action are the first objects of the task that fit.
     """
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
@@ -286,10 +287,10 @@ def _apply_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task) 
 
 
 def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
-    """Return operators without preconditions.
+    """Return the task's operators, without preconditions and with effects copied from the goal.
 
-    The effects make predicates of the goal true of an operator's parameters of fitting types, or false if the
-    goal negates them.
+    The effects make each predicate of the goal true, or false if the goal negates it. The arguments are all
+    parameters of the operator whose types fit.
     """
     subformulas = list(walk_subformulas(task.problem.goal))
     denied = {
@@ -321,7 +322,7 @@ _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
 _NAME = re.compile(r"[\w.]+")
 
 _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities for which the built-in model `eai/lookup` adapts the answers to similar tasks."""
+"""Abilities for which the built-in model `eai/lookup` copies and adapts the answer of a similar task."""
 
 
 def open_answers_of_similar_tasks(
@@ -424,9 +425,9 @@ def _adapt_subgoals_of_similar_task(
 def _adapt_goals_of_similar_task(
     benchmark: Benchmark, word_counts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
-    """Return goals of the other task with the most similar instruction.
+    """Return the right goals of the task whose instruction is most similar to that of the given task.
 
-    Goals with names that do not occur in this task are left out.
+    Goals with names that do not occur in the given task are left out.
     """
     notation = benchmark.notation.goals
     nearest = _find_task_with_most_similar_texts(Counter(list_instruction_words(task)), task, word_counts)
@@ -438,7 +439,7 @@ def _adapt_goals_of_similar_task(
 
 
 def _make_shared_operator_lister(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function that lists a task's operators, as PDDL, except those that no other task needs."""
+    """Return a function that lists, as PDDL, the operators of a task that other tasks need, too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 
@@ -466,7 +467,7 @@ def _find_task_with_most_similar_texts(
 
 
 def _compute_fraction_of_shared_texts(texts: Counter[str], others: Counter[str]) -> int:
-    """Return which share of the texts of two tasks both tasks have, in millionths."""
+    """Return the share of texts that two tasks have in common, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 
 

@@ -36,9 +36,9 @@ _FILE = "errata.toml"
 
 
 def replace_operators_listed_in_question(task: TransitionTask, question: str) -> str:
-    """Return a question with the operators that are scored in place of the operators for which it asks.
+    """Return a copy of a question that asks for the operators that are scored.
 
-    A few official questions ask for other operators than those that are scored.
+    A few official questions ask for other operators.
     """
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
@@ -236,7 +236,7 @@ def read_errata(text: str) -> Errata:
     """Return the errata in a TOML text.
 
     Raises:
-        DataError: an entry does not have the form that the head of the package's table describes.
+        DataError: an entry lacks the form that the top of the package's file of errata describes.
     """
     values = parse_toml(text)
     number = values["version"]

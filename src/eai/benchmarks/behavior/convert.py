@@ -29,7 +29,7 @@ _SEQUENCING = f"{_EVALUATION}action_sequencing/resources/"
 _TAXONOMY = "bddl/hierarchy_owned.json"
 _MODEL = re.compile(r"(.+?)_\d+(?:_multiplexer)?")
 _FLOOR_MODEL = "floors"
-"""Name of the floors' category of 3D models in the taxonomy of objects."""
+"""Category of the 3D models of floors, as the taxonomy of objects spells it."""
 
 
 class _TaxonomyEntry(NamedTuple):
@@ -102,7 +102,7 @@ class _ArchivedTaskConverter:
         return list(self._options[task_id]["goal_conditions"].values())
 
     def _read_objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
-        """Yield a sequence for each object: name, instance name, category, model, synset and abilities."""
+        """Yield name, instance name, category, model, synset and abilities of each object of a task."""
         declared = [item for item in problem.objects if item.type != AGENT_CATEGORY]
         named = _read_prompt_objects(self._prompts[task_id])
         if [item.type for item in declared] != [item["category"] for item in named]:
@@ -144,6 +144,6 @@ def _get_object_model(object_name: str) -> str:
 
 
 def _get_possible_states(entry: _TaxonomyEntry) -> set[str]:
-    """Return the states that an object with these abilities may have, spelt as in the paper's package."""
+    """Return the states that the abilities of a taxonomy entry allow, spelt as in the paper's package."""
     states = (state for ability, state in STATE_OF_ABILITY.items() if ability in entry.abilities)
     return {"".join(word.capitalize() for word in state.split("_")) for state in states}

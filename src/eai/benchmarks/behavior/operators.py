@@ -1,6 +1,6 @@
 """The actions of BEHAVIOR, each with its ordered checks and its effects.
 
-The operators describe the simulator as the paper means it. The order of checks is that of the module
+The operators follow the paper's description of the simulator. The order of checks is that of the module
 ``evolving_graph.py`` in the paper's package. `eai.extensions.reference.behavior_quirks` lists the package's
 defects.
 """
@@ -66,9 +66,9 @@ def require_sliced_if_half(obj: Variable) -> Check:
 
 
 def require_interactable(obj: Variable) -> tuple[Check, ...]:
-    """Return the checks against objects in closed containers, and against sliced objects.
+    """Return the checks that an object is in no closed container, and has not been sliced.
 
-    A sliced object cannot be used, only its halves can.
+    After slicing, only the halves of the object can be used.
     """
     shut = Exists(C, p.closed(C) & p.within(obj, C))
     return (
@@ -122,7 +122,7 @@ def put_where_neighbour_lies(obj: Variable, neighbour: Variable) -> tuple[Effect
 
 
 def remove_from_support(obj: Variable) -> tuple[Effect, ...]:
-    """Return effects that take an object out of or off another object; a floor below it stays."""
+    """Return effects after which an object lies in and on no other object. It still has its floor."""
     return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
 
@@ -376,7 +376,7 @@ def _make_cleaning_alternative(
 
 
 def make_soak_action() -> Operator:
-    """Return the action SOAK: an object in a running sink or a teapot becomes wet."""
+    """Return the action SOAK: an object that lies in a running sink or in a teapot becomes wet."""
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
     in_water = missing_step(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
     return make_state_action(

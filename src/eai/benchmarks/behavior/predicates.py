@@ -46,7 +46,7 @@ def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
 
 
 def _find_floor_under(state: State, unsupported_object: int) -> ObjectMask:
-    """Return the floor on which an object stands that no other object supports. The result is a bit mask."""
+    """Return the floor under an object that no other object supports, as a bit mask."""
     return state.relation("stands_on").row(unsupported_object)
 
 
@@ -148,9 +148,9 @@ _BASIC_DERIVED = tuple(
 
 
 def _make_goal_state_predicate(name: str, stored_state: Predicate) -> DefinedPredicate:
-    """Return a predicate for goals.
+    """Return the predicate with which goals ask for a state of an object, such as *cooked*.
 
-    It holds for a sliced object if the state holds for all halves of the object.
+    The predicate holds for a sliced object if the stored state holds for all halves of the object.
     """
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored_state(P)))
     return DefinedPredicate(name, (X,), (stored_state(X) & ~halved(X)) | (halved(X) & of_parts))
@@ -179,9 +179,9 @@ STORED = {
     "under": stands_under,
     "nextto": stands_by,
 }
-"""Relation of BDDL -> relation whose facts a state contains; other relations are computed from these.
+"""Name of a relation in BDDL -> stored relation. All other relations are computed from stored relations.
 
-A new state gets its initial facts in this order.
+The order is that in which a new state gets its initial facts.
 """
 
 GOAL_RELATIONS = tuple(

@@ -24,13 +24,13 @@ TASKS_MEMBER = "tasks.jsonl"
 """Name of the file with one task a line, in data set order. The file is in the data package `PACK`."""
 
 OPTIONS_MEMBER = "goal_options.jsonl"
-"""Name of the file with the right goals for goal interpretation, one task a line, in data set order.
+"""Name of the file with all options (sets of conditions that reach a goal) for goal interpretation.
 
-The file is in the data package `PACK`.
+Each line holds the options of one task, in the order of the data set. The file is in the data package `PACK`.
 """
 
 FLOOR = "room_floor"
-"""Category of the simulator's models that every floor has in the data set."""
+"""Category of the 3D models of floors, as the data set spells it."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
     ability.name: state.name.removeprefix("is_") for ability, state in STATES

@@ -41,7 +41,10 @@ The mapping lacks abilities that the domain does not use.
 """
 
 _MODEL_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
-"""Object categories on which actions depend, such as sinks. Each is also the name of a predicate."""
+"""Names of predicates that tell the category of an object's 3D model, such as ``sink``.
+
+Actions depend on these predicates. A name is equal to the name of the model category.
+"""
 
 RELATIONS = frozenset(p.STORED)
 """Names of BDDL's relations. All other predicates of BDDL are states of one object."""

@@ -30,7 +30,10 @@ NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
 CHALLENGE_2026 = "behavior-1k-challenge-2026"
 CHECKOUT = "behavior-1k-checkout"
-"""Name of the benchmark of activities in a user's checkout, which can differ from those of bddl 3.6.0."""
+"""Name of the benchmark whose activities come from a user's checkout of the BEHAVIOR-1K repository.
+
+Definitions in a checkout can differ from those of bddl 3.6.0.
+"""
 
 
 _UNCHANGING = tuple(

@@ -67,7 +67,9 @@ def open_challenge_2026(source: Source | None) -> tuple[Definitions, DefinitionS
 
 
 def amend_definitions(packed: Definitions) -> Definitions:
-    """Return the definitions of the challenge's 100 activities, in its order.
+    """Return the definitions of the challenge's 100 activities, in the order of the challenge.
+
+    Each definition is that of bddl 3.6.0 (`packed`), changed by its amendment if it has one.
 
     Raises:
         DataError: a definition lacks a fact that its amendment removes.
@@ -94,7 +96,7 @@ def _amend_activity_definition(activity: str, definitions: Definitions, amendmen
     if missing := amendment.drop.difference(facts):
         raise DataError(
             f"{AMENDMENTS}: {activity}: the definition of bddl 3.6.0 lacks {', '.join(sorted(missing))}; "
-            "correct `drop`"
+            "remove these facts from `drop`"
         )
     kept = [fact for fact in facts if known.issuperset(_OBJECT.findall(fact)) and fact not in amendment.drop]
     declarations = [f"{' '.join(names)} - {kind}" for kind, names in declared.items() if names]

@@ -75,9 +75,11 @@ class SceneFactReader:
 
 
 def describe_conventions(task: Task) -> str:
-    """Return the hidden facts of a task as text, in two parts with headings; an empty part is left out.
+    """Return text for the facts of a task that no observation shows, or an empty text without such facts.
 
-    The first part lists sources of substances and floors, the second part relevant conventions.
+    The text has two parts with headings; an empty part is left out. The first part lists the substance that
+    each source (such as a sink) supplies, and the floor under objects. The second part lists facts about
+    tools, heat and recipes that never change (conventions).
     """
     return "\n\n".join(
         filter(
@@ -93,9 +95,9 @@ def describe_conventions(task: Task) -> str:
 
 
 def describe_sources_and_floors(task: Task) -> str:
-    """Return the sources of substances and the floors of a task as text, or an empty text without any.
+    """Return text for the substance that each source supplies, and for the floor under objects.
 
-    Each source or floor has a line under a heading.
+    Each source or floor has a line under a heading. Without sources and floors, the text is empty.
     """
     return _list_below_heading(
         SITUATION, _SubstanceAndFloorWriter(task.initial).write_source_and_floor_lines()
@@ -108,7 +110,7 @@ def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
 
 
 class _SubstanceAndFloorWriter(SceneFactReader):
-    """Describes which substances sources give, and on which floor objects without support stand."""
+    """Describes the substances that each source gives, and the floor under each object without support."""
 
     def write_source_and_floor_lines(self) -> Iterator[str]:
         """Yield a line for each object that gives substances, and for each floor on which objects stand."""
@@ -135,7 +137,7 @@ class _SubstanceAndFloorWriter(SceneFactReader):
 
 
 class _ConventionWriter(SceneFactReader):
-    """Describes the conventions of a scene: facts that never change."""
+    """Describes the conventions of a household: facts that never change, such as the tool for a stain."""
 
     def write_household_convention_lines(self) -> Iterator[str]:
         """Yield a line of text for each rule of the world, such as the tool that removes a stain."""
@@ -189,14 +191,14 @@ class _ConventionWriter(SceneFactReader):
             does = f"; it {' and '.join(effects)}" if effects else ""
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
-    def _describe_products_of(self, whole: str) -> Iterator[str]:
-        halves = self._find_sources_of(p.part_of, whole)
+    def _describe_products_of(self, original: str) -> Iterator[str]:
+        halves = self._find_sources_of(p.part_of, original)
         if halves:
-            yield f"- SLICE makes {_join_names(halves)} of {whole}."
+            yield f"- SLICE makes {_join_names(halves)} of {original}."
         for predicate, words in _MADE_SENTENCES.items():
-            made = self._find_targets_of(predicate, whole)
+            made = self._find_targets_of(predicate, original)
             if made:
-                yield f"- {words.format(_join_names(made), whole)}"
+                yield f"- {words.format(_join_names(made), original)}"
 
     def _describe_recipe(self, recipe: str) -> str:
         vessels, sources = (

@@ -111,7 +111,7 @@ def join_lines_of_definition(text: str) -> str:
 
 
 def _select_modeled_abilities(parameters_by_ability: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    """Yield pairs: an ability of a kind of objects that the domain uses, and its parameters."""
+    """Yield each ability of a kind of objects that the domain uses, with the ability's parameters."""
     for name, parameters in parameters_by_ability.items():
         if name in _PLAIN_ABILITIES:
             yield name, True
@@ -132,10 +132,10 @@ def _select_modeled_abilities(parameters_by_ability: Mapping[str, Any]) -> Itera
 def _read_removal_methods_by_substance(
     tool_parameters: Mapping[str, Any],
 ) -> Mapping[str, RemovalMethod] | None:
-    """Return a mapping from substances to the way in which a kind of tool removes them.
+    """Return a mapping: substance -> method by which a kind of tool removes the substance.
 
-    Returns None if the annotations state no conditions. A few abstract kinds of tools have none, and remove
-    substances as a rag does.
+    Returns None if the annotations state no conditions for the tool. A few abstract kinds of tools have no
+    conditions: such a tool removes substances as a rag does.
     """
     if not tool_parameters:
         return None

@@ -165,7 +165,7 @@ class ObjectKinds:
         return None if temperature is None else float(temperature)
 
     def get_heat_source(self, synset: str, ability: str) -> _HeatSource | None:
-        """Return temperature and conditions of a kind of source of heat or cold, or None for other kinds."""
+        """Return temperature and conditions of use of a kind of heat or cold source; None for other kinds."""
         source = self._kinds.get(synset, {}).get(ability)
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 

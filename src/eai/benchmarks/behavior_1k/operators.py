@@ -93,7 +93,7 @@ def use_up(obj: Variable) -> tuple[Effect, ...]:
 
 
 def put_by_neighbour(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object where its neighbour is: on or in its support, or on the floor."""
+    """Return effects that put an object on or in its neighbour's support, or on its neighbour's floor."""
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
         Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(obj, C)),)),
@@ -251,9 +251,10 @@ def make_state_actions() -> Iterator[Operator]:
 
 
 def make_slice_action() -> Operator:
-    """Return the action SLICE: two halves replace an object. They take over its place, states and covers.
+    """Return the action SLICE, which replaces an object by two halves.
 
-    The action follows OmniGibson's primitive CUT and transition rule SlicingRule.
+    The halves get the place and the states of the object, and the substances that cover the object. The
+    action is modelled on OmniGibson's primitive CUT and transition rule SlicingRule.
     """
     halves = p.part_of(P, X)
     inherited = (
@@ -631,7 +632,10 @@ def make_ignite_action() -> Operator:
 
 
 def make_wait_action() -> Operator:
-    """Return the action WAIT: hours pass (after OmniGibson's object state temperature, which decays)."""
+    """Return the action WAIT: hours pass, and hot, frozen and wet objects lose these states.
+
+    The action is modelled on OmniGibson's object state temperature, which decays.
+    """
     kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
     effects = (
         ForEach(X, p.is_frozen(X) & ~kept_cold, (Delete(p.is_frozen(X)),)),
@@ -645,10 +649,10 @@ def make_wait_action() -> Operator:
 
 
 def add_common_checks(operator: Operator) -> Operator:
-    """Return a copy of an action that also moves the robot (decision D1 in `docs/behavior-1k.md`).
+    """Return a copy of an action that also checks its arguments, and moves the robot.
 
-    The robot goes to the action's last argument, unless the action moves the robot or releases an object.
-    The copy checks that arguments are solid objects.
+    The copy checks that arguments are solid objects. It moves the robot to the action's last argument, unless
+    the action itself moves the robot or releases an object (decision D1 in `docs/behavior-1k.md`).
     """
     checks, effects = (
         (*map(forbid_substance_or_recipe, operator.parameters), *operator.checks),

@@ -219,7 +219,7 @@ class _SceneMaker:
         return f"{stem}_{number}"
 
     def _add_substances_that_objects_give(self) -> None:
-        """Add facts that state which substances an object gives by its kind.
+        """Add facts that state which substances each object supplies because of its kind.
 
         Facts that the definition of the activity states are not added again.
         """
@@ -252,7 +252,7 @@ class _SceneMaker:
         )
 
     def _add_recipes_and_products(self, wanted_kinds: Sequence[str], present_kinds: set[str]) -> None:
-        """Add the recipes, intermediate products and products that make objects of the wanted kinds."""
+        """Add recipes for objects of the wanted kinds to the scene, with intermediate and final products."""
         makings = self._kinds.rules.production_methods
         pending, ways = list(wanted_kinds), dict[str, list[k.ProductionMethod]]()
         while pending:
@@ -501,7 +501,7 @@ SceneBuilder: TypeAlias = Callable[[str], tuple[_Activity, State]]
 
 
 def make_scene_builder(kinds: k.ObjectKinds, definitions: Mapping[str, str]) -> SceneBuilder:
-    """Return the function from the name of an activity to its definition and initial state.
+    """Return a function that maps the name of an activity to its definition and initial state.
 
     The returned function raises KeyError for an unknown name.
 

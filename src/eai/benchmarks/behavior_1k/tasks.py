@@ -195,7 +195,7 @@ class _SentenceWriter:
         self._english = english
 
     def name_term(self, term: f.Term, names: PhraseOfVariable) -> str:
-        """Return words for a variable or object: its phrase, ``the oven`` for the only oven, or its name."""
+        """Return words for a variable or object: from `names`, ``the oven`` if unique, or its name."""
         if term.name in names:
             return names[term.name]
         category = self._objects[term.name]
