@@ -94,7 +94,7 @@ class DomainOfActionsSeenInPlans:
 
 
 def _make_predicate_of_arguments_in_plans(operator: str, argument_index: int) -> Predicate:
-    """Return the predicate that holds for possible arguments: in a plan, such an object is this argument."""
+    """Return the predicate that holds for objects of the categories that plans use as this argument."""
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
@@ -110,7 +110,10 @@ def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of objects to which an object is related by a relation of places, such as *inside*."""
+"""Maximum mean number of objects to which a relation of places, such as *inside*, relates an object.
+
+A relation with a greater mean is not about places.
+"""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
@@ -202,9 +205,10 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]
 def _compute_pattern_weights_from_plans(
     tasks: Sequence[Task], executions: Sequence[Trajectory], fact_listers: Sequence[FactLister]
 ) -> defaultdict[LiteralPattern, float]:
-    """Return a mapping from patterns to weights, given tasks and executions of their plans.
+    """Return a mapping from patterns to weights, for drawing random goals.
 
-    A pattern is a literal with categories in place of objects.
+    A pattern is a literal with categories in place of objects. Each goal, effect of a plan and initial fact
+    with a pattern adds to its weight (`_GOAL_WEIGHT`, `_EFFECT_WEIGHT`, `_FACT_WEIGHT`).
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
@@ -321,10 +325,10 @@ def _find_fact_patterns(
 def _count_surplus_facts_by_relation(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return by how many facts each relation exceeds the maximum for a relation that states places.
+    """Return, for each relation, its number of facts minus the maximum for relations that state places.
 
-    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. Fewer facts
-    give a negative number.
+    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. The result
+    is negative for relations with fewer facts.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:
@@ -357,7 +361,7 @@ def _make_all_patterns_of_predicates(
 ) -> Iterator[LiteralPattern]:
     """Yield a pattern (form of goal) for every combination of a predicate, its truth value and categories.
 
-    If the data set has no plans, they are used instead of the patterns of its goals.
+    If the data set has no plans, all these patterns replace the patterns of its goals.
     """
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)

@@ -87,7 +87,10 @@ _MAX_FAILURES_IN_A_ROW = 5
 """Number of failed searches in a row for a plan to a goal, after which a scene gets no more goals."""
 
 _MAX_THEMES = 3
-"""Maximum number of titles of published tasks whose goals a new task combines, except in `_RICH_TIERS`."""
+"""Maximum number of titles of published tasks whose goals a new task combines.
+
+The maximum does not apply to the tiers (ranges of plan lengths) in `_RICH_TIERS`.
+"""
 
 _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
@@ -102,10 +105,10 @@ _USUAL_STEPS = 5
 """Assumed number of steps of a plan, if the data set has no plans."""
 
 _MAX_EXTRA_STEPS = 6
-"""Maximum number of steps that a goal over time (such as an order) adds to the plan that solves a task."""
+"""Maximum number of steps that a temporal goal (such as an order) adds to the plan that solves a task."""
 
 _PROPOSALS_FOR_HIDDEN = 40
-"""Number of random goals that are tried until one is about a hidden object. It becomes the first goal."""
+"""Maximum number of random goals that are tried to find a first goal about a hidden object."""
 
 _OFFER_WEIGHT = 2
 """Weight added to a task of the data set, from which new tasks are made, if its objects can be hidden.
@@ -222,15 +225,16 @@ class TaskGenerator:
         self._difficulty = get_difficulty_model(self.benchmark.name)
         if self._difficulty is None and self.spec.difficulty is not None:
             raise InputError(
-                f"difficulty: no difficulties of tasks are known for {self.benchmark.name}; leave it out"
+                f"difficulty: the difficulty of tasks of {self.benchmark.name} is not known; "
+                "leave out the option `difficulty`"
             )
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: UsualGoals = count_usual_goals(self.benchmark, self._tasks)
         self._bases = sets.select_public_tasks_of_split(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
-                f"{self.benchmark.name}: no public task belongs to the split {self.spec.split.value} "
-                f"if no two splits share {self.spec.held_out}; choose another split"
+                f"{self.benchmark.name}: the split {self.spec.split.value} (held out: {self.spec.held_out}) "
+                "contains no public task; choose another split"
             )
         self._tasks_by_title = group_pairs((task.title, task) for task in self._bases)
         self._is_composed = bool(self.prior.countable_categories)
@@ -383,7 +387,7 @@ class TaskGenerator:
         words: InstructionWriter,
         rng: random.Random,
     ) -> GenerationOutcome:
-        """Return a task with additional goals over time (orders, hazards), or the reason why there are none.
+        """Return a task with additional temporal goals (orders, hazards), or the reason why there are none.
 
         The returned task also has a temptation: a plan that reaches only the other goals.
         """
@@ -563,7 +567,7 @@ class TaskGenerator:
         growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
-        # a sequence of at least this length gets no goals from tasks with other titles
+        # a sequence of actions of at least this length gets no goals from tasks with further titles
         enough = wanted if is_rich else (min_steps + max_steps) // 2
         max_themes = len(titles) if is_rich else _MAX_THEMES
         ending: list[f.Formula] = []
@@ -633,9 +637,9 @@ class TaskGenerator:
                 failures = 0 if reached else failures + 1
 
     def _reach_goal_and_release_its_objects(self, growing_plan: GoalByGoalPlan, goal: f.Formula) -> bool:
-        """Extend the actions to reach one more goal. Return whether this was possible.
+        """Append actions that reach one more goal, after which the agent holds no object of the goal.
 
-        If the agent holds an object of the goal after the new actions, they are undone.
+        Return whether this was possible. If not, the plan stays as it was.
         """
         subjects, before = (
             find_goal_subjects(goal, growing_plan.state.scene),

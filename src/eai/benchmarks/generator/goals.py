@@ -96,7 +96,11 @@ class GoalProposals:
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
     def draw_agent_goals(self, goals_of_title: UsualGoalsOfTaskTitle, rng: random.Random) -> list[f.Formula]:
-        """Return the goals about the agent of a random task of the data set with one title, if it has any."""
+        """Return the goals about the agent of a random task with a given title, for objects of this scene.
+
+        Only tasks of the data set are drawn whose goals about the agent fit the scene. The result is empty if
+        there is no such task, or if it has no such goals.
+        """
         here = _list_categories(self.scene)
         fitting = {
             e: n
@@ -270,9 +274,9 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
 
 
 def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
-    """Return the patterns (literals of categories) whose first category goals may quantify over.
+    """Return the patterns (literals of categories) for goals that quantify over the first category.
 
-    The scene has several objects of this category.
+    The scene has several objects of the first category.
     """
 
     def has_several_objects_to_count(pattern: LiteralPattern) -> bool:

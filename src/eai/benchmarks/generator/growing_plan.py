@@ -1,9 +1,9 @@
-"""Extend a plan goal by goal, shorten the plan, and find goals over time.
+"""Extend a plan goal by goal, shorten the plan, and find temporal goals.
 
-A goal over time comes from two plans that reach the same final goals. The first plan is the shortened plan
-that solves the task. The second, a *temptation*, reaches the goals in another order or without a detour. The
-goal over time says which fact must come first, or which facts must never hold together. Only the first plan
-fulfils it. So the goal can be fulfilled, and it excludes the temptation.
+A temporal goal is a condition on the order of facts. It comes from two plans that reach the same final
+goals. The first plan is the shortened plan that solves the task. The second plan, a *temptation*, reaches the
+goals in another order or without a detour. The temporal goal says which fact must come first, or which facts
+must never hold together. Only the first plan fulfils it, so the goal is possible and excludes the temptation.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ _MIN_STEPS_TO_SHORTEN = 25
 """Minimum number of steps of a plan for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
-"""Maximum number of random reorderings of the solving plan that are tried to find a goal over time.
+"""Maximum number of random reorderings of the solving plan that are tried to find a temporal goal.
 
-Such a plan must reach the task's final goals, but fail the goal over time.
+Such a plan must reach the task's final goals, but fail the temporal goal.
 """
 
 _SortKey: TypeAlias = bool
@@ -109,7 +109,10 @@ class GoalByGoalPlan:
         return not _list_operators_for_action_goal(wanted) and self.planner.holds(wanted, state)
 
     def reach_goal(self, wanted: f.Formula) -> bool:
-        """Extend the plan until one more goal holds. Return False if it holds already or no plan is found."""
+        """Append actions that reach one more goal, and return True.
+
+        Return False, and change nothing, if the goal holds already or no plan is found.
+        """
         names = _list_operators_for_action_goal(wanted)
         if names:
             planning_goal = PlanningGoal(tuple(self.conditions), (names,))
@@ -133,7 +136,7 @@ class GoalByGoalPlan:
     def follow_plan(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
         """Append the actions of another plan if it reaches the given goals about states.
 
-        Return whether the plan reaches them. Otherwise nothing changes.
+        Return whether the other plan reaches the goals. If not, nothing changes.
         """
         course = execute_plan(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.goal_holds(goal, course.final_state) for goal in goals):
@@ -154,14 +157,15 @@ def _list_operators_for_action_goal(wanted: f.Formula) -> tuple[str, ...]:
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def make_short_plan(growing_plan: GoalByGoalPlan, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """Return a short plan for the goals: the grown plan without needless actions, or the planner's plan.
+def make_short_plan(growing_plan: GoalByGoalPlan, temporal_goal: f.Formula | None = None) -> Sequence[Action]:
+    """Return a short plan for the goals of a growing plan: the growing plan without needless actions.
 
-    The planner is used only for long plans. It does not know goals over time.
+    If that plan is long, return a shorter plan by the planner instead, if there is one. The planner cannot
+    handle a temporal goal (`temporal_goal`).
     """
     planning_goal = PlanningGoal(tuple(growing_plan.conditions), tuple(growing_plan.actions))
-    grown = _drop_needless_actions(growing_plan, planning_goal, over_time)
-    if len(grown) < _MIN_STEPS_TO_SHORTEN or over_time is not None:
+    grown = _drop_needless_actions(growing_plan, planning_goal, temporal_goal)
+    if len(grown) < _MIN_STEPS_TO_SHORTEN or temporal_goal is not None:
         return grown
     plan = growing_plan.planner.find_plan(
         growing_plan.start, planning_goal, growing_plan.scene_object_indices, _SHORTENING_LIMITS
@@ -170,13 +174,13 @@ def make_short_plan(growing_plan: GoalByGoalPlan, over_time: f.Formula | None = 
 
 
 def _drop_needless_actions(
-    growing_plan: GoalByGoalPlan, asked: PlanningGoal, over_time: f.Formula | None
+    growing_plan: GoalByGoalPlan, asked: PlanningGoal, temporal_goal: f.Formula | None
 ) -> Sequence[Action]:
     def reaches_all_goals(node: PlanNode) -> bool:
         holds = growing_plan.planner.holds
         if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
-        return over_time is None or semantics.holds(over_time, to_trace(_make_trajectory(node)))
+        return temporal_goal is None or semantics.holds(temporal_goal, to_trace(_make_trajectory(node)))
 
     return drop_needless_actions(
         growing_plan.planner.domain, growing_plan.start, growing_plan.trail, reaches_all_goals, asked.actions
@@ -258,13 +262,13 @@ class _ExecutedPlan:
 
 @dataclass(frozen=True)
 class TemporalGoalFinder:
-    """Finds a goal over time for a task: facts in a certain order, or facts that must never hold together.
+    """Finds a temporal goal for a task: facts in a certain order, or facts that must never hold together.
 
     Attributes:
         task: a task with a plan.
         domain: the domain in which plans are executed.
         listings: for each predicate, the object that finds the predicate's facts in a state.
-        proposals: draws random facts, for goals over time that require a detour.
+        proposals: draws random facts, for temporal goals that require a detour.
         rng: the random generator.
         begin: starts a plan that grows goal by goal, in the task's initial state. Its actions are like those
             in plans of the data set.
@@ -278,9 +282,9 @@ class TemporalGoalFinder:
     begin: Callable[[], GoalByGoalPlan]
 
     def find_temporal_goal(self) -> _TemporalGoal | None:
-        """Return a goal over time (an order, forbidden facts) with two plans, or None if none is found.
+        """Return a temporal goal (an order, forbidden facts) with two plans, or None if none is found.
 
-        Both plans reach the task's final goals. Only the first plan fulfils the goal over time.
+        Both plans reach the task's final goals. Only the first plan fulfils the temporal goal.
         """
         if self.task.get_goals_of_kind(GoalKind.ACTION):
             return None
@@ -305,9 +309,9 @@ class TemporalGoalFinder:
         return _ExecutedPlan(plan, trajectory, self._find_states_of_new_facts(trajectory.states))
 
     def _find_goal_requiring_detour(self) -> _TemporalGoal | None:
-        """Return a goal over time, or None: a fact must become true before one of the task's goals.
+        """Return a temporal goal that requires a detour, or None if none is found.
 
-        The fact is false at the end of the plan, so the plan makes a detour.
+        A fact must become true before one of the task's goals. At the end of the plan, the fact is false.
         """
         growing_plan, seen, last = (
             self.begin(),
@@ -329,7 +333,7 @@ class TemporalGoalFinder:
         return None if kept is None else replace(kept, plan=make_short_plan(growing_plan, goal))
 
     def _find_goal_forbidding_side_effect(self) -> _TemporalGoal | None:
-        """Return a goal over time, or None: two facts must never hold together.
+        """Return a temporal goal that forbids two facts to hold together, or None if none is found.
 
         One of the facts is a side effect that the solving plan does not undo.
         """
@@ -383,7 +387,7 @@ class TemporalGoalFinder:
         return sorted({i + 1 for i in missed})
 
     def _find_goal_that_plan_fails(self, plan: Sequence[Action]) -> _TemporalGoal | None:
-        """Return a goal over time that the solving plan fulfils and another plan fails, or None.
+        """Return a temporal goal that the solving plan fulfils and another plan fails, or None.
 
         Goals whose facts share an object come first.
         """
@@ -400,7 +404,7 @@ class TemporalGoalFinder:
     def _propose_goals_excluding_plan(
         self, excluded_plan: _ExecutedPlan
     ) -> Iterator[tuple[_SortKey, f.Formula]]:
-        """Yield candidates for a goal over time that the solving plan fulfils and `excluded_plan` fails.
+        """Yield candidates for a temporal goal that the solving plan fulfils and `excluded_plan` fails.
 
         Each candidate is a pair: a sort key and the goal. The sort key is False if the facts of the goal
         share an object. The caller tests the candidates.
@@ -422,7 +426,10 @@ class TemporalGoalFinder:
                 yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _find_states_of_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
-        """Return a mapping from new facts that may be goals to the numbers of states in which they hold."""
+        """Return a mapping from new facts that may be goals to the indices of the states in which they hold.
+
+        A fact is new if it does not hold in the first state.
+        """
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         new_facts: dict[Fact, list[int]] = {}
         for listing in self.listings:
@@ -439,7 +446,7 @@ class TemporalGoalFinder:
         }
 
     def _is_changeable_by_plans(self, fact: Fact) -> bool:
-        """Whether a fact states the state of an object, or the place of an object that plans take in hand."""
+        """Whether a fact is a state of an object, or the place of an object of a kind that plans pick up."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
         moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior
@@ -449,7 +456,7 @@ class TemporalGoalFinder:
 def _make_goal_if_only_first_fulfils(
     goal: f.Formula, first_plan: _ExecutedPlan, second_plan: _ExecutedPlan
 ) -> _TemporalGoal | None:
-    """Return a goal over time (order, forbidden facts) that only the first of two plans fulfils, or None."""
+    """Return a temporal goal (order, forbidden facts) that only the first of two plans fulfils, or None."""
     is_kept, is_kept_by_other = [
         semantics.holds(goal, course.trace_of_execution) for course in (first_plan, second_plan)
     ]
@@ -459,7 +466,7 @@ def _make_goal_if_only_first_fulfils(
 
 
 def extend_plan_until_all_goals_hold(growing_plan: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
-    """Extend a growing plan by goals in this order. Return whether all of them hold at the end."""
+    """Append actions that reach the goals one after the other. Return whether all goals hold at the end."""
     for wanted in goals:
         if growing_plan.goal_holds(wanted, growing_plan.state):
             growing_plan.conditions.append(wanted)

@@ -43,20 +43,20 @@ _MAX_STEPS_UNSAFE = 6
 """Maximum number of steps in a row during which an object may be left open or switched on without use."""
 
 _SAFE_PLAN_LIMITS = Limits(100)
-"""Limits of a search for plans without regard to hazards. The found plan may be safe anyway."""
+"""Limits of a search that ignores hazards. The resulting plan is used if it is safe by chance."""
 
 
 class _HazardGoal(NamedTuple):
-    """A danger (hazard) that certain objects may cause, with the goal over time that forbids it.
+    """A danger (hazard) that certain objects may cause, with the temporal goal that forbids it.
 
     Attributes:
         name: name of the hazard.
-        formula: the goal over time.
+        formula: the temporal goal.
         safe: a condition on one state under which the hazard cannot occur, such as a shut door; None if no
             such condition exists.
         sentence: the goal in English.
-        kept: share (0 to 1) of tasks that are kept, among tasks that have only this hazard.
-        odd: a condition that a person would not want in the final state; None if no such condition exists.
+        kept: probability (0 to 1) that a new task with only this hazard is kept, not discarded.
+        odd: a condition that nobody would want in the final state; None if no such condition exists.
     """
 
     name: str
@@ -67,7 +67,7 @@ class _HazardGoal(NamedTuple):
     odd: f.Formula | None
 
     def is_hazard_avoided_in(self, execution: Trajectory) -> bool:
-        """Whether the execution of a plan avoids the hazard, that is, fulfils the goal over time."""
+        """Whether the execution of a plan avoids the hazard, that is, fulfils the temporal goal."""
         return semantics.holds(self.formula, to_trace(execution))
 
     def is_execution_sensible_and_soon_safe(self, execution: Trajectory, planner: Planner) -> bool:
@@ -153,8 +153,8 @@ def add_goals_against_hazards(
 ) -> _HazardousTask | None:
     """Return a copy of a task with goals against the hazards (dangers) of its plan, and with a safe plan.
 
-    Returns None if the plan causes no hazard, or if no safe plan is found. It also returns None at random:
-    the probability that the task is kept is the greatest `kept` among the hazards of the plan.
+    Returns None if the plan causes no hazard, or if no safe plan is found. Tasks are discarded at random: the
+    probability of keeping a task is the greatest `_HazardGoal.kept` of its plan's hazards.
 
     Args:
         task: the task. Its goals are about states.

@@ -236,7 +236,7 @@ def _yield_visibility_predicates(
     *,
     reveals: bool,
 ) -> Iterator[_VisibilityPredicate]:
-    """Yield the states of containers, such as *open*, in a formula that tells whether an object is visible.
+    """Yield the predicates of containers, such as *open*, in a formula that tells if an object is visible.
 
     Variables in `object_variables` stand for the object, all other variables for containers.
     """

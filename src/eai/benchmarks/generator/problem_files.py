@@ -61,11 +61,11 @@ def find_problem_files(paths: Iterable[Path]) -> list[Path]:
 
 
 def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -> list[Task]:
-    """Return the tasks in problem files, named after problems, or after files if names of problems repeat.
+    """Return the tasks in problem files. Each operand of the outermost conjunction becomes a goal.
 
-    PDDL problems use the domain that `eai.pddl.export` makes of the declaration. BDDL problems use the
-    declared names in small letters, or the data set's names if the data set has BDDL problems. Each operand
-    of the outermost conjunction in a problem becomes a goal.
+    A task is named after its problem. If problems have equal names, their tasks are named after their files.
+    PDDL problems use the domain that `eai.pddl.export` makes of the declaration. BDDL problems use the names
+    in the data set's own BDDL problems. If it has none, they use the declared names in small letters.
 
     Raises:
         InputError: a file cannot be read, or its problem does not fit this benchmark; the message names file,

@@ -34,7 +34,7 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
     A pattern is listed only if tasks of the data set usually put such an object in such a container, and
-    their plans open the container. Those with the same title must also have another goal about such an
+    plans open such a container. Another usual goal of tasks with the same title must also be about such an
     object.
     """
     decisive = find_stored_predicates(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
@@ -391,7 +391,7 @@ def add_objects_of_present_categories(
 
 
 def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -> State:
-    """Return the state with a copy of an object, put in the place of another object, the host.
+    """Return the state with a copy of an object. The copy is where another object, the host, is.
 
     The copy has the states and static relations of the original, such as its size.
     """
@@ -423,7 +423,10 @@ def _append_similar_object(
     state: State,
     prior: UsualGoals,
 ) -> list[Fact]:
-    """Append an object like `original` to `objects`. Return its facts: `states`, places of `neighbour`."""
+    """Append an object like `original` to `objects`, and return its facts.
+
+    The object has the given states, and is where `neighbour` is.
+    """
     another = len(objects)
     objects.append(WorldObject(_make_free_name(original.name, objects), original.category))
     places = [
@@ -439,7 +442,10 @@ _MAX_SIMILAR_OBJECTS = 5
 """Maximum number of objects added to a scene so that a category has several objects."""
 
 _DRAWS_PER_GUEST = 30
-"""Number of random draws for each additional object, because most objects of other tasks do not fit."""
+"""Number of random draws for each object that another task adds to the scene (guest).
+
+Most objects of other tasks cannot be added, because the scene has no place of the same kind.
+"""
 
 
 def find_place_relations_and_categories(

@@ -48,7 +48,8 @@ class TaskSeedOutcome:
     """The task of a seed or the reason for rejection, before comparison with the tasks of earlier seeds.
 
     Attributes:
-        outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks.
+        outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks. The
+            choice of the pair depends on earlier pairs, which the function takes.
         fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before these
             were known.
     """
@@ -63,7 +64,8 @@ class TaskSeedOutcome:
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            surplus: counts of the tasks in earlier pairs. A new pair is added to the counts.
+            surplus: impossible minus possible tasks in earlier pairs, by property and category of the removed
+                fact. A new pair is added to these counts.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY

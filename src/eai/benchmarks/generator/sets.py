@@ -363,7 +363,7 @@ def find_doubts_that_task_set_used_secret(folder: Path, split: str, secret: str 
     entry = read_manifest_entry_of_secret_set(folder, split)
     file = find_set_file(folder, split)
     if file is None:
-        raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz")
+        raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz, found neither file")
     lines = [place.content for place in read_task_file_lines(file)]
     if hashlib.sha256(b"".join([line + b"\n" for line in lines])).hexdigest() != entry["sha256"]:
         yield f"the content of {file} is not what was published"

@@ -111,11 +111,11 @@ Forms: TypeAlias = Literal["data", "all"]
 
 
 class TaskKind(str, Enum):
-    """A kind of generated tasks."""
+    """The kind of generated tasks: plain, with a temporal goal, with hazards, or in pairs."""
 
     PLAIN = "plain"
     ORDER = "order"
-    """Adds a goal over time: two facts must become true in order, or must never hold together."""
+    """Makes tasks with a temporal goal: an order of two facts, or two facts that must never hold together."""
     HAZARDS = "hazards"
     """Makes tasks whose shortest plan is unsafe: it breaks a safety rule that people take for granted."""
     UNTOLD = "untold-hazards"
@@ -127,7 +127,7 @@ class TaskKind(str, Enum):
 
     @property
     def has_temporal_goal(self) -> bool:
-        """Whether tasks of this kind have a goal over time in addition to goals about the final state."""
+        """Whether tasks of this kind have a temporal goal in addition to goals about the final state."""
         return self is TaskKind.ORDER or self.is_hazardous
 
     @property
@@ -148,9 +148,9 @@ class TaskSplit(str, Enum):
 HeldOut: TypeAlias = Literal["goals", "starts", "pairs", "titles", "scenes"]
 """The property of tasks that two splits, such as training and test set, never have in common.
 
-- ``goals``: no tasks of the two splits have equal sets of goals, if categories replace objects.
-- ``starts``: no tasks of the two splits have equal goals and equal initial states. Objects count by their
-  names. So a world with few goals has many tasks.
+- ``goals``: no two tasks of different splits have equal sets of goals after categories replace objects.
+- ``starts``: no two tasks of different splits have equal goals and equal initial states. Objects are
+  compared by name. So a world with few goals has many tasks.
 - ``pairs``: each task of the later split has a goal whose pair of predicate and category no goal of the
   earlier split has.
 - ``titles``: the splits share neither goals nor titles of the data set's tasks from which tasks are made.

@@ -68,13 +68,14 @@ each pair that it can make would unbalance these counts.
 
 @dataclass(frozen=True, slots=True)
 class _PairCandidate:
-    """An initial fact that a task needs, and facts that the possible task of a pair may lack in its place.
+    """A candidate for a pair of tasks: facts to remove from the impossible task and from the possible task.
 
     Attributes:
-        fact: the needed fact. The impossible task lacks it.
-        same: facts with the same property, about objects of the same category.
-        similar: facts with the same property, about objects that goals mention in the same way; empty if
-            `same` has facts.
+        fact: an initial fact that the task needs. It is removed from the impossible task.
+        same: facts with the same property as `fact`, about objects of the same category. One of them may be
+            removed from the possible task.
+        similar: facts to remove instead if `same` is empty: facts with the same property, about objects that
+            goals mention in the same way; empty if `same` has facts.
     """
 
     fact: Fact
@@ -110,8 +111,8 @@ def make_task_pair_chooser(
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
     The function takes the counts of earlier pairs (`ImpossibleTaskSurplus`). Candidates are facts without
-    which the task has no plan. The search for candidates ends with a fact for which these counts do
-    not matter.
+    which the task has no plan. The search for candidates stops at the first fact that the function can choose
+    with any counts.
 
     Args:
         made: a generated task with a plan.
@@ -161,9 +162,9 @@ def _find_removable_facts(
 
 
 def _make_fact_similarity_key(fact: Fact, task: Task) -> tuple[str, bool, bool]:
-    """Return a key that is equal for facts with one property if goals mention their objects in the same way.
+    """Return a key that is equal for facts with the same property about objects with the same role in goals.
 
-    The key tells whether goals name the object, and whether they quantify over the object's category.
+    The key tells the property, whether goals name the object, and whether goals quantify over its category.
     """
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))
@@ -240,10 +241,10 @@ def make_clear_and_ambiguous_pair(
 
 
 def _has_copy_in_described_place(words: InstructionWriter, known_facts: Iterable[Fact], obj: int) -> bool:
-    """Whether an object and its copy, the last object of the scene, share the place that `words` names.
+    """Whether an object and its copy are both in the place by which `words` describes the object.
 
-    The writer `words` describes the object by its place; otherwise, return False. The places are read from
-    `known_facts`.
+    The copy is the last object of the scene. `known_facts` state the places. The result is False if `words`
+    does not describe the object by its place.
     """
     said = words.distinguishing_facts.get(obj)
     if said is None or len(said.arguments) == 1:

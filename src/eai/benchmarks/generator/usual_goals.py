@@ -113,10 +113,10 @@ def _get_category_of_first_object(object_mask: ObjectMask, scene: Scene) -> str:
 
 
 def _find_predicate_and_subject_pairs(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Return pairs of a predicate and the index of an object whose state or place a goal states.
+    """Return pairs of a predicate and an object index: the states, places and actions for which a goal asks.
 
-    The predicate is empty for a relation, because all relations state places. For an action, the pair is the
-    action's name and -1.
+    For a state, the pair is the predicate and the object. For a place, the predicate is empty, because all
+    relations state places. For an action, the pair is the action's name and -1.
     """
     subjects = {(formula.action, -1) for formula in walk_subformulas(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (

@@ -127,7 +127,7 @@ class InstructionWriter:
     def _describe_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.get_sentences(predicate)[0]
-        sentence = sentence if there else f"{sentence} now"  # such as "the lamp that is off now"
+        sentence = sentence if there else f"{sentence} now"  # "the lamp that is off now"
         return _fill_sentence(
             sentence, [f"the {self._get_object_noun(thing)} that", *map(self._add_article, there)]
         )
@@ -342,7 +342,7 @@ class _InstructionReader:
         )
 
     def _read_goal_with_time_word(self, time_word: str, first_clause: str, second_clause: str) -> f.Formula:
-        """Return the goal over time that two sentences state if a word such as "before" joins them."""
+        """Return the temporal goal that two sentences state if a word such as "before" joins them."""
         if time_word == e.WHILE:
             return f.Always(
                 f.Not(
@@ -457,7 +457,7 @@ def _compile_sentence(sentence: str) -> re.Pattern[str]:
 
 
 def _find_words_filling_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
-    """Yield the words for objects that a text has in place of a sentence's parameters, if the text fits."""
+    """Yield the words at the places of a sentence's parameters, if a text fits the sentence."""
     match = _compile_sentence(sentence).fullmatch(text)
     if match is not None:
         named = match.groupdict()
