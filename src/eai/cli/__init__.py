@@ -274,7 +274,7 @@ def eai(
 ) -> None:
     """Measure, diagnose and train language models for embodied decision making.
 
-    Start: eai demo   (no key, no network but for the data set)
+    Start: eai demo   (needs no key; needs a network only to download the data set)
     """
 
 

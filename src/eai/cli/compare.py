@@ -165,11 +165,11 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
 
 
 def _name_suites_with_equal_tasks_equally(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs by suite, with equal names for suites that have equal tasks, so that they are compared.
+    """Return the runs by suite. Suites with equal tasks get one name, so that their runs are compared.
 
     A variant of a benchmark has the benchmark's tasks with other prompts. Its suites are named after the
     benchmark, unless two runs would then have equal names. Some abilities have tasks of their own, equal for
-    all benchmarks. Suites of these abilities are named without a benchmark.
+    all benchmarks. The names of such suites have no benchmark.
     """
     places = {}
     for place, run in runs.items():

@@ -35,7 +35,7 @@ BUILT_IN_ALONE = (
 
 
 class _ConsoleEscapingControls(Console):
-    """A console that escapes control characters in texts, so that only styles control the terminal."""
+    """A console that escapes control characters in printed texts, so that no text controls the terminal."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         """Return the pieces of styled text to print, with control characters in them replaced."""
@@ -129,9 +129,9 @@ def print_findings_and_exit(findings: Sequence[DataMistake], message_if_none: st
 
 
 def drop_abilities_run_only_by_name(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
-    """Return abilities without those that a benchmark asks only if the user names them with ``--ability``.
+    """Drop the abilities that the benchmark runs only if ``--ability`` names them; return the others.
 
-    A note is printed for each ability that is left out.
+    A note is printed for each dropped ability.
     """
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:

@@ -504,10 +504,12 @@ def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
 
 
 def _select_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
-    """Return the scored answers to a task, given by its id, the beginning of its id, or words of its title.
+    """Return the records (scored answers) of the task with a given id, id prefix, or part of its title.
+
+    The first of the three comparisons that matches a record counts.
 
     Raises:
-        InputError: No record matches.
+        InputError: no record matches the text.
     """
     words = task.casefold()
     for matches in (

@@ -117,7 +117,7 @@ def export_prompts(
             write_prompts(library, find_benchmark(domain[0]), ability[0], out, chosen, goals, as_json=as_json)
         return
     if folder or tasks or sample or goals:
-        raise InputError(f"--out {out}: only FILE.json and FILE.html can have one of {_OF_LISTS}")
+        raise InputError(f"--out {out}: {_OF_LISTS} only work with --out FILE.json or FILE.html")
 
     def generate_prompt_rows() -> Iterator[TrainingRow]:
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
@@ -285,7 +285,7 @@ def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:
 
 
 def _write_data_set(rows: Iterable[TrainingRow], out: Path, file_format: _Format) -> int:
-    """Write a data set. Its file or folder does not exist before it is complete."""
+    """Write a data set, and return its number of rows. No file exists before all of them are complete."""
     made = list(rows)
     if file_format == "jsonl":
         write_files_atomically({out: _format_json_lines(made)})

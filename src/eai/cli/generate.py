@@ -199,7 +199,7 @@ def generate_tasks(
     sets.write_manifest(out, split.value, entry, overlap)
     estimate = sets.estimate_number_of_tasks(fingerprints_with_copies)
     if stopped is not None:
-        kept = f"{format_count(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
+        kept = f"{format_count(len(made), 'task')} written to {file}, as with --n {len(made)}"
         raise type(stopped)(f"{stopped}; {kept}; {_describe_estimated_task_count(estimate)}")
     if not as_json:
         _print_task_statistics(
@@ -283,7 +283,7 @@ def _add_reference_plans_to_task_and_pair(made: GeneratedTask, benchmark: Benchm
 def _write_lines_of_task_and_pair(
     made: GeneratedTask, benchmark_name: str, benchmark: Benchmark
 ) -> list[str]:
-    """Return the line of a generated task in a task file. A pair of tasks has two, sorted by task id."""
+    """Return the lines of a task file for a generated task: one line, or for a pair two, by task id."""
     completed = _add_reference_plans_to_task_and_pair(made, benchmark)
     pair = [one for one in (completed, completed.paired) if one is not None]
     return [

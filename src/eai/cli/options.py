@@ -136,10 +136,10 @@ def open_data_source(
 
 
 def open_planner_limits(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerLimits:
-    """Return the user's limits of planners for a command.
+    """Return the time and memory limits of planners that the user chose for a command.
 
-    The processes of the command limit the planner calls at a time by lock files in a temporary folder. The
-    folder is removed when the command ends.
+    The limits include a temporary folder, which is removed when the command ends. Lock files in this folder
+    limit the number of planners that the processes of the command run at a time.
     """
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
     return PlannerLimits(seconds, memory_mib, Path(folder))

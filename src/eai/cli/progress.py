@@ -34,10 +34,10 @@ LINES = 10
 """Number of equal parts of some work. Without a terminal, a progress line is due after each part."""
 
 FIRST_ESTIMATE = 100
-"""Maximum number of parts to finish before, without a terminal, a progress line shows the time left."""
+"""Without a terminal, a progress line with the time left is due after this number of finished parts."""
 
 BESIDE_THE_TITLE = 42
-"""Characters that a progress line needs beside its title: for bar, count, rate and time left."""
+"""Width of a progress line without its title, in characters: bar, count, rate and time left."""
 
 _UNKNOWN_TIME = "-:--:--"
 """Text of a progress bar in place of the time left, before a part is finished."""
@@ -45,17 +45,23 @@ _UNKNOWN_TIME = "-:--:--"
 P = ParamSpec("P")
 
 BESIDE_A_MAKER = 20
-"""Further characters that a progress line of `eai generate` needs, for the number of refused tasks."""
+"""Width of the number of refused tasks in a progress line of `eai generate`, in characters."""
 
 MakingCallback: TypeAlias = Callable[[int, int], None]
-"""Function that is called with the number of tasks generated, and of generated tasks that were refused."""
+"""Function that is called with two numbers: of generated tasks, and of generated tasks that were refused."""
 
 
 class _WorkProgressCallback(Protocol):
-    """Function that is called with the numbers of finished parts and of all parts of some local work."""
+    """Function that shows how much of some local work, such as scoring, is finished."""
 
     def __call__(self, done: int, total: int, refused: int | None = None) -> None:
-        """Show the numbers of finished parts, of all parts and, unless None, of refused attempts."""
+        """Show how much of the work is finished.
+
+        Args:
+            done: number of finished parts of the work, such as scored answers.
+            total: number of all parts.
+            refused: number of generated tasks that were refused; None for work that refuses none.
+        """
 
 
 def make_command_print_how_to_resume(command: Callable[P, None]) -> Callable[P, None]:
@@ -154,13 +160,13 @@ def show_making_progress(title: str, total: int, *, quiet: bool) -> Iterator[Mak
 class _WorkProgress:
     """Progress of local work under one title, or under several titles one after the other.
 
-    The time left follows from the mean pace since the object was made.
+    The time left is estimated from the mean speed since this object was created.
 
     Args:
         first: minimum seconds before the first line, without a terminal.
-        unit: unit of the parts, after their number.
-        beside: characters that a progress bar needs beside its title.
-        kept: number of parts that were finished before; they take no time.
+        unit: text after the numbers of parts, such as `` MB``.
+        beside: width of a progress bar without its title, in characters.
+        kept: number of parts that an interrupted command finished; they do not count in the mean speed.
     """
 
     def __init__(
@@ -232,7 +238,7 @@ class _RunProgressInWords:
         self.done = self.failed = self.total = self._tokens = 0
 
     def update(self, answered: int, failed: int, total: int, tokens: int) -> None:
-        """Set the numbers of tasks, and of output tokens in this run."""
+        """Set the numbers of answered, failed and all tasks, and of output tokens in this run."""
         done = answered + failed
         if done != self.done:
             self._changed = time.monotonic()
@@ -317,9 +323,9 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
 
 
 class _RateLimitedLinePrinter:
-    """Lines for each tenth and for the first hundred parts of some work, and a line after a long silence.
+    """Prints a progress line after each tenth of the work, and after the first `FIRST_ESTIMATE` parts.
 
-    There is a minimum time between lines.
+    Lines are at least `PATIENCE` seconds apart. A line is also printed after `LONGEST_SILENCE` seconds.
 
     Args:
         console: where the lines are printed.

@@ -262,7 +262,7 @@ def _make_stage_that_asks_goals_or_scenes(
 ) -> StageBeforeQuestions | None:
     """Return the first part of a run, in which a model interprets goals or perceives scenes.
 
-    Return None if the run asks its questions at once.
+    Return None if the run has no such part.
     """
     wanted: dict[str, set[str]] = {}
     for suite, asked in suites_and_prompts:

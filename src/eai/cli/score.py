@@ -275,7 +275,7 @@ def _print_note_on_unknown_tasks(jobs: Sequence[_ScoringJob]) -> None:
 
 
 def _find_records_of_interrupted_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
-    """Return the job with the file of records that an interrupted command has kept, and their number."""
+    """Return the job with the file and the number of records that an interrupted command has kept."""
     if job.out is None:
         return job
     suite, source = job.suite, job.suite.source
@@ -366,9 +366,10 @@ def _write_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
 
 
 def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scoring) -> Iterable[RecordBatch]:
-    """Return the records of all answers in batches, without the records that an interrupted command kept.
+    """Score the answers, and return their records in batches.
 
-    If tasks have several answers whose mean counts, each task has one record with the means of its metrics.
+    Records that an interrupted command kept are left out. If tasks have several answers whose mean counts,
+    each task has one record with the means of its metrics.
     """
     if job.kept == job.record_count:
         return ()
@@ -454,7 +455,10 @@ def _print_note_on_replaced_records(file: Path, job: _ScoringJob) -> None:
 
 
 def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_ScoringJob]:
-    """Return the answers to one ability in a benchmark. With several files, each model gets a folder."""
+    """Return a scoring job for each file with answers to a suite (one ability in a benchmark).
+
+    If there are several files, the results of each model get a folder.
+    """
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
     jobs = [_read_answers(file, suite, out) for file in files]
     _require_different_models([job.answers.model for job in jobs])
@@ -471,10 +475,12 @@ def _find_answers_by_path(
     source: Source,
     out: Path | None,
 ) -> list[_ScoringJob]:
-    """Yield the answers in files whose paths name their suites, of one benchmark or ability if given.
+    """Return a scoring job for each file whose path names its suite (one ability in a benchmark).
+
+    Files of another benchmark or ability than the given one are left out.
 
     Raises:
-        InputError: No file names a suite, or two files have the same model and suite.
+        InputError: no path has the name of a suite, or two files have the same model and suite.
     """
     own = find_benchmarks_of_runs(paths)
     named = None
@@ -500,8 +506,9 @@ def _find_answers_by_path(
 
 
 def _read_answers(file: Path, suite: Suite, out: Path | None) -> _ScoringJob:
-    """Read the answers in a file, and the options of studies (variations of questions) in an Inspect log.
+    """Return the job of scoring the answers in a file.
 
+    From an Inspect log, the options of studies (variations of questions) are read, too.
     Inspect is imported only for logs.
     """
     if file.suffix != LOG_SUFFIX:
