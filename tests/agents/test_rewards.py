@@ -101,7 +101,8 @@ def test_an_output_of_another_form_is_an_error_of_the_trainer(completion: Any, m
     ],
 )
 def test_a_batch_with_unequal_lengths_names_them(pay: Callable[[], object], lengths: str) -> None:
-    with pytest.raises(ValueError, match=f"^expected a value for each answer, found {lengths}$"):
+    message = f"^expected lists with one item for each answer, so of equal length; found {lengths}$"
+    with pytest.raises(ValueError, match=message):
         pay()
 
 

@@ -133,7 +133,7 @@ class Scoring(WorkerPool):
         )
 
     def compute_rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
-        """Yield the reward of each answer, in order; None for a task that pays no reward.
+        """Yield the reward of each answer, in order; None if the task has no reward (`Grade.value`).
 
         Args:
             reward: the reward function of a suite.
@@ -293,7 +293,7 @@ def score_run(
     unanswered: Mapping[str, str],
     settings: ScoringOptions,
 ) -> list[Record]:
-    """Return the records that `generate_run_records` yields."""
+    """Score answers to a suite, and return their records in a list. See `generate_run_records`."""
     return list(generate_run_records(suite, answers, unanswered, settings))
 
 

@@ -81,7 +81,7 @@ class _RateWithErrorBySamplingUnit:
     """An estimated rate, or difference of rates, with the contribution of each unit to its error.
 
     Units are tasks, or groups of near copies of a task. Two pseudo-units are added to the variance, so that
-    it is not too small with few tasks. They are invented units of mean size, right or wrong by even chance.
+    it is not too small with few tasks. They are imagined units of mean size, right or wrong by even chance.
 
     Attributes:
         value: the estimate, as a fraction of 1.
@@ -100,14 +100,14 @@ class _RateWithErrorBySamplingUnit:
 
     @property
     def variance_without_pseudo_units(self) -> float:
-        """Variance of the estimate from the real tasks, without the two invented ones of this class."""
+        """Variance of the estimate from the real units (tasks) alone, without the two pseudo-units."""
         return sum(added * added for added in self.of_units.values())
 
     @property
     def variance(self) -> float:
         """Variance of the estimate, never zero.
 
-        The sum of the jackknife variance over the real tasks and the variance from the two invented ones.
+        The sum of the jackknife variance over the real units and the variance of the two pseudo-units.
         """
         left_out = (
             added / (1 - self.weights[unit])
@@ -127,9 +127,9 @@ class _RateWithErrorBySamplingUnit:
 def compute_rate_with_error_by_sampling_unit(
     shares_by_unit: Mapping[str, Share],
 ) -> _RateWithErrorBySamplingUnit | None:
-    """Return a rate with each unit's contribution to its error, or None if the denominator is zero.
+    """Return a rate with the part of its error from each unit; None if its denominator is zero.
 
-    A unit is a task or a group of near copies.
+    A unit is a task, or a group of tasks that are nearly copies of each other.
 
     Args:
         shares_by_unit: mapping from each unit to the numerator and denominator that it adds to the rate.
@@ -152,10 +152,10 @@ def compute_rate_with_error_by_sampling_unit(
 def compute_weighted_mean_of_rates(
     weighted_rates: Sequence[tuple[float, _RateWithErrorBySamplingUnit]],
 ) -> _RateWithErrorBySamplingUnit:
-    """Return the weighted mean of rates of the same tasks, with each unit's contribution to the mean's error.
+    """Return the weighted mean of rates of the same tasks, with the part of its error from each unit.
 
-    A unit is a task or a group of near copies. An invented unit (`_RateWithErrorBySamplingUnit`) is right in
-    all rates, or wrong in all rates.
+    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit
+    (`_RateWithErrorBySamplingUnit`) is right in all rates, or wrong in all rates.
 
     Args:
         weighted_rates: for each rate, its weight and the result of
@@ -272,8 +272,8 @@ def compute_mean_rate_over_task_names(cases: TaskContributions) -> float | None:
 def compute_rate_intervals(cases: TaskContributions) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a rate, or None if its denominator is zero.
 
-    A task can add more than one to the numerator, such as several errors. Then the rate is divided by the
-    largest number that a task adds.
+    A single task can add more than 1 to the rate, for instance by several errors. Then the interval is
+    computed for the rate divided by the largest contribution of a task, and multiplied by it again.
     """
     largest = max([1, *(share.numerator / share.denominator for _, _, share in cases if share.denominator)])
     if largest == 1:
@@ -356,10 +356,10 @@ def compute_difference_intervals(
 
 
 def compute_interval_of_success_cost(cases: TaskContributions) -> Interval | None:
-    """Return the confidence interval of the cost of a success, with names as units.
+    """Return the confidence interval of the cost of a success.
 
-    The cost of a success is a ratio of two sums, on a log scale. The interval is None if there is no success,
-    no cost, or only one name.
+    The cost of a success is a ratio of two sums, on a log scale. All tasks with the same name are one
+    sampling unit. The interval is None if there is no success, no cost, or only one name.
 
     Args:
         cases: for each answer, its cost (numerator) and 1 for a success, else 0 (denominator).
@@ -385,7 +385,7 @@ class _IntervalInputs(NamedTuple):
         value: the estimate, as a fraction of 1.
         variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
             tasks.
-        observed: variance of the estimate from the tasks or names alone. `variance` also has made-up units
+        observed: variance of the estimate from the tasks or names alone. `variance` also has pseudo-units
             (`_RateWithErrorBySamplingUnit`), so that few tasks do not make an interval too narrow.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.

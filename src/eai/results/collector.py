@@ -1,4 +1,4 @@
-"""Makes the garbage collector run rarely in processes that keep nearly all objects, and often in runs."""
+"""Sets how often garbage is collected: rarely if a process keeps all objects, often while it asks a model."""
 
 from __future__ import annotations
 

@@ -193,7 +193,7 @@ def _make_task_contributions(
 
 
 _YES_NO_NUMERATORS = (0, 1)
-"""Numerators that answers add to a yes-or-no metric: 0 for a wrong answer and 1 for a right one."""
+"""Possible numerators of one answer in a metric without partial credit: 0 if wrong, 1 if right."""
 
 
 def compare_metric(first: TaskContributions, second: TaskContributions, *, yes_no: bool) -> MetricDifference:

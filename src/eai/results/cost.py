@@ -47,7 +47,7 @@ class Spending:
         return self.usage.tokens
 
     def __add__(self, other: Spending) -> Spending:
-        """Return the sum of two spendings."""
+        """Return the summed costs and counts of two groups of answers."""
         return Spending(
             self.answers + other.answers,
             self.usage + other.usage,
@@ -113,10 +113,10 @@ def sum_spending(records: Iterable[Record]) -> Spending:
 
 
 def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, TaskContributions]:
-    """Return a mapping from units of cost to cases: for each answer its cost, and 1 for a success, else 0.
+    """Return the cost and the success (1, else 0) of each answer, for each unit of cost.
 
-    Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
-    unless all answers with a recorded usage state the amount in this unit.
+    Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers have a cost, too. A unit is left out if
+    an answer with a recorded usage has no amount in this unit.
     """
     scored = (record for record in records if record.verdict.excluded is None)
     answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]

@@ -128,7 +128,7 @@ class TasksChangedByErrata:
 
     @property
     def remark_on_errata(self) -> str | None:
-        """One sentence on the effect of errata, and on how to undo the effect; None without an effect."""
+        """Sentence with the numbers of tasks that errata leave out or correct; None if no task changes."""
         effects = [
             f"{len(task_ids)} {how}"
             for task_ids, how in ((self.left_out, "left out"), (self.corrected, "corrected"))

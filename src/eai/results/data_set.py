@@ -28,11 +28,11 @@ from eai.tasks.task import PredicateCategory, Task
 
 @dataclass(frozen=True, slots=True)
 class _TaskProfile:
-    """A task with its counted features, which come from the data set and from the domain.
+    """A task with its features, such as the number of objects, from the data set and from the domain.
 
     Attributes:
         task: the task.
-        features: the counted features that every task has.
+        features: numbers of goals, steps, objects and the like.
         asked: the operators that transition modeling asks for in this task; None if the suite of transition
             modeling lacks the task.
     """
@@ -48,7 +48,7 @@ class _TaskProfile:
 
     @property
     def categories(self) -> list[str]:
-        """Categories of the task in transition modeling, the more specific one first."""
+        """Predicate categories of the task in transition modeling, the more specific category first."""
         return [] if self.asked is None else [category.value for category in self.asked.categories]
 
     @property

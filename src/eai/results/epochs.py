@@ -126,12 +126,12 @@ class ModelBeliefsInPrompts:
     look: ScenePerception | None = None
 
     def combine_scenes_with_goal_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
-        """Return beliefs with the scenes of this object and the goals of the other one.
+        """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
 
         Only tasks with both a scene and goals remain.
 
         Raises:
-            InputError: the two have different values of one option of the run.
+            InputError: this object and ``goal_beliefs`` have different values of one option of the run.
         """
         shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
         return ModelBeliefsInPrompts(
@@ -169,9 +169,10 @@ class ModelBeliefsInPrompts:
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def add_model_belief_to_record(self, record: Record) -> Record:
-        """Return the record with the run's options, and with values that studies report on the question.
+        """Return the record with the options of its run, and with values on the beliefs in its question.
 
-        The question stated goals or a scene as a model understood them. The values describe these statements.
+        Beliefs are goals or a scene as a model understood them. The values, such as the number of errors in a
+        scene, come from studies.
         """
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_study_summaries(record.summaries, self.summaries.get(record.task_id, {}))
@@ -189,8 +190,8 @@ def add_experiment_and_stated_beliefs(
 ) -> Record:
     """Return the record with the options of its run.
 
-    If the question stated goals or a scene as a model understood them (`ModelBeliefsInPrompts`), the values
-    that studies report on these are added.
+    If the question stated goals or a scene as a model understood them (`ModelBeliefsInPrompts`), the record
+    also gets the values of studies on these beliefs, such as the number of errors in a scene.
     """
     return (record if beliefs is None else beliefs.add_model_belief_to_record(record)).add_experiment(
         experiment
@@ -246,7 +247,7 @@ class SuiteResult:
         totals: the totals of the records.
         records: a record (scored answer) of every task, in order, without explanations, which the files have.
         by_epoch: the result of each epoch (round of answers to all tasks), if there are several.
-        remarks: sentences for the closing lines, such as on parts of requests that the server ignored.
+        remarks: sentences to print at the end of the run, such as on request options that the server ignored.
     """
 
     model: str
@@ -301,7 +302,7 @@ class SuiteResult:
         return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
 
     def map_tasks_to_epoch_of_shown_answer(self) -> dict[str, int]:
-        """Return for each task the first epoch (round of answers) whose answer its record has."""
+        """Return for each task the first epoch (round of answers) with the answer in the task's record."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.map_keys_to_records().items():

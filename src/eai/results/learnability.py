@@ -100,4 +100,4 @@ NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswersByTask]] = {
     "eai/lookup": open_answers_of_similar_tasks,
     "eai/random": _open_random_answers_by_task,
 }
-"""Mapping from null models (trivial built-in models of `eai run`) to functions that return their answers."""
+"""For each null model (trivial built-in model of `eai run`), the function that returns its answers."""

@@ -245,7 +245,7 @@ ALL_MODELS = "all models"
 
 
 AnswerMeasure: TypeAlias = Literal["score", "executable", "goals"]
-"""Name of a measure of answers, which analyses compare with features of tasks."""
+"""Name of a score of answers (`MEASURES`). Analyses show how the score depends on features of tasks."""
 
 WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
 """Reasons for a wrong stated goal; the first reason that fits counts.
@@ -326,7 +326,7 @@ def compute_goal_share(answer: AnswerLine) -> Share:
 
 
 def make_task_contribution(line: TidyTableLine, share: Share) -> TaskContribution:
-    """Return a table line's contribution to a rate: task, name, and the given numerator and denominator."""
+    """Return a contribution to a rate: the given numerator and denominator, with the task of a table row."""
     return TaskContribution(line.task, line.name, share)
 
 

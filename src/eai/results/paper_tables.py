@@ -63,10 +63,10 @@ class _PaperProtocolAndTables:
     Attributes:
         protocol: name of the rules under which our metrics can be compared with the paper's numbers.
         tables: mapping from each table of our reports to the names of the paper's tables with the same
-            columns. If several have a figure, the first one counts.
+            columns. If several of these tables print the same number, the first table counts.
         others: mapping from the name of each further table of the paper to our table with the same columns.
-        same_quantity: names in ``others`` of tables that repeat figures of ``tables``. Notes list the
-            figures that differ.
+        same_quantity: names in ``others`` of tables that repeat numbers of ``tables``. Notes on our tables
+            list the repeated numbers that differ.
         other_tasks: names in ``others`` of tables that cannot be compared with runs, because they are about
             other tasks.
     """

@@ -87,7 +87,7 @@ def _check_size_and_detect_shared_prefixes(path: Path, metadata: Any, columns: S
 
 
 def _read_column_values(column: Any) -> list[object]:
-    """Return the values of a column in a batch of rows; a text that is stored once becomes one object."""
+    """Return the values of a column in a batch of rows. Equal texts that are stored once share one object."""
     if not hasattr(column, "dictionary"):
         return list(column.to_pylist())
     entries = column.dictionary.to_pylist()

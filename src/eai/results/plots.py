@@ -47,7 +47,7 @@ MUTED = "#8b8d94"
 RULE = "#dcdad3"
 ACCENT = "#2f6690"
 LINES = ("#2f6690", "#bf5348", "#3f7f62", "#d8b455", "#8a64a0", "#e0905a", "#5d5f72", "#6f94bd", "#a3bf8f")
-"""Colours of models that share an axis, repeated if there are more models."""
+"""Line colours of the models in one plot, in order; repeated if there are more models."""
 
 
 _MAX_LABEL_CHARACTERS = 30
@@ -239,7 +239,7 @@ def read_denominator(cell: Cell | None) -> int:
 
 
 def read_numerator(cell: Cell | None) -> int:
-    """Return the numerator of an estimate, such as the number of successes; 0 for other cells."""
+    """Return the numerator of a table cell, such as a number of successes; 0 if the cell has no estimate."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
 

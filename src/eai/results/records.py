@@ -66,7 +66,7 @@ def read_records(path: Path) -> Iterator[Record]:
 
 
 _REMEDY = "; eai score makes records of answers"
-"""End of a message about a line that is no record, because people give files of answers for records."""
+"""End of the message on a line that is not a record. Often, its file has answers instead of records."""
 
 
 def _read_lines_of_records(path: Path) -> Iterator[str]:
@@ -121,7 +121,7 @@ def make_record_batch(records: Sequence[Record]) -> RecordBatch:
 
 
 RunDescription: TypeAlias = tuple[Mapping[str, Json], Sequence[Mapping[str, Rate]]]
-"""Further content of a summary: its field ``run``, and the rates after each of several attempts."""
+"""Parts of ``summary.json``: the field ``run``, and all metrics after each of several attempts at a task."""
 
 
 def write_record_batches(

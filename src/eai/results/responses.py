@@ -82,7 +82,7 @@ class ResponseFile:
 
     @property
     def has_samples(self) -> bool:
-        """Whether a task may have several answers."""
+        """Whether the file may have several answers to a task (samples)."""
         return isinstance(self.responses, _AnswersKeptInFile)
 
     @property

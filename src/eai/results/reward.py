@@ -45,8 +45,8 @@ class Shaping(str, Enum):
     SUCCESS = "success"
     """The reward is 1 if the whole answer is right, else 0.
 
-    In subgoal decomposition, every rule divides its reward by 1 plus the number of actions that scoring added
-    to the answer to reach its subgoals.
+    In subgoal decomposition, every `Shaping` divides its reward by 1 plus the number of actions that scoring
+    added to the answer to reach its subgoals.
     """
     GOALS = "goals"
     """The share of goals that the answer reaches, or 0 if an error ends it.
@@ -70,11 +70,11 @@ class Shaping(str, Enum):
     """
 
 
-def convert_reward_basis_to_reward(credit: RewardInputs, shaping: Shaping) -> float:
-    """Return the reward for an answer with given results, such as goals reached and errors.
+def convert_reward_basis_to_reward(inputs: RewardInputs, shaping: Shaping) -> float:
+    """Return the reward for an answer.
 
     Args:
-        credit: the results of the answer.
+        inputs: the results of the answer, such as goals reached and errors.
         shaping: the definition of the reward. `Shaping.REPAIR` needs the plan's steps and is not possible.
 
     Raises:
@@ -82,23 +82,23 @@ def convert_reward_basis_to_reward(credit: RewardInputs, shaping: Shaping) -> fl
     """
     match shaping:
         case Shaping.SUCCESS:
-            pay = float(credit.success)
+            pay = float(inputs.success)
         case Shaping.GOALS:
-            pay = 0.0 if credit.ended else credit.gain
+            pay = 0.0 if inputs.ended else inputs.gain
         case Shaping.PROGRESS:
-            pay = credit.gain
+            pay = inputs.gain
         case Shaping.DIAGNOSIS:
-            pay = credit.gain / (1 + sum(credit.faults.values()))
+            pay = inputs.gain / (1 + sum(inputs.faults.values()))
         case Shaping.REPAIR:
             raise ValueError(
                 "the reward `repair` cannot be computed from a verdict alone; use "
                 "`eai.Reward(suite, 'repair')`"
             )
         case Shaping.PARTIAL:
-            pay = credit.gain if credit.conditions is None else credit.conditions
+            pay = inputs.gain if inputs.conditions is None else inputs.conditions
         case _:
             assert_never(shaping)
-    return pay / (1 + credit.added_actions)
+    return pay / (1 + inputs.added_actions)
 
 
 def compute_reward_basis_of_verdict(
@@ -117,7 +117,7 @@ def compute_reward_basis_of_verdict(
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
-"""Names of the metrics in a `Grade`, in order; equal for every ability."""
+"""Names of the metrics in a `Grade`, in order; the same for every ability."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,10 +125,11 @@ class Grade:
     """The reward of one answer, with metrics and the verdict that explain it.
 
     Attributes:
-        value: the reward, between 0 and 1; None if the task pays nothing.
+        value: the reward, between 0 and 1; None if the task has no reward (it is excluded, or nothing can
+            be gained).
         metrics: numbers to watch, which are not part of the reward, by the names of `METRICS`: ``success`` (0
             or 1), ``progress`` (0 to 1), ``faults`` and ``fault.KIND`` (number of faults, in all and of a
-            kind of the paper). All are 0 if the task pays nothing.
+            kind of the paper). All are 0 if the task has no reward.
         verdict: the verdict.
     """
 
@@ -154,7 +155,7 @@ def require_equal_lengths(**values: Sized) -> None:
     """
     if len(set(map(len, values.values()))) > 1:
         lengths = ", ".join(f"{len(value)} {name}" for name, value in values.items())
-        raise ValueError(f"expected a value for each answer, found {lengths}")
+        raise ValueError(f"expected lists with one item for each answer, so of equal length; found {lengths}")
 
 
 class Reward:
@@ -195,7 +196,7 @@ class Reward:
         return partial(Reward, limit=self.limit), (self.suite, self.shaping)
 
     def __call__(self, task_id: str, text: str) -> float | None:
-        """Return the reward of an answer, from 0 to 1; None if the task pays nothing.
+        """Return the reward of an answer, from 0 to 1; None if the task has no reward (`Grade.value`).
 
         Raises:
             InputError: the task id is unknown.
@@ -207,7 +208,7 @@ class Reward:
         )
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
-        """Return the reward of each answer, in order; None for each task that pays nothing.
+        """Return the reward of each answer, in order; None for each task without a reward (`Grade.value`).
 
         Raises:
             InputError: a task id is unknown.
@@ -223,14 +224,14 @@ class Reward:
             InputError: the task id is unknown.
         """
         verdict = self._score_unless_too_long(task_id, text)
-        credit = self._compute_reward_basis_of_answer(task_id, verdict)
+        inputs = self._compute_reward_basis_of_answer(task_id, verdict)
         return Grade(
-            self._compute_reward(task_id, text, credit), make_metrics_of_reward_basis(credit), verdict
+            self._compute_reward(task_id, text, inputs), make_metrics_of_reward_basis(inputs), verdict
         )
 
-    def _compute_reward(self, task_id: str, text: str, credit: RewardInputs | None) -> float | None:
-        if credit is None or self.shaping is not Shaping.REPAIR:
-            return None if credit is None else convert_reward_basis_to_reward(credit, self.shaping)
+    def _compute_reward(self, task_id: str, text: str, inputs: RewardInputs | None) -> float | None:
+        if inputs is None or self.shaping is not Shaping.REPAIR:
+            return None if inputs is None else convert_reward_basis_to_reward(inputs, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(
@@ -253,15 +254,15 @@ class Reward:
     def _compute_reward_basis_of_answer(self, task_id: str, verdict: Verdict) -> RewardInputs | None:
         if not self.suite.answers_are_plans:
             return compute_reward_basis_of_verdict(verdict)
-        credit = compute_reward_basis_of_verdict(verdict, self._at_start(task_id))
-        if credit is None or not isinstance(verdict, PlanVerdict) or verdict.is_task_declined_by_answer:
-            return credit
+        inputs = compute_reward_basis_of_verdict(verdict, self._at_start(task_id))
+        if inputs is None or not isinstance(verdict, PlanVerdict) or verdict.is_task_declined_by_answer:
+            return inputs
         if self.suite.tasks[task_id].has_no_plan:
-            return replace(credit, gain=0.0, success=False)
+            return replace(inputs, gain=0.0, success=False)
         if self.shaping is not Shaping.PARTIAL or verdict.partial is None:
-            return credit
-        gained = compute_condition_gain(verdict.partial, self._met_at_start(task_id), credit.gain)
-        return replace(credit, conditions=gained)
+            return inputs
+        gained = compute_condition_gain(verdict.partial, self._met_at_start(task_id), inputs.gain)
+        return replace(inputs, conditions=gained)
 
     def _find_goals_at_start(self, task_id: str) -> tuple[bool, ...]:
         """Return for each goal of a task, in order, whether it is reached without any action."""
@@ -275,7 +276,7 @@ class Reward:
 
 
 def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> float | None:
-    """Return the reward of an answer, from 0 to 1; None if the task pays nothing.
+    """Return the reward of an answer, from 0 to 1; None if the task has no reward (`Grade.value`).
 
     Suites are opened at first use and cached, so that a training run can call this function for every answer.
 
@@ -326,20 +327,20 @@ def _drop_planner_that_tests_operators(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def make_metrics_of_reward_basis(credit: RewardInputs | None) -> dict[str, float]:
-    """Return the metrics that explain a reward, by name: they are the attribute ``metrics`` of a `Grade`.
+def make_metrics_of_reward_basis(inputs: RewardInputs | None) -> dict[str, float]:
+    """Return the attribute ``metrics`` of a `Grade`, by name of the metric.
 
-    All metrics are 0 if the credit is None.
+    All metrics are 0 if the inputs are None.
 
     Args:
-        credit: the results of an answer that a reward depends on, such as goals reached and errors.
+        inputs: the results of the answer from which its reward is computed, such as goals reached and errors.
     """
-    if credit is None:
+    if inputs is None:
         return dict.fromkeys(METRICS, 0.0)
-    faults = {f"fault.{kind.value}": float(credit.faults.get(kind, 0)) for kind in FaultKind}
+    faults = {f"fault.{kind.value}": float(inputs.faults.get(kind, 0)) for kind in FaultKind}
     return {
-        "success": float(credit.success),
-        "progress": credit.gain,
+        "success": float(inputs.success),
+        "progress": inputs.gain,
         "faults": sum(faults.values()),
         **faults,
     }

@@ -69,7 +69,7 @@ def compute_metric_shares_by_task(records: Sequence[Record]) -> dict[str, ShareB
 
 
 def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[TaskContribution]]:
-    """Return a mapping from each metric to the contributions of a run's records to the metric.
+    """Return for each metric the contributions of a run's records to the metric.
 
     Excluded records do not count. If no record has an answer, nothing contributes to the metrics.
     """
@@ -122,11 +122,14 @@ AbilityMetric: TypeAlias = tuple[Ability, str]
 def choose_and_weigh_averaged_metrics(
     metric_values: Mapping[AbilityMetric, float | None] | None = None,
 ) -> dict[AbilityMetric, float]:
-    """Return each metric's weight in the average: a quarter for an ability, halved if it has two metrics.
+    """Return the weight of each metric in the average over the paper's four abilities.
+
+    The metrics of an ability share its weight of 1/4 equally.
 
     Args:
-        metric_values: known values in percent. Some metrics of the paper have a replacement, which gets the
-            weight if its value is known. If None, only the paper's metrics get weights.
+        metric_values: known values in percent. A metric with a replacement
+            (`AbilityDeclaration.replacements`) gives its weight to it if the replacement's value is known.
+            None: no value is known.
     """
     known_values = metric_values or {}
     weights: dict[AbilityMetric, float] = {}
@@ -154,9 +157,9 @@ def compute_average_performance(values: Mapping[AbilityMetric, float | None]) ->
 
 
 def drop_later_attempts(record: Record, attempts: int) -> Record:
-    """Return the record that a task would have if only its first attempts had been allowed.
+    """Return the record that a task would have if only ``attempts`` attempts had been allowed.
 
-    Records without attempts do not change.
+    A record without attempts does not change.
     """
     kept_attempts = record.attempts[:attempts]
     if not kept_attempts:
@@ -211,11 +214,11 @@ class AnswerBreakdown:
 
     Attributes:
         outcomes: number of answers with each outcome.
-        flow: number of scored answers (``answers``), then of those that pass each check. The checks are
-            ``readable``, ``known`` (no unknown names), ``well_formed`` (right number of arguments),
-            ``executed`` and ``reached`` (the goals). None for abilities without plans.
-        by_goals: mapping from a number of goals to the success of each answer to a task with this number of
-            goals; a mean if a record represents several answers.
+        flow: number of scored answers (``answers``), then number of answers that pass each check.
+            The checks are ``readable``, ``known`` (no unknown names), ``well_formed`` (right number of
+            arguments), ``executed`` and ``reached`` (the goals). None for abilities without plans.
+        by_goals: mapping from a number of goals to the successes in tasks with this number of goals. A
+            success is 0 or 1, or the mean over several answers to a task.
         by_length: mapping from the length of the data set's own plan to the success of each answer to a task
             with such a plan. The length of the answer's plan is not used: a plan that fails early would count
             as short.

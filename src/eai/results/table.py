@@ -250,7 +250,7 @@ def make_table(
     title: str | None = None,
     max_shown_rows: int | None = None,
 ) -> Callable[[Callable[P, Iterable[Row]]], Callable[P, Table]]:
-    """Return a decorator: a function that yields rows becomes one that returns their table.
+    """Return a decorator that turns a function that yields rows into a function that returns a table.
 
     The first line of the function's docstring is the title of the table, unless ``title`` is given. The other
     lines are its definition. Names in braces in either text are replaced by arguments of the function.

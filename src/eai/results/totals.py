@@ -30,13 +30,15 @@ def _encode_statuses_as_bits(record: Record) -> int:
 
 @dataclass(slots=True)
 class RunTotals:
-    """The rates and the coverage of a run. Its records (scored answers) can be added in groups, in any order.
+    """Counts from which the rates and the coverage of a run are computed.
+
+    The records (scored answers) of the run can be added in groups, in any order.
 
     Attributes:
         number: number of records.
         head: first record, without explanations and texts.
         sums: numerator and denominator of each metric.
-        statuses: status bits of each task, in the order of the records.
+        statuses: status of each task as bits, such as `_ANSWERED`; in the order of the records.
         sizes: numbers of tasks that records state for their suite. All should state the same number.
         versions: versions of the errata, the known errors of the data set.
         void: names of metrics without a value in this run, as `missing_metrics` of the ability returns them.
@@ -83,7 +85,7 @@ class RunTotals:
             add_contributions(self.sums, declared.contributions(verdict))
 
     def add_later_totals(self, later: RunTotals) -> None:
-        """Add the totals of later records of the run."""
+        """Add the totals of later records of the run to these totals."""
         self.head = self.head or later.head
         self.number += later.number
         self.sizes |= later.sizes
@@ -143,7 +145,7 @@ class RunTotals:
 
     @property
     def coverage(self) -> TaskCoverage:
-        """Coverage of the suite by the run."""
+        """Numbers of tasks of the suite that the run asked, answered and scored."""
         unanswered = [status for status in self.statuses.values() if not status & _ANSWERED]
         return TaskCoverage(
             asked=len(self.statuses),

@@ -1,4 +1,4 @@
-"""Makes training data: prompts to be rewarded, verified or labelled answers, and pairs of two answers.
+"""Makes training data: prompts for reinforcement learning, labelled or verified answers, and answer pairs.
 
 A row is a JSON object. ``prompt``, ``completion``, ``chosen`` and ``rejected`` are lists of messages, as in
 TRL; ``task`` is the reference of the task for `eai.reward`.
@@ -49,7 +49,7 @@ def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 _PROMPTS = "prompts"
-"""Name of the study (variation of questions) of other prompts, in the run's options that a record stores."""
+"""Name of the study that asks questions in other words, as records store it in the options of their run."""
 
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
@@ -70,8 +70,8 @@ def make_reward_rows(
 ) -> Iterator[TrainingRow]:
     """Yield a row for each answer in records of one ability in a benchmark, with its prompt and its reward.
 
-    The counter ``left_out`` gets the number of records without a row, by reason. The processes of
-    ``scoring`` compute the rewards; this process does if it is None.
+    The numbers of records without a row are added to ``left_out``, by reason. The processes of ``scoring``
+    compute the rewards; if ``scoring`` is None, this process computes them.
     """
     records = list(records)
     answers = [
@@ -118,13 +118,13 @@ def _has_unknown_prompt(record: Record) -> bool:
 def make_adder_of_distance_and_steps(
     suite: Suite, search_effort: int, step_counts: Counter[str]
 ) -> AddColumns:
-    """Return a function that returns the columns ``distance`` and ``steps`` of a record of a suite.
+    """Return a function that makes the additional columns ``distance`` and ``steps`` of a record.
 
     Args:
-        suite: the suite.
+        suite: the suite of the records.
         search_effort: the approximate limit of the search for each state, as in `make_step_labeler`.
-        step_counts: gets the number of executed steps (``executed``), and of steps whose change of the
-            distance to the goal is known (``exact``).
+        step_counts: counter to which the function adds the number of executed steps (``executed``), and the
+            number of them whose change of the distance to the goal is known (``exact``).
     """
     labelers: dict[str, StepLabeler] = {}
 

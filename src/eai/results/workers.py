@@ -54,7 +54,7 @@ def run_worker(connection: Connection, folder: str) -> None:
         connection: receives batches and sends results.
         folder: folder for temporary files, which another process removes.
     """
-    # A terminal interrupts all its processes at once, but the main process ends the workers.
+    # Ctrl-C interrupts all processes of a terminal. Workers ignore it, because the main process ends them.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _raise_exit)
     tempfile.tempdir = folder
@@ -194,7 +194,7 @@ class WorkerPool:
 
     @property
     def has_processes(self) -> bool:
-        """Whether other processes do the work."""
+        """Whether worker processes do the work, not this process."""
         return self._number > 1
 
     def __enter__(self) -> Self:
@@ -262,7 +262,7 @@ class WorkerPool:
             self._waiting = deque([batch for batch in self._waiting if batch not in in_progress])
 
     def _send_batches(self) -> None:
-        """Send waiting batches to the least busy workers, as long as these have less than their maximum."""
+        """Send waiting batches to the least busy workers, until each has its maximum number of batches."""
         while self._waiting:
             batch = self._waiting[0]
             worker = self._find_least_busy()
@@ -312,7 +312,7 @@ class WorkerPool:
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
             resource_tracker.ensure_running()  # before interrupts are blocked, because it unblocks them
-            with _block_interrupts():  # workers inherit the blocked signal from the fork server
+            with _block_interrupts():  # workers inherit from the fork server that SIGINT is blocked
                 ensure_running()
         if self._folder is None:
             self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
