@@ -5,8 +5,8 @@ Every character of the text is read unchanged, is read after a named repair, or 
 `read_json` serves all abilities and benchmarks. An `AnswerFormat` describes the expected value, and how to
 recognize its parts. If text outside the value resembles such a part, the value is incomplete and the answer
 is unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. So does
-a closing bracket without an opening one beside parts without a list, and a part in unfinished reasoning. The
-repairs are:
+an unmatched closing bracket, if no list encloses the parts of the answer. So does a part of the answer in
+unfinished reasoning. The repairs are:
 
 * ``reasoning``, ``special_tokens``: reasoning (`eai.abilities.reasoning`) or control tokens are removed;
 * ``code_fence``, ``prose``: the value stands in a code fence, or between other words;
@@ -48,7 +48,7 @@ _MAX_QUOTED = 60
 """Maximum number of characters that an error message quotes from an answer."""
 
 MAX_VALUES = 10_000
-"""Maximum number of bracketed values in an answer."""
+"""Maximum number of JSON lists and objects in an answer, nested ones not counted."""
 
 _UNOPENED = "no opening bracket of a list matches this one: the parts need a list around them"
 _UNCLOSED = "this bracket is not closed, as if the answer were cut off"
@@ -87,7 +87,10 @@ _STRING_OR_COMMA = re.compile(_STRING + r"|(?P<comma>,)(?=\s*[\]}])", re.DOTALL)
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
 """Pattern of Python literals that become equal JSON if double quotes replace their single quotes."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
-"""Pattern of a text that only separates or numbers two JSON values, which therefore belong together."""
+"""Pattern of a text between two JSON values that contains only separators and item numbers.
+
+It shows that the values belong together.
+"""
 _SEPARATORS = re.compile(r"[\s,;]*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
@@ -340,7 +343,7 @@ class _AnswerReader(Generic[T]):
         error: Unreadable | None = None
         for number, bracketed_text in enumerate(_find_bracketed_texts(self.text)):
             if number == MAX_VALUES:
-                return Unreadable(f"the answer has more than {MAX_VALUES:,} bracketed values")
+                return Unreadable(f"the answer has more than {MAX_VALUES:,} JSON lists and objects")
             if bracketed_text.problem is not None:
                 return self._report_error(bracketed_text, bracketed_text.problem)
             inside = self.text[bracketed_text.start : bracketed_text.end]
@@ -409,7 +412,7 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _find_end_of_list_around(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
-        """Return a closing bracket without an opening one, if a list around the parts has lost its beginning.
+        """Return the unmatched closing bracket of a list around the parts that lacks its beginning, or None.
 
         Return None if no bracket shows this.
         """
@@ -563,11 +566,12 @@ def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
 def _read_value_or_wrapped_json(
     value: object, form: AnswerFormat[T], max_depth: int = 3
 ) -> tuple[T, tuple[str, ...]] | None:
-    """Return the meaning of a JSON value (`AnswerFormat.read`), and the names of the repairs that it needs.
+    """Return the answer in a JSON value (`AnswerFormat.read`), and the names of the repairs that it needs.
 
-    A string without a meaning gets the meaning of the JSON in it. A list without a meaning gets the meaning
-    of its only item. An object without a meaning gets the meaning of its only member with a meaning, unless
-    other members are objects or lists, or look like parts of the answer. Return None if there is no meaning.
+    If the value itself is not an answer, the answer is read from inside the value: from the JSON in a string,
+    from the only item of a list, or from a member of an object. Only one member of the object may be an
+    answer. Its other members must not be objects or lists, or look like parts of the answer. Return None if
+    there is no answer.
     """
     meaning = form.read(value)
     if meaning is not None or max_depth == 0:
@@ -610,9 +614,9 @@ def _looks_like_part(key: str, member: object, form: AnswerFormat[T]) -> bool:
 
 
 def has_line_of_answer(key: str, text: str, is_part: Callable[[str], bool]) -> bool:
-    """Return True if a function finds a part of the answer in some line of a text in a JSON object.
+    """Whether the text of a member of a JSON object has a line for which ``is_part`` returns True.
 
-    A text with a key of explanations or names, such as ``reasoning`` or ``task``, is not searched.
+    Texts whose key stands for explanations or names, such as ``reasoning`` or ``task``, are not searched.
     """
     return _REASONING_KEY.fullmatch(key) is None and any(map(is_part, text.splitlines()))
 

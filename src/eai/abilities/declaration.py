@@ -59,7 +59,7 @@ class AnswerOutcome(str, Enum):
     PARTLY_RIGHT = "partly_right"
     """Some goals or operators in the answer are right; others are wrong or missing."""
     GOAL_MISSED = "goal_missed"
-    """A plan ran to its end but missed the goal, or no goal or operator of another answer is right."""
+    """A plan ran to its end but missed the goal. For answers without a plan: no goal or operator is right."""
     PARSING = FaultKind.PARSING.value
     HALLUCINATION = FaultKind.HALLUCINATION.value
     ARGUMENT_NUMBER = FaultKind.ARGUMENT_NUMBER.value
@@ -394,10 +394,10 @@ def declare_plan_ability(
 
 
 def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return how many errors of a kind one answer adds to the sum over many answers.
+    """Return the number of errors of a kind that one answer adds to the sum over many answers.
 
-    This is 1 if an error of the kind ended the plan, else 0. If the verdict has `SummaryCounts`, their number
-    of errors counts instead.
+    If the verdict has `SummaryCounts`, this is their number of errors of the kind. Otherwise it is 1 if an
+    error of the kind ended the plan, else 0.
     """
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
@@ -405,10 +405,10 @@ def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
 
 
 def count_additional_steps(verdict: PlanVerdict) -> int:
-    """Return how many additional (needless) steps one answer adds to the sum over many answers.
+    """Return the number of additional (needless) steps that one answer adds to the sum over many answers.
 
-    This is 1 if the answer has one or more additional steps, else 0. If the verdict has `SummaryCounts`,
-    their number counts instead.
+    If the verdict has `SummaryCounts`, this is their number of additional steps. Otherwise it is 1 if the
+    answer has one or more additional steps, else 0.
     """
     if verdict.counted is not None:
         return count_faults(verdict, FaultKind.ADDITIONAL_STEP)

@@ -128,7 +128,10 @@ class Experiment:
 
     @property
     def is_run_without_study_or_rules(self) -> bool:
-        """Whether the run has standard game rules and no options of a study. Only such runs are ranked."""
+        """Whether the run has the standard game rules and no options of a study.
+
+        Only such runs are ranked.
+        """
         return not self.study and self.rules is None
 
     def combine(self, other: Experiment) -> Experiment:

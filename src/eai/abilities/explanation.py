@@ -32,7 +32,7 @@ class Statement(NamedTuple):
 
     @property
     def name_with_negation(self) -> str:
-        """The name, with ``not`` before it if the statement is denied."""
+        """The name, with ``not`` before it if the statement is negated."""
         return self.name if self.positive else f"{_NOT}{self.name}"
 
 
@@ -155,7 +155,10 @@ class Explanation:
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def get_statement(self, text: str) -> Statement:
-        """Return the `Statement` of a goal's text. A text that is not in `atoms` is a name alone."""
+        """Return the `Statement` of a goal's text.
+
+        A text that is not in `atoms` becomes a name without arguments.
+        """
         return (self.atoms or {}).get(text, Statement(text, None))
 
 

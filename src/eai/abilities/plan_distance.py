@@ -66,13 +66,16 @@ class _StepWithDistance(NamedTuple):
 
 
 StepLabeler: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepWithDistance, ...]]]
-"""Function that returns a pair for a plan: the distance of its initial state, and the labels of its steps."""
+"""Function from a plan to a pair: the distance of its initial state from the goal, and its labelled steps.
+
+The distance is the number of actions in a shortest plan to the goal, or None if it is unknown.
+"""
 
 
 def make_step_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabeler:
-    """Return a function that labels the steps of plans for one task. It caches the distances of states.
+    """Return a function that labels the steps of plans with their outcomes and distances to the goal.
 
-    Shortest plans may use the objects of the task, and the objects in the labelled plan.
+    Shortest plans may use the objects of the task and of the labelled plan. Distances of states are cached.
 
     Args:
         repairer: the repairer of plans for the task.

@@ -25,10 +25,10 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
 _KIND_RANKS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
-"""Rank of each kind of edit.
+"""Rank of each kind of edit; the edit with the lowest rank is preferred.
 
-Several single edits may repair a plan, and add equally many new objects at equally good positions. The edit
-of the kind with the lowest rank is then reported.
+If several edits could each repair a plan, the best edit is reported. The rank decides between edits that add
+equally many new objects at equally good positions.
 """
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
@@ -96,7 +96,7 @@ class PlanRepairer:
 
     @property
     def why_distance_unknown(self) -> str | None:
-        """Reason why the distance from success is unknown for all plans; None if it can be computed."""
+        """Reason why no plan's distance from success (number of needed edits) can be computed, or None."""
         if self.task.has_no_plan:
             return "unsolvable"
         if any(goal.is_over_time for goal in self.task.goals):
@@ -115,7 +115,7 @@ class PlanRepairer:
         number of steps plus n. Inserted steps use only objects of the task.
 
         Args:
-            steps: the steps of the plan; None for a step without a meaning.
+            steps: the steps of the plan; None for a step that names something unknown.
 
         Returns:
             The closeness, from 0 to 1, or None if it is unknown.
@@ -146,7 +146,7 @@ class PlanRepairer:
         return self._make_repairer(()).prove_min_plan_length(SearchEffort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
-        """Return a repairer whose edits may use the objects of the task and the objects in these steps."""
+        """Return a repairer whose edits may use the objects of the task and the objects in ``steps``."""
         named = [index for step in steps if step is not None for index in step.arguments]
         return _get_cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 

@@ -85,7 +85,7 @@ class Protocol(_AbilityOrProtocolName):
 
     @classmethod
     def list_names(cls) -> Collection[Protocol]:
-        """Return `STRICT`, then all other protocols (rules for scoring) in the order of their names.
+        """Return the names of all protocols (rules for scoring), in alphabetical order after `STRICT`.
 
         A protocol is listed even if its module is missing.
         """
@@ -123,7 +123,7 @@ class Ability(_AbilityOrProtocolName):
 
     @classmethod
     def list_names(cls) -> Collection[Ability]:
-        """Return all registered abilities (kinds of questions); the paper's abilities come first.
+        """Return the names of all abilities (kinds of questions); the paper's abilities come first.
 
         An ability is listed even if its module is missing.
         """

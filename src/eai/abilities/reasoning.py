@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # "analysisWe ...": a tokenizer removed the special tokens
+        r"\Aanalysis(?=[A-Z])",  # "analysisWe ..." remains if a tokenizer removed the special tokens
     ]
 )
 _CLOSING = "|".join(

@@ -40,7 +40,7 @@ NO_COUNTS = Confusion(0, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class ErrorReport:
-    """The error that ended an answer.
+    """The error that ended the execution or the reading of an answer.
 
     Attributes:
         kind: kind of the error.
@@ -100,14 +100,14 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class RewardInputs:
-    """The results of an answer that rewards may pay for.
+    """The inputs of the reward: the results of an answer that rewards may pay for.
 
     Attributes:
         gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals. For
             goal interpretations and operators it is F1.
         success: whether the answer is right in all its parts. The gain is then 1.
-        ended: whether an error ended the answer: its last action could not be executed, or the answer could
-            not be read.
+        ended: whether an error ended the execution or the reading of the answer: its last action could not be
+            executed, or the answer could not be read.
         faults: number of faults by kind; kinds without a fault are left out.
         added_actions: number of actions that a search added to execute subgoals. Rewards are divided by this
             number plus one. Otherwise an answer that copies the goal as a subgoal would be paid for the work
@@ -140,11 +140,13 @@ def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bo
 
 
 def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share, goal_gain: float) -> float:
-    """Return the gain in met conditions, as a share of the possible gain from 0 to 1.
+    """Return the gain in met conditions divided by the possible gain, from 0 to 1.
 
-    An option is a list of conditions that satisfies all goals, which can have several options. All conditions
-    of an option can be met although a goal is missed: for example, if the goal is exactly two cups on the
-    table and there are three. Then ``goal_gain`` is returned, and also if all conditions hold at the start.
+    An option is a list of conditions that together satisfy all goals. A task can have several options.
+
+    ``goal_gain`` is returned if all conditions hold at the start. It is also returned if all conditions of an
+    option are met although a goal is missed. For example, the goal is exactly two cups on the table, and
+    there are three.
 
     Args:
         conditions_met: number of met conditions and number of all conditions, of the option with the largest
@@ -167,7 +169,7 @@ def compute_plan_reward_inputs(
     ended_by_error: bool,
     faults: Mapping[FaultKind, int],
 ) -> RewardInputs | None:
-    """Return the credit for a plan or for the actions of an episode, or None if no goal can be gained.
+    """Return the inputs of the reward for a plan or an episode, or None if no goal can be gained.
 
     Args:
         goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
@@ -189,15 +191,15 @@ def compute_reward_inputs_of_parts(
     faults: Mapping[FaultKind, int],
     meaningless_parts: int = 0,
 ) -> RewardInputs | None:
-    """Return the credit for an answer whose goals or clauses are compared one by one.
+    """Return the inputs of the reward for an answer whose goals or clauses are compared one by one.
 
     Return None if the task asks for no goals or clauses.
 
     Args:
         right_wrong_missed: numbers of right, wrong and missed parts.
-        error: the error that ended the answer, or None.
+        error: the error that ended the execution or the reading of the answer, or None.
         faults: number of other faults by kind.
-        meaningless_parts: number of parts of the answer without a meaning, which count as wrong.
+        meaningless_parts: number of ill-formed parts and parts with unknown names, which count as wrong.
     """
     hit, extra, missed = right_wrong_missed
     if not hit + missed:
@@ -218,7 +220,7 @@ class Verdict:
 
     Attributes:
         excluded: why all statistics leave the task out; None if the task is scored.
-        error: the error that ended the answer, or None.
+        error: the error that ended the execution or the reading of the answer, or None.
         repairs: names of the repairs that were needed to read the answer.
         spans: parts of the answer's text and how each was treated, in order; empty if the rules for scoring
             (protocol) do not record them.
@@ -249,7 +251,9 @@ class Verdict:
         return {}
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the credit for the answer to a task that is not excluded, or None if nothing can be earned.
+        """Return the inputs of the reward for an answer, or None if nothing can be earned.
+
+        The task must not be excluded.
 
         Args:
             goals_at_start: for each goal of the task, in order, whether it holds in the initial state;
@@ -259,8 +263,7 @@ class Verdict:
             NotImplementedError: no reward pays for answers of this ability.
         """
         raise NotImplementedError(
-            f"{type(self).__name__} defines no credit, so no reward can be computed: "
-            "define `compute_reward_inputs`"
+            f"{type(self).__name__} defines no inputs of the reward: define `compute_reward_inputs`"
         )
 
     def is_step_an_action(self, step: int) -> bool:
@@ -300,7 +303,7 @@ class PlanVerdict(Verdict):
     Attributes:
         executable: whether the plan ran to its end.
         success: whether all goals hold.
-        additional_steps: number of steps that were skipped because they were not needed.
+        additional_steps: number of needless steps in the answer; the execution skipped these steps.
         goals: numbers of satisfied goals and of all goals, by kind of goal.
         goals_satisfied: for each goal of the task, in order, whether the plan reaches it.
         partial: number of met conditions and of all conditions in one option (`eai.tasks.goal_test`): a list
@@ -352,9 +355,9 @@ class PlanVerdict(Verdict):
         return +faults
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the credit for the plan, or None if all goals hold at the start.
+        """Return the inputs of the reward for the plan, or None if all goals hold at the start.
 
-        An answer that rightly declines the task gets full credit.
+        An answer that rightly declines the task gets the full gain, 1.
         """
         if self.refused is not None:
             return RewardInputs(float(self.success or 0), bool(self.success), ended=False, faults={})
@@ -367,7 +370,7 @@ class PlanVerdict(Verdict):
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Turn the verdict on an empty answer into one on a missing answer.
+        """Return this verdict on an empty answer, changed to the verdict on a missing answer.
 
         No goal counts as reached, even if it holds at the start.
         """

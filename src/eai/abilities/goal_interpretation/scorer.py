@@ -244,7 +244,10 @@ class GoalInterpretationScorer(Scorer):
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
     def _group_goals_by_validity(self, goals: WrittenGoals) -> _GoalsByValidity:
-        """Sort the goals of an answer, and write well-formed goals in their canonical form."""
+        """Group the goals of an answer: with known names, with unknown names, ill-formed.
+
+        Well-formed goals are returned in their canonical form.
+        """
         lexicon = self.lexicon
         known: dict[WrittenGoal, int] = {}
         ill_formed: dict[WrittenGoal, None] = {}

@@ -64,7 +64,7 @@ class GoalVerdict(Verdict):
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the results that rewards may pay for: the gain is F1. Return None if the task has no goals.
+        """Return the inputs of the reward, with F1 as the gain, or None if the task has no goals.
 
         Ill-formed goals and goals with unknown names count as wrong goals, and are also listed as faults.
         """

@@ -90,9 +90,9 @@ class GoalLexicon:
         return goal
 
     def replace_scene_names_by_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return a goal of an answer with the objects' names in answers in place of their names in the scene.
+        """Return a goal with the objects' names for answers in place of their names in the scene.
 
-        Messages name objects as the scene does, so an answer may also use these names.
+        An answer may use the names in the scene, because messages to the model show these names.
         """
         if all(name in self.objects for name in goal.names):
             return goal
@@ -104,12 +104,15 @@ class GoalLexicon:
         return scene_name if scene_name in self.objects else self._name_of.get(in_scene, scene_name)
 
     def to_goal_with_answer_names(self, literal: Literal) -> WrittenGoal:
-        """Return the goal by which an answer states a condition, with the names of answers."""
+        """Return a condition as a goal in an answer, with the names that answers use for objects."""
         ground = self.to_goal_with_scene_names(literal)
         return ground._replace(names=tuple([self._name_of[name] for name in ground.names]))
 
     def to_goal_with_scene_names(self, literal: Literal) -> WrittenGoal:
-        """Return a condition as a goal with the predicate's name in answers and the objects' scene names."""
+        """Return a condition as a goal.
+
+        The predicate has its name for answers, the objects their scene names.
+        """
         positive = not isinstance(literal, Not)
         match literal.operand if isinstance(literal, Not) else literal:
             case Occurs(action, arguments):
@@ -178,9 +181,10 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
 class _GoalTranslator:
     """Translates the words of an answer into formulas about the scene of a task.
 
-    If several objects have the same name, the name means the object that is listed last. Plans without object
-    numbers are read in the same way. If an answer states a goal twice, the second goal means the next objects
-    with these names, because the scorer of goal interpretation counts repeated goals.
+    If several objects of the task have the same name, the name in an answer means the object that the task
+    lists last. Plans without object numbers are read in the same way. If an answer repeats a goal about one
+    or two objects, each repetition means other objects with these names. The scorer of goal interpretation
+    counts repeated goals, too.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:

@@ -202,7 +202,10 @@ _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""",
 
 
 def _is_text_with_goals(key: str, section: object) -> bool:
-    """Whether a text under an unknown key has a goal or a section, so that the sections are incomplete."""
+    """Whether a text under an unknown key contains goals or a section's key.
+
+    The read sections then lack goals.
+    """
     if not isinstance(section, str) or key in _SECTION_OF:
         return False
     return has_line_of_answer(
@@ -237,7 +240,10 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The goal as a `Statement`, without its kind. An action without objects becomes a name alone."""
+        """The goal as a `Statement`, without its kind.
+
+        An action without objects becomes a name without arguments.
+        """
         predicate, names, positive, is_action = self
         return Statement(predicate, None if is_action and not names else names, positive)
 
@@ -406,10 +412,10 @@ class JsonGoals(GoalNotation):
         return WrittenGoals.from_entries(goals, reading)
 
     def read_entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
-        """Return all entries of an answer, each after its kind of goal, or why the answer cannot be read.
+        """Return a pair (kind of goal, entry) for each entry of an answer, or why the answer cannot be read.
 
-        Entries are sorted by kind: states, relations, actions. Entries in a section that this notation does
-        not have come last, with the kind None.
+        Pairs are sorted by kind: states, relations, actions. Entries in a section that this notation does not
+        have come last, with the kind None.
         """
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
@@ -448,7 +454,10 @@ class JsonGoals(GoalNotation):
         return json.dumps(sections)
 
     def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """Return the schema of an object with sections: lists of words for literals, names for actions."""
+        """Return the JSON schema of an answer: an object whose members (sections) are lists of goals.
+
+        A literal is a list of words: the predicate and its objects. An action is the name of the action.
+        """
         spelt = self.map_spellings_to_predicate_names(domain)
 
         def make_entry_schema(kind: GoalKind) -> Schema:
@@ -504,9 +513,9 @@ class JsonGoals(GoalNotation):
 
 
 def _accept_lists_of_goals(sections: GoalSections) -> GoalSections | None:
-    """Return the members of an object if goals can be read from them: if each member is a list, else None.
+    """Return the members of a JSON object if each member is a list of goals, else None.
 
-    If a key is in `SECTIONS`, members with other keys may also be texts or numbers, which are remarks.
+    If a key is in `SECTIONS`, members with other keys may also be texts or numbers, which count as remarks.
     """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]

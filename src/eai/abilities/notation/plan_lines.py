@@ -256,7 +256,10 @@ def _split_lines(
 
 
 def _find_begin_behind_fence(line: str, step_of: StepReader) -> int:
-    """Return the position behind a code fence, its language, and blanks. A language is no step."""
+    """Return the position after a code fence, the name of its language, and blanks.
+
+    A step is not a language.
+    """
     for pattern in (_FENCE_MARK, _FENCE_WITH_LANGUAGE):
         mark = pattern.match(line)
         if mark is not None:

@@ -28,13 +28,13 @@ _TITLE = re.compile(
 )
 """Pattern of a title before a step, such as ``Final answer:``."""
 _REMARK = re.compile(r"(?<!\s)(?:\s*:|\s+(?:#|//|--?|–|—))(?=\s)")
-"""Pattern of the sign between a step and a remark on the step."""
+"""Pattern of the separator between a step and a remark on the step."""
 _SIGNS = re.compile(
     r"<\|[\w-]+\|>|\[/?INST\]|\*\*|(?<!`)`(?!`)|</?(?:answer|final_answer|output|response|result|solution|plan"
     r"|actions?|steps?|pre|code|br|s|end_of_turn)\s*/?>|[\u2600-\u27bf\ufe0f\U0001f300-\U0001faff]",
     re.IGNORECASE,
 )
-"""Pattern of tags, control tokens, emojis and signs of emphasis, which belong to no step."""
+"""Pattern of tags, control tokens, emojis and marks of emphasis, which belong to no step."""
 PLAIN_CHARACTERS: dict[int, str] = {
     **WIDE_CHARACTERS,
     **dict(zip(map(ord, "\0\xad（）"), "  ()", strict=True)),
@@ -42,15 +42,15 @@ PLAIN_CHARACTERS: dict[int, str] = {
 """Mapping from blank or invisible characters in a line to a blank, and from wide punctuation to ASCII."""
 _NOISE = re.compile(r"<[^<>\s]*>|\\[nrt]|\.{3,}|[^\w\s().,<>\[\]-]+|(?<=,)(?=\S)|(?=\()")
 _WORD = re.compile(r"[\w-]+")
-_MAX_SIGNS = 3
-"""Maximum number of signs in a line behind which a remark may begin."""
+_MAX_SEPARATORS = 3
+"""Maximum number of separators in a line that are tried as the beginning of a remark."""
 _MAX_WORDS_AROUND = 3
 """Maximum number of words before, and after, a step in a line that cannot be prose."""
 
 AROUND = " \t,.;!\"'“”‘’"
-"""Characters that may stand around a step in a line."""
+"""Characters that do not belong to a step if they stand before or after it in a line."""
 _BEFORE = " \t,\"'“”‘’"
-"""Characters that may stand before a step in a line. A semicolon begins a comment."""
+"""Characters that do not belong to a step if they stand before it in a line. A semicolon begins a comment."""
 
 
 def blank_out_signs_around_steps(text: str) -> str:
@@ -65,9 +65,9 @@ def blank_out_signs_around_steps(text: str) -> str:
 def find_step_in_line(
     line: str, step_of: StepReader, actions: Collection[str]
 ) -> tuple[WrittenStep | None, bool]:
-    """Return the step in a line without a number, and whether the line has a title or a remark.
+    """Return the step in a line without a list number, and whether the line also has a title or a remark.
 
-    If the remark is another step, with or without a few other words, the first step is not returned either.
+    If the remark contains another step, alone or among a few other words, None is returned as the step.
     """
     title = _TITLE.match(line)
     for begin in (0, *([] if title is None else [title.end()])):
@@ -75,8 +75,8 @@ def find_step_in_line(
         step = step_of(text) or step_of(strip_signs(text))
         if step is not None:
             return step, begin > 0
-        for sign in islice(_REMARK.finditer(text), _MAX_SIGNS):
-            words, remark = strip_signs(text[: sign.start()]), strip_signs(text[sign.end() :])
+        for separator in islice(_REMARK.finditer(text), _MAX_SEPARATORS):
+            words, remark = strip_signs(text[: separator.start()]), strip_signs(text[separator.end() :])
             if _is_remark(remark, words) and (step := step_of(words)) is not None:
                 has_other_step = step_of(remark) or has_step_among_few_words(remark, step_of, actions)
                 return (None if has_other_step else step), True
@@ -84,13 +84,17 @@ def find_step_in_line(
 
 
 def _is_remark(text: str, step: str) -> bool:
-    """Whether a text behind a step is no object of the step, because the step ends in a bracket or number."""
+    """Whether the text after a step is a remark, and not an object of the step.
+
+    The step must end in ``)``. It may also end in a digit, if the text contains an ordinary word. The text
+    must have no ``(``.
+    """
     is_sentence = step[-1:].isdigit() and ORDINARY_WORD.search(text) is not None
     return "(" not in text and (step.endswith(")") or is_sentence)
 
 
 def strip_signs(text: str) -> str:
-    """Return a text without signs around it.
+    """Return a text without the punctuation before and after it.
 
     A single word keeps its quotes, as it may be a piece of JSON. Dots that stand for omitted text stay, too.
     """

@@ -89,8 +89,8 @@ class _QuantifierRange:
     def count_literals(self, formula: f.Formula) -> int:
         """Return the maximum number of literals that a test of a formula evaluates.
 
-        A class without objects counts as one object, because the formulas inside and around its quantifier
-        are evaluated.
+        A quantifier counts its formula once for each object of its class, but at least once. The formula is
+        evaluated even if the class has no objects.
 
         Raises:
             InputError: there are more than `MAX_LITERALS` literals.
@@ -158,7 +158,10 @@ def _check_literal_limit(literal_count: int) -> int:
 
 
 MAX_INSTRUCTIONS = 20_000
-"""Maximum number of instructions of a program. Each object with an ambiguous name adds alternatives."""
+"""Maximum number of instructions of a program.
+
+Each object that an ambiguous name may mean adds instructions.
+"""
 
 _LITERALS_PER_ACTION = 100
 """Number of literals whose tests count as one applied action in the effort of a search."""
@@ -336,7 +339,7 @@ class ProgramCompiler:
         return lru_cache(_MAX_CACHED_STATES)(find_plans)
 
     def _make_planner(self, literals: tuple[GroundAtom, ...], required: _StateRequirement) -> SubgoalPlanner:
-        """Return a planner for plans that make literals true, and after which a requirement holds.
+        """Return a planner whose plans make literals true and end in a state that meets a requirement.
 
         If no state can meet the requirement, the planner returns no plan.
         """
@@ -425,9 +428,10 @@ class _SubgoalProgramBuilder:
     def _add_conjunction(
         self, parts: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
     ) -> _InstructionNumber:
-        """Add instructions for actions in order, and for conditions that must hold after all actions.
+        """Add instructions that execute the actions of a conjunction in order, and then meet its conditions.
 
-        Further actions make the conditions true, before or after the given actions. Both orders are tried.
+        Other actions make the conditions true. The program tries them before, and after, the actions of the
+        conjunction.
         """
         states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
@@ -463,10 +467,10 @@ class _SubgoalProgramBuilder:
         *,
         is_whole_subgoal: bool = True,
     ) -> _InstructionNumber:
-        """Add instructions for a condition on one state: make a disjunct true, then test the condition.
+        """Add instructions that make one disjunct of a condition true, and then test the condition.
 
-        A condition has one or several disjuncts. If the condition holds already, the instructions do nothing.
-        But if it is the complete subgoal (``is_whole_subgoal``), the subgoal then fails as an additional
+        The condition is about one state. If the condition holds already, the instructions do nothing. But if
+        the condition is the complete subgoal (``is_whole_subgoal``), the subgoal then fails as an additional
         (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
@@ -559,7 +563,7 @@ class _SubgoalProgramBuilder:
 
     def _add_instruction(self, instruction: Instruction) -> _InstructionNumber:
         if len(self.program) >= MAX_INSTRUCTIONS:
-            raise InputError(f"the answer has more than {MAX_INSTRUCTIONS:,} steps and alternatives")
+            raise InputError(f"the answer needs more than {MAX_INSTRUCTIONS:,} instructions: use fewer steps")
         self.program.append(instruction)
         return len(self.program) - 1
 

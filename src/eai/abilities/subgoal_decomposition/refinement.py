@@ -36,9 +36,10 @@ from eai.world.operator import Operator, OperatorRole
 from eai.world.state import Scene, State
 
 _MAX_TESTED_LITERALS = 200_000
-"""Maximum number of literals that one search tests.
+"""Maximum number of tests of literals in one search.
 
-Tests follow each applied action, so a search for a subgoal with very many literals applies few actions.
+A search tests each literal of its subgoal after each applied action. So a search for a subgoal with very many
+literals applies few actions.
 """
 
 
@@ -197,14 +198,15 @@ class SubgoalRefiner:
         return find_plans(goal, self._list_growing_action_sets(search_input), search_input.state, budget)
 
     def _list_growing_action_sets(self, search_input: _SubgoalSearchInput) -> Iterator[PermittedActions]:
-        """Yield growing sets of actions that a search may use.
+        """Yield up to three growing sets of actions that a search may use.
 
-        Actions of the first set use only the objects in the subgoal. Actions of the second set may also
-        release any object. Actions of the third set may also go to any object, and use any object for
-        parameters that the subgoal does not determine. If the domain has movement but the subgoal does not
-        depend on the agent's position, the third set adds only actions with a tool: an object that the
-        action's effects do not mention. In domains without movement, as most PDDL domains, it adds actions
-        with all objects that the fixed checks allow.
+        Actions of the first set use only the objects in the subgoal. The second set adds actions that release
+        any object. The third set adds movement to any object. It also adds actions with any objects for
+        parameters that the subgoal does not determine. These actions must pass their fixed checks: the checks
+        that no action can change.
+
+        If the domain has movement but the subgoal does not depend on the agent's position, the third set adds
+        only actions with a tool. A tool is an object that the action's effects do not mention.
         """
         helping, movement = self._repertoire.find_enabling_hand_and_movement_operators(
             _get_operator_names(search_input.wanted)
@@ -249,7 +251,7 @@ class SubgoalRefiner:
 
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
-    ) -> dict[Action, int]:
+    ) -> dict[Action, LiteralBits]:
         """Return the actions of operators with a role, such as movement, on different objects.
 
         The actions only prepare other actions and make no literal of the subgoal true. So each is mapped to
@@ -262,7 +264,7 @@ class SubgoalRefiner:
             for arguments in islice(permutations(objects, o.arity), MAX_LISTED)
         }
 
-    def _list_moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, int]:
+    def _list_moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, LiteralBits]:
         return {
             Action(name, arguments): 0
             for name in operators

@@ -49,11 +49,14 @@ Holds: TypeAlias = Callable[[State], bool]
 _AGENT = 0
 """Number that stands for the agent in an `_OperatorPattern`.
 
-Objects of the literal have numbers from 1 on.
+The objects of the pattern's literal have numbers from 1 on.
 """
 
 _MAX_FITTING_ACTIONS = 10_000
-"""Maximum number of actions of one operator for a literal that does not determine all their arguments."""
+"""Maximum number of actions of one operator that are found for one literal.
+
+The limit matters if the literal does not determine all parameters, so that other objects are tried.
+"""
 
 
 MAX_LISTED = 100_000
@@ -100,10 +103,10 @@ class _OperatorInfo(NamedTuple):
 
 
 _OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
-"""A pair: the name of an operator that may make a literal true, and the numbers of the operator's arguments.
+"""A pair: the name of an operator that may make a literal true, and a number or None for each argument.
 
-A number stands for an object of the literal or for the agent. It is None if the literal leaves the argument
-open.
+The number stands for an object of the literal, or for the agent. None means that the literal does not
+determine the argument.
 """
 
 
@@ -205,16 +208,16 @@ class OperatorIndex:
         other_objects: Sequence[int] = (),
         possible_in: State | None = None,
     ) -> dict[Action, LiteralBits]:
-        """Return a mapping from actions to bit masks of the literals that the action may make true.
+        """Return a mapping from actions to bit masks of the literals that each action may make true.
 
-        The arguments of an action are different objects of a literal, or also other objects for parameters
-        that the literal does not determine. Only movement may change the position, the direction and the
-        posture of the agent.
+        The arguments of an action are different objects. They are objects of one literal or, for parameters
+        that the literal does not determine, any of ``other_objects``. Only movement may change the position,
+        the direction and the posture of the agent.
 
         Args:
             literals: the literals.
             scene: the scene.
-            other_objects: the other objects.
+            other_objects: objects for parameters that a literal does not determine.
             possible_in: a state or None. If it is a state, the result has only actions whose `FIXED` checks
                 hold in it, and an action may have the same object twice.
         """
@@ -471,9 +474,9 @@ class CandidateAction(NamedTuple):
         return self.info.operator.is_possible(state, self.binding)
 
     def unchangeable_checks_hold(self, state: State) -> bool:
-        """Whether the fixed checks of the action hold.
+        """Whether the fixed checks of the action hold: the checks that no action can change.
 
-        If they hold, they hold in all states of the episode.
+        The answer is the same in all states of an episode.
         """
         return self.info.unchangeable_checks_hold(state, self.binding)
 
@@ -508,10 +511,10 @@ class CandidateAction(NamedTuple):
         return result
 
     def find_failing_checks(self, state: State) -> list[int]:
-        """Return the numbers of the failing checks.
+        """Return the indices of the failing checks in the operator's list of checks.
 
-        An operator may have several ways to act (`OperatorAlternative`). If all checks hold but each way
-        fails, the only number is the number of checks.
+        An operator may have several alternatives, ways to act (`OperatorAlternative`). If all checks hold but
+        every alternative fails, the result is one index past the last check.
         """
         checks = self.info.operator.checks
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]

@@ -1,6 +1,6 @@
 """The scorer of subgoal decomposition: from the text of an answer to its verdict, in any domain.
 
-It translates the reports of the search to verdicts.
+A search tries ways to execute the subgoals. The scorer turns the result of the search into a verdict.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ class GoalProgress:
         trajectory_test: a further test of the trajectory from start to end; None for no test.
 
     Attributes:
-        actions: the operators in the goal.
+        actions: names of the operators that the goal mentions.
         trajectory_test: a further test of the trajectory from start to end; None for no test.
 
     Raises:
@@ -144,7 +144,7 @@ class GoalProgress:
     def is_reached(self, parts_met: int, final_state: State) -> bool:
         """Whether the goal is reached at the end of a trajectory.
 
-        If only the last part of the goal is not met yet, it is tested in the last state.
+        The last part of the goal may also be met by the final state.
         """
         missing = len(self._parts) - parts_met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final_state, None))
@@ -192,7 +192,10 @@ class ExecutionBranch(NamedTuple):
     refined: int = 0
 
     def count_executed(self, subgoal: int) -> int:
-        """Return the number of actions executed for a subgoal; 0 if it is not the branch's last subgoal."""
+        """Return the number of actions that this branch executed for a subgoal.
+
+        The number is 0 if the subgoal is not the last subgoal that the branch executed.
+        """
         return self.executed if self.subgoal == subgoal else 0
 
     @property
@@ -290,8 +293,8 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches that begin a subgoal; the search continues only the first
-            branches. All branches that execute the last subgoal are tested for the goal.
+        branches: maximum number of branches kept at the beginning of each subgoal; the search drops all later
+            branches. Branches that executed the last subgoal are never dropped, and are tested for the goal.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 
@@ -378,9 +381,9 @@ class _Exploration:
     def _merge_and_limit_branches(
         self, waiting: list[ExecutionBranch], instruction: Instruction
     ) -> list[ExecutionBranch]:
-        """Return the branches that continue at an instruction, after branches with equal futures are merged.
+        """Return the branches that execute an instruction next. Branches with the same future are merged.
 
-        Their number is limited only before instructions that can make new branches.
+        The number of branches is limited only before instructions that can make new branches.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
         branches = _drop_branches_with_same_future(

@@ -297,9 +297,9 @@ _MAX_FAILURE_STATES = 16
 """Maximum number of states in which actions are tested after a failed search: the start and best states."""
 
 _MAX_FAILURE_TESTS = 200_000
-"""Maximum number of tests of a goal's literals that explain a failed search.
+"""Maximum number of tests of literals, over all states and actions, to explain a failed search.
 
-If a goal has very many literals, fewer states are tested.
+If a goal has very many literals, they are tested in fewer states.
 """
 
 
@@ -331,12 +331,12 @@ The action is None if the plan fails only because it is too long.
 def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """Return the failed plan that comes nearest to the goal, after all searches failed.
 
-    The plan ends with a failing action. If this action were possible, more literals of the goal would hold
-    than after any other action. Among equal actions, the action with the fewest failing checks is taken, then
-    the action with the shortest plan. `_choose_attempt_to_report` can replace this action by a failing action
-    that the plan must contain before. If no action fails but the plan is too long, no plan is returned. If
-    all literals can be reached, but not together, the plan leads to a visited state in which most literals
-    hold.
+    The plan ends with the failing action after which most literals of the goal would hold. Ties go to the
+    action with the fewest failing checks, then to the shortest plan. `_choose_attempt_to_report` can replace
+    this action by an earlier action that the plan needs and that fails, too.
+
+    If no action fails but the plan is too long, no plan is returned. If each literal can be reached, but not
+    all together, the plan leads to the visited state in which most literals hold.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
@@ -366,7 +366,8 @@ class _FailedSearch:
         search: the search.
 
     Attributes:
-        effort: number of actions applied to states, or tested after movement.
+        effort: number of actions that were applied to states, or whose checks were tested, for the
+            explanation.
         most_met: maximum number of the goal's literals that hold together in a visited state.
     """
 
@@ -387,8 +388,8 @@ class _FailedSearch:
     def find_nearest_attempt(self) -> _NearestAttempt | None:
         """Return the failed plan that comes nearest to the goal, or None if no plan makes progress.
 
-        If in some visited state as many literals hold as after a failing action, the action does not explain
-        the failure and is left out.
+        A failing action is left out if at least as many literals hold in some visited state as after the
+        action. Such an action does not explain the failure.
         """
         best: _TriedAction | None = None
         distance: _DistanceToSubgoal = (0, 0, 0)
@@ -466,10 +467,11 @@ class _FailedSearch:
     def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
         """Return the action to report as the reason why a plan failed, or None.
 
-        Usually this is the failing action. But some actions, called helping actions, would make failing
-        checks of this action true. If all of them fail, the first is reported instead. The result is None if
-        the plan fails only because it is too long. So it is if no check fails, or if a helping action is
-        possible and keeps all true literals of the goal true.
+        Usually this is the failing action. A helping action is an action that would make failing checks of
+        this action true. If all helping actions fail, too, the first helping action is reported instead.
+
+        Return None if the plan fails only because it is too long. This is so if no check fails, or if a
+        helping action is possible and keeps all true literals of the goal true.
         """
         node, candidate, _, state, failing = failed_attempt
         if not failing:

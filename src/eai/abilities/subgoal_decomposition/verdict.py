@@ -29,16 +29,18 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome of the answer.
-        goals_elsewhere: whether the verdict counts the goals of another way to execute the subgoals than the
-            reported way, which reaches fewer goals.
-        errors: kinds of all errors in the reported way to execute the subgoals, in order.
+        goals_elsewhere: whether the goals count that another execution of the subgoals reaches, because the
+            reported execution reaches fewer goals.
+        errors: kinds of all errors in the reported execution of the subgoals, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.
         tried_actions: number of actions that the search tried.
-        refined: number of subgoals for which actions were executed in the reported way.
+        refined: number of subgoals for which actions were executed in the reported execution.
         added_actions: number of actions that the search added: executed actions minus ``refined``.
-        errors_elsewhere: kinds of all errors in the way whose goals count, in order, if ``goals_elsewhere``.
-        added_elsewhere: number of actions that the search added in that way; None if it is the reported way.
+        errors_elsewhere: kinds of all errors in the other execution, in order; empty unless
+            ``goals_elsewhere``.
+        added_elsewhere: number of actions that the search added in the other execution; None unless
+            ``goals_elsewhere``.
     """
 
     category: SubgoalCategory | None = None
@@ -61,10 +63,10 @@ class SubgoalVerdict(PlanVerdict):
         return Counter(self.errors) or PlanVerdict.faults(self)
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the credit for the executed subgoals, or None if all goals hold at the start.
+        """Return the inputs of the reward for the executed subgoals, or None if all goals hold at the start.
 
-        The credit records how many actions the scorer added to reach subgoals. Errors and added actions are
-        those of the way whose goals count.
+        One input is the number of actions that the search added to reach subgoals. Errors and added actions
+        are those of the execution whose goals count.
         """
         earned = PlanVerdict.compute_reward_inputs(self, goals_at_start)
         if earned is None:

@@ -100,7 +100,7 @@ _LOST = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
 _DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
 _HEAD_IN_COMMENT = re.compile(r";\s*:action\b[^\n]*", re.IGNORECASE)
 _NO_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)
-"""Pattern of smileys and list numbers."""
+"""Pattern of brackets that are not brackets of PDDL: those in smileys and after list numbers."""
 _CONNECTIVE = re.compile(r"\(\s*(?:and|or|imply|when|forall|exists)\b", re.IGNORECASE)
 _SIGN = re.compile(r"\(\s*:|\(\s*action\b|:\s*action\b", re.IGNORECASE)
 _KNOWN_SIGN = re.compile(

@@ -74,7 +74,10 @@ class PredicatesInClause(NamedTuple):
 
 
 def classify_clause(clause: str, categories: Mapping[str, PredicateCategory]) -> PredicatesInClause:
-    """Return the predicates of a clause. The clause is PDDL or the name of a predicate."""
+    """Return the predicates of a clause and their categories.
+
+    The clause is PDDL or the name of a predicate.
+    """
     names = sorted(find_predicates_in_text(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]
     return PredicatesInClause(tuple(names), tuple(dict.fromkeys(kinds)))
@@ -133,7 +136,7 @@ class OperatorVerdict(Verdict):
         return None if decided or self.planner is None else self.planner.value
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the credit for the answer: the F1 of all clauses in preconditions and effects.
+        """Return the inputs of the reward; the gain is the F1 of all clauses in preconditions and effects.
 
         Return None if the required operators have no clauses.
         """
@@ -171,7 +174,7 @@ All other defects are parsing errors.
 
 
 def get_counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
-    """Return a mapping from categories to the counts of preconditions and effects together."""
+    """Return a mapping from categories to the numbers of right, wrong and missed clauses."""
     counts: dict[str, Confusion] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
