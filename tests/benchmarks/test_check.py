@@ -89,7 +89,7 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
         ),
         (
             lambda: Scene(toy.VOCABULARY, {"lamp": None}),
-            "objects: expected texts as name and kind, found 'lamp' and None",
+            "an object's name and kind must be texts, found 'lamp' and None",
         ),
         (
             lambda: Operator("DIM", (X,), (affordance(is_a(X, "lamp"), "{x is no lamp"),), ()),

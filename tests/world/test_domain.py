@@ -91,7 +91,7 @@ def circle(name: str, other: str) -> DefinedPredicate:
         (lambda: missing_step(LIT(X), ""), "a check of missing_step has an empty reason"),
         (
             lambda: Check(LIT(X), FaultKind.PARSING, "no"),
-            "check 'no': expected the fault uncategorised, additional_step, affordance or missing_step",
+            "check 'no' has the fault parsing: expected uncategorised, additional_step, affordance or",
         ),
         (
             lambda: lamps(press(Add(Atom("lt", (X,))))),

@@ -173,7 +173,7 @@ def resolve_term(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
     if isinstance(term, f.Constant):
         return term
     if term.name not in binding:
-        raise InputError(f"variable {term.name} is not bound by a quantifier")
+        raise InputError(f"variable {term.name} is not bound: bind it with exists or forall")
     return f.Constant(binding[term.name])
 
 

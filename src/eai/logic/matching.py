@@ -116,7 +116,8 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # A path of positive gain takes no cell of weight 0: taken cells already weigh the most for their number.
+    # No cell of weight 0 is taken: without it, the matching would have its previous size but more weight.
+    # The previous matching was already the heaviest of its size.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())
@@ -125,10 +126,13 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
 def _extend_matching_by_one(
     weights: Sequence[Sequence[int | None]], column_of_row: dict[int, int], min_gain: int | None = None
 ) -> bool:
-    """Take one more cell, along the augmenting path that gains most weight. Return whether a cell was taken.
+    """Add a cell to the matching, along the augmenting path that adds most weight.
 
-    No cell is taken if every path gains less than ``min_gain``. The total weight of the taken cells stays
-    the largest for their number (successive shortest paths). The gain never grows from one call to the next.
+    Return whether this was done.
+
+    A matching is a set of cells of the table, no two in one row or column. No cell is added if every path
+    adds less than ``min_gain``. The matching stays the heaviest of its size (successive shortest paths). The
+    added weight never grows from one call to the next.
     """
     row_of_column = {column: row for row, column in column_of_row.items()}
     paths = _find_heaviest_augmenting_paths(weights, column_of_row, row_of_column)
@@ -145,10 +149,10 @@ def _extend_matching_by_one(
 
 
 class _AugmentingPaths(NamedTuple):
-    """The path to each column along which most weight is gained, by exchanging taken cells of a table.
+    """For each column of a table, the augmenting path to it that adds most weight to a matching.
 
     Attributes:
-        gain_by_column: gain in weight of the path to each column.
+        gain_by_column: weight that the path to each column adds to the matching.
         last_row_by_column: row of the cell in which the path to each column ends.
     """
 
@@ -161,10 +165,10 @@ def _find_heaviest_augmenting_paths(
     column_of_row: Mapping[int, int],
     row_of_column: Mapping[int, int],
 ) -> _AugmentingPaths:
-    """Return the path to each column along which most weight is gained.
+    """Return for each column the augmenting path to it that adds most weight to a matching.
 
-    A path starts in a row without a taken cell. It takes a free cell, releases the taken cell in the same
-    column, goes on from the row of the released cell, and so on.
+    A path starts in a row without a cell of the matching. It adds a cell, removes the matching's cell in the
+    same column, goes on from the row of the removed cell, and so on.
     """
     reached = {row: 0 for row in range(len(weights)) if row not in column_of_row}
     gains: dict[int, int] = {}

@@ -149,14 +149,14 @@ class _TraceEvaluator:
         Each segment ends just before a position of the mask ``next_starts``.
         """
         ends = next_starts >> 1
-        # If a formula stays true on longer segments, only the longest segment matters.
+        # A formula that stays true when a segment is extended is tested only on the longest segment.
         if id(formula) in self._monotony.true_when_longer:
             return (
                 self.find_starts_of_satisfying_segments(formula, binding, ends.bit_length() - 1)
                 if ends
                 else 0
             )
-        # If a formula stays true on shorter segments, only segments of length 1 matter.
+        # A formula that stays true when a segment is shortened is tested only on segments of length 1.
         if id(formula) in self._monotony.true_when_shorter and ends == _fill_mask_up_to_last(ends):
             return self._find_satisfying_one_state_segments(formula, binding) & ends
         table = self._get_segment_starts_by_end(formula, binding)
@@ -266,7 +266,7 @@ class _TraceEvaluator:
     def _find_values_for_truth(
         self, variable: f.Variable, body: f.Formula, binding: Binding, wanted_truth: bool
     ) -> frozenset[str]:
-        """Return the values of a variable that can give the body the wanted truth at some position."""
+        """Return the values of a variable that may give the body the wanted truth somewhere on the trace."""
         domain = self._trace.get_object_set(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
         possible = find_values_for_truth(
@@ -309,7 +309,7 @@ def _resolve_terms(terms: tuple[f.Term, ...], binding: Binding) -> tuple[str, ..
     try:
         return tuple([t.name if isinstance(t, f.Constant) else binding[t.name] for t in terms])
     except KeyError as error:
-        raise InputError(f"variable {error.args[0]} is not bound by a quantifier") from None
+        raise InputError(f"variable {error.args[0]} is not bound: bind it with exists or forall") from None
 
 
 def _make_mask_up_to(end: int) -> PositionMask:
@@ -551,7 +551,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_end_of_satisfying_segment(part, evaluator, trace, start)
         if last is None:
-            if holds:  # the sequence is completed if an earlier part does not end at its earliest end
+            if holds:  # the sequence holds, but only if an earlier part ends later
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))

@@ -64,7 +64,7 @@ class Signature:
     """The names that formulas may use: predicates and actions with their arities, and objects.
 
     Attributes:
-        predicates: mapping from predicates to arities; None as arity allows any number of arguments.
+        predicates: mapping from predicates to arities; the arity None allows any number of arguments.
         actions: mapping from actions to arities. A name that is both a predicate and an action is a
             predicate.
         objects: the names of objects; None allows every name.
@@ -82,9 +82,9 @@ class Signature:
         return name in self.actions and name not in self.predicates
 
     def get_arities_of_predicates_or_actions(self, name: str) -> Mapping[str, int | None]:
-        """Return the arities of all predicates if the name is a predicate, else the arities of actions.
+        """Return the arities of all predicates if ``name`` is a predicate, else the arities of all actions.
 
-        None as arity allows any number of arguments.
+        The arity None allows any number of arguments.
         """
         return self.predicates if name in self.predicates else self.actions
 

@@ -19,7 +19,10 @@ class _TraceState(Protocol):
         ...
 
     def list_objects(self, category: str | None) -> Sequence[str]:
-        """Return the objects of a category, each once, in a fixed order; None means all objects."""
+        """Return the objects of a category, each once, in a fixed order.
+
+        The category None means all objects.
+        """
         ...
 
 
@@ -81,7 +84,7 @@ class Trace:
         )
 
     def list_objects(self, category: str | None) -> Sequence[str]:
-        """Return the objects of a category, in the order in which the states list them."""
+        """Return the objects of a category, in the order of the trace's first state."""
         return self._states[0].list_objects(category)
 
     def get_object_set(self, category: str | None) -> frozenset[str]:

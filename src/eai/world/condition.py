@@ -94,7 +94,7 @@ def disjoin_filters(parts: Sequence[ObjectFilter]) -> ObjectFilter:
 
 
 _ValueFinder: TypeAlias = Callable[[State, FrameBinding], ObjectMask]
-"""Function that returns the bit mask of the objects that make a formula true as value of one variable."""
+"""Function that returns the bit mask of the values that one variable can have to make a formula true."""
 
 
 class ConditionCompiler:

@@ -33,7 +33,7 @@ from eai.world.state import State, compare_states
 from eai.world.vocabulary import Vocabulary
 
 _Defect: TypeAlias = str
-"""Text that names an operator or the domain, and the rule of execution that it breaks."""
+"""Text that says which rule of execution an operator or the domain breaks."""
 
 
 def check_domain(
@@ -65,7 +65,7 @@ def check_domain(
 def _check_random_walk(
     domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
 ) -> Iterator[_Defect]:
-    """Execute random possible actions, and yield a text for each rule of execution that they break."""
+    """Execute random possible actions, and yield a text for each rule of execution that the domain breaks."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield f"{domain.name}: a state belongs to another vocabulary"
         return

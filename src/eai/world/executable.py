@@ -107,8 +107,9 @@ class CompiledOperator:
     def find_failures(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
         """Return the failed checks of an action: () if the action is possible.
 
-        This is the operator's first failed check, or else the first failed check of each alternative (way to
-        act) that is tried.
+        If a check of the operator fails, the result is the operator's first failed check. Otherwise the
+        result depends on the tried alternatives (ways to act). If all of them fail, it is the first failed
+        check of each.
         """
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:

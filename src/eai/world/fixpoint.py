@@ -36,7 +36,7 @@ def make_recursive_predicates(
     for definition in definitions:
         if not _is_monotone_in(definition.definition, names):
             raise DomainError(
-                f"the derived predicate {definition.name} depends on its own negation: define it without"
+                f"the derived predicate {definition.name} depends on its own negation: remove the negation"
             )
     return _RecursivePredicates(definitions, get_vocabulary).predicates
 
@@ -151,7 +151,7 @@ class _RecursivePredicates:
 
 
 def _is_monotone_in(formula: f.Formula, names: set[str], value: bool = True) -> bool:
-    """Whether a formula keeps this truth value if predicates in ``names`` become true of more objects."""
+    """Whether a formula keeps its truth ``value`` when more objects satisfy the predicates in ``names``."""
     match formula:
         case f.Atom(predicate):
             return value or predicate not in names

@@ -77,11 +77,11 @@ class History:
 
 
 HistoryRule: TypeAlias = Callable[[CheckFailure, FrameBinding, History], int | None]
-"""Function that tests whether a failed check is a wrong order: its condition held in an earlier state.
+"""Function that tests whether a check failed because of a wrong order of steps.
 
-It takes the failed check, the binding of the action's variables, and the history: the initial state, then
-the state after each executed step. The function returns the number of the earlier state.
-None means that the condition never held: a step is missing.
+The order is wrong if the check's condition held in an earlier state. The function takes the failed check, the
+binding of the action's variables, and the history: the initial state, then the state after each executed
+step. It returns the number of the earlier state. None means that the condition never held: a step is missing.
 """
 
 
@@ -113,8 +113,8 @@ def find_when_action_was_possible(
 ) -> int | None:
     """Return the number of the last earlier state in which an action was possible; None if it never was.
 
-    The action was possible in a state if two conditions hold. All checks that were tested together with the
-    failed check passed. The failed check's history conditions (its conditions on earlier states) held. This
+    Two conditions must hold in the state. First, all checks pass that were tested together with the failed
+    check. Second, the failed check's history conditions (its conditions on earlier states) hold. This
     `HistoryRule` finds a wrong order if there was such a state.
     """
     if history.before is None:

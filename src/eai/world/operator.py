@@ -54,9 +54,7 @@ class Check:
             expected = join_with_or(
                 [kind.value for kind in FAULT_PRECEDENCE if kind is not FaultKind.WRONG_ORDER]
             )
-            raise DomainError(
-                f"check {self.reason!r}: expected the fault {expected}, found {self.fault.value}"
-            )
+            raise DomainError(f"check {self.reason!r} has the fault {self.fault.value}: expected {expected}")
         if not self.id:
             words = _WORD.findall(_PARAMETER.sub("", self.reason))
             object.__setattr__(self, "id", "_".join(words).lower())

@@ -111,7 +111,7 @@ class Relation:
         )
 
     def initial_row(self, source: int) -> ObjectMask:
-        """Return the bit mask of the targets that ``source`` has in the base, at the start of the episode."""
+        """Return the bit mask of the targets that ``source`` had at the start of the episode."""
         return self._base.rows[source]
 
     def column(self, target: int) -> ObjectMask:
@@ -178,9 +178,7 @@ class Relation:
 
         Call this only on a new `copy`, because the relations of states never change.
         """
-        if (
-            target in self._columns and source not in self._rows
-        ):  # the column is stored already, the row is not
+        if target in self._columns and source not in self._rows:  # no row needs to be stored
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -195,7 +193,10 @@ class Relation:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
 
     def find_changed_sources(self, other: Relation) -> list[int]:
-        """Return the sources, ascending, whose targets differ in another relation of the same episode."""
+        """Return the sources, ascending, whose targets differ between this relation and another relation.
+
+        Both relations must be of the same predicate and the same episode.
+        """
         changed = self._row_keys | other._row_keys
         for target in self._columns.keys() | other._columns.keys():
             changed |= self.column(target) ^ other.column(target)
@@ -285,9 +286,9 @@ def _compute_row_from_changed_columns(
     changed_columns: Mapping[int, ObjectMask],
     changed_column_indices: ObjectMask,
 ) -> ObjectMask:
-    """Return the row of ``source`` (the mask of its targets) in a relation, after some columns changed.
+    """Return the row of ``source`` in a relation: its initial row, updated from the changed columns.
 
-    A column is the mask of the sources of one target. ``initial_row`` is the row before the changes.
+    A row is the mask of the targets of one source. A column is the mask of the sources of one target.
 
     To compute a column from changed rows, swap rows and columns in the arguments.
     """

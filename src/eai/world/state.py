@@ -74,7 +74,7 @@ class Scene:
         for item in self.objects:
             if not (isinstance(item.name, str) and isinstance(item.category, str)):
                 found = f"{item.name!r} and {item.category!r}"
-                raise InputError(f"objects: expected texts as name and kind, found {found}")
+                raise InputError(f"an object's name and kind must be texts, found {found}")
         self.index = {item.name: i for i, item in enumerate(self.objects)}
         if len(self.index) < len(self.objects):
             name = next(item.name for i, item in enumerate(self.objects) if self.index[item.name] != i)
@@ -218,7 +218,7 @@ class State:
         return self.unary[self.scene.vocabulary.unary_slots[predicate]]
 
     def relation(self, predicate: str) -> Relation:
-        """Return the relation of a binary predicate."""
+        """Return the pairs of objects for which a binary predicate holds in this state."""
         return self.binary[self.scene.vocabulary.binary_slots[predicate]]
 
     def tuple_set(self, predicate: str) -> TupleSet:
@@ -278,7 +278,7 @@ class StateChange(NamedTuple):
 
     @property
     def predicates(self) -> set[str]:
-        """The predicates of the changed facts."""
+        """Names of the predicates whose facts became true or false."""
         return {fact.predicate for fact in self.added} | {fact.predicate for fact in self.removed}
 
 
