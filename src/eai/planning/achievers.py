@@ -120,7 +120,7 @@ class Achiever:
         self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """Return a mapping from variables to objects that makes the effect's atom a given atom, or None."""
+        """Return the objects of variables with which the effect's atom has these arguments, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def complete_bindings(
@@ -142,7 +142,7 @@ class Achiever:
     def make_partial_binding(
         self, scene: Scene, scope: Mapping[str, int], *, only_static_conditions: bool = False
     ) -> _PartialBinding:
-        """Return an incomplete binding, with the procedure that completes it.
+        """Return a binding of some variables, with a procedure that finds objects for all other variables.
 
         Args:
             scene: the objects.
@@ -165,7 +165,7 @@ class Achiever:
         )
 
     def ground_condition(self, index: int, binding: Sequence[int], scene: Scene) -> _GroundCondition:
-        """Return the condition at an index of `conditions` as a subgoal about the objects of a binding."""
+        """Return the condition with an index in `conditions` as a subgoal about the objects of a binding."""
         scope, literal = self.map_variables_to_objects(binding), self._literals[index]
         condition, _ = self.conditions[index]
         if literal is None:
@@ -325,9 +325,9 @@ class AchieversByPredicate:
         ]
 
     def get_achievers_of_execution(self, operator_names: Iterable[str]) -> list[Achiever]:
-        """Return, for each named operator, an `Achiever` for the goal to execute any of its actions.
+        """Return an `Achiever` for each named operator; its goal is to execute any action of the operator.
 
-        Its bindings are the actions of the operator. Unknown names are skipped.
+        The achiever has one binding for each action of the operator. Unknown names are skipped.
         """
         return [self._taking[name] for name in operator_names if name in self._taking]
 
@@ -445,7 +445,7 @@ _MAX_CACHED_ACTIONS = 60_000
 """Maximum number of ground actions whose conditions are cached for all states of a search."""
 
 _MAX_BINDINGS = 100_000
-"""Maximum number of values tried for variables to find all bindings of one effect on a ground atom."""
+"""Maximum number of values tried for variables to find all ways in which an effect changes a ground atom."""
 
 
 class _GroundAction:
@@ -458,8 +458,8 @@ class _GroundAction:
 
     Attributes:
         action: the action.
-        is_test_kept: whether a test of the action is used for later states too, until a fact changes that
-            the conditions read.
+        is_test_kept: whether the result of testing the action's conditions is kept for later states, until a
+            fact in the conditions changes.
     """
 
     __slots__ = ("_achiever", "_binding", "_conditions", "_scene", "action", "is_test_kept")
@@ -473,14 +473,18 @@ class _GroundAction:
         self._conditions: list[_GroundCondition | None] = [None] * len(achiever.conditions)
 
     def find_failing_conditions(self, state: State) -> Sequence[_GroundCondition]:
-        """Return the conditions that fail in a state. Other actions can establish them."""
+        """Return the conditions of this action that fail in a state and that other actions can establish."""
         binding = [*self._binding]
         tests = enumerate(self._achiever.conditions)
         failing = [index for index, (_, holds) in tests if not holds(state, binding)]
         return [self._get_condition(index) for index in failing] if failing else ()
 
     def keep_test(self, readers: _Readers) -> None:
-        """Keep tests of the action if each condition is about one stored fact; keeping others costs more."""
+        """Keep test results of the action if each condition is about one stored fact.
+
+        Other results would cost more to keep than to compute again. ``readers`` maps a fact to the actions
+        that have the fact in their conditions.
+        """
         if self._achiever.reads_single_facts:
             self.is_test_kept = True
             for index in range(len(self._conditions)):
@@ -563,24 +567,24 @@ class _PartlyBoundAchiever:
             else map(list, self._cached_bindings)
         )
 
-    def has_failing_conditions(self, state: State, at_least: float) -> bool:
-        """Whether ``at_least`` or more of the conditions that mention no unbound variable fail in a state."""
+    def has_failing_conditions(self, state: State, min_count: float) -> bool:
+        """Whether at least ``min_count`` conditions without unbound variables fail in a state."""
         binding, failing = [*self._partial.binding], 0
         for holds in self._partial.join.needed:
             failing += not holds(state, binding)
-        return failing >= at_least
+        return failing >= min_count
 
-    def make_candidate_actions(self, state: State, usable: int, tried_values: SearchEffort) -> GroundActions:
-        """Return the ground actions of the achiever in a state.
+    def make_candidate_actions(self, state: State, usable: int, effort: SearchEffort) -> GroundActions:
+        """Return the ground actions that may have the achiever's effect in a state.
 
         Args:
             state: the state.
             usable: the mask of the objects that actions may use.
-            tried_values: counter of values tried for variables. At its limit, no more actions follow.
+            effort: counter of values tried for variables. At its limit, no more actions follow.
         """
         if self._cached_bindings is not None and len(self._actions) == len(self._cached_bindings):
             return self._actions.values()
-        bindings = self.complete_bindings(state, usable, tried_values)
+        bindings = self.complete_bindings(state, usable, effort)
         return _CandidateActions(self._get_action(tuple(binding), state.scene) for binding in bindings)
 
     def _get_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
@@ -615,14 +619,14 @@ class _AtomAchieverFinder:
         self._readers: _Readers = {}
 
     def remove_changed_tests(self, tests: FailingConditions, before: State, after: State) -> None:
-        """Remove the tests of actions whose conditions read a fact that differs between two states."""
+        """Remove the test results of actions with conditions on a fact that differs between two states."""
         change = compare_states(before, after)
         for fact in change.added + change.removed:
             for action in self._readers.get(fact, ()):
                 tests.pop(action, None)
 
     def is_finder_valid_in(self, state: State, usable_mask: int) -> bool:
-        """Whether the cached effects are valid in a state, if actions may use the objects in a mask."""
+        """Whether this finder can also be used for a state and for actions on the objects in a mask."""
         return (
             self._state.scene is state.scene
             and self._usable == usable_mask
@@ -632,7 +636,10 @@ class _AtomAchieverFinder:
     def find_achievers_of_atom(
         self, atom: GroundAtom, *, with_parameter_subgoals: bool = False
     ) -> Sequence[_PartlyBoundAchiever]:
-        """Return the achievers of an atom of a stored predicate, partly bound by the atom, simplest first."""
+        """Return the achievers of an atom, simplest first: the effects that can make the atom true, or false.
+
+        The atom's predicate is stored. The objects of the atom are bound to the variables of each effect.
+        """
         matches = self._found.get((atom, with_parameter_subgoals))
         if matches is None:
             matches = self._found[atom, with_parameter_subgoals] = self._find_uncached_achievers_of_atom(
@@ -670,7 +677,7 @@ class _AtomAchieverFinder:
         return matches
 
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
-        """Return an object for each named operator that offers all actions of the operator."""
+        """Return an achiever for each named operator. Its ground actions are all actions of the operator."""
         matches = []
         for achiever in self._achievers.get_achievers_of_execution(operator_names):
             if achiever not in self._operators:

@@ -311,10 +311,10 @@ class CostEstimates:
         )
 
     def split_into_cheapest_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
-        """Return the parts of a condition that together establish it, by the cheapest choices.
+        """Return the parts of a condition that must become true to establish it, by the cheapest choices.
 
-        The result is None if no choice establishes the condition. It is also None for an atom without a
-        definition by a formula: its predicate is stored, or a function computes it.
+        Return None if no choice establishes the condition. Return None also for an atom whose predicate has
+        no definition by a formula, because the predicate is stored or computed by a function.
         """
         if isinstance(subgoal.formula, f.Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
@@ -343,9 +343,9 @@ class CostEstimates:
     def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _CheapestAction:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
-        An action counts only if its cost is below ``limit``, and if its conditions can be established without
-        the atom. If there is no such action at any cost, achievers are tried that have subgoals about other
-        parameters of their operator.
+        The cost of the action must be below ``limit``. It must be possible to establish its conditions
+        without first establishing the atom. If no action is found at any cost, a second search also uses
+        effects with subgoals about parameters that are not in the atom.
         """
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
@@ -371,9 +371,10 @@ class CostEstimates:
         *,
         with_parameter_subgoals: bool = False,
     ) -> _CheapestAction:
-        """Return the first of the cheapest actions that cost less than ``best``, else ``best``.
+        """Return the first of the cheapest actions that cost less than the action ``best``, else ``best``.
 
-        The actions make an atom true, or false, or belong to the named operators.
+        ``target`` is an atom with the truth that the action must give to it, or the names of the action's
+        possible operators.
         """
         matches = (
             self._matches.find_achievers_of_atom(target, with_parameter_subgoals=with_parameter_subgoals)
@@ -424,7 +425,7 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _is_being_computed(self, key: _Key) -> bool:
-        """Whether the cost of a condition is just being computed, or too many computations are nested."""
+        """Whether a cost must not be computed: its computation is under way, or too many are nested."""
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
     def _compute_cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
@@ -452,7 +453,7 @@ class CostEstimates:
     def _sum_costs(self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float) -> float:
         """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit.
 
-        Each condition on an atom of a stored predicate is given with this atom, other conditions with None.
+        A condition comes with its atom if it is an atom of a stored predicate, otherwise with None.
         """
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:
@@ -504,7 +505,10 @@ class CostEstimates:
         return Subgoal(derived.definition, scope, atom.truth)
 
     def _take_over_tests(self, previous: CostEstimates) -> FailingConditions:
-        """Return the tests of earlier estimates that hold in this state; the earlier estimates lose them."""
+        """Take over the test results of earlier estimates, and return the results that hold in this state.
+
+        The earlier estimates keep no results.
+        """
         tests, previous._kept_tests = previous._kept_tests, {}
         if previous._matches is not self._matches:
             return {}

@@ -44,7 +44,7 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""If so few actions or fewer make a set of changes, no set with fewer actions is searched.
+"""If at most this many actions make a set of changes, no set with fewer actions is searched.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """
@@ -301,12 +301,15 @@ class FactChangeFinder:
         return frozenset(earlier_changes), undoes
 
     def find_all_changes_if_effects_are_unknown(self, operator_name: str) -> ChangeSet:
-        """Return all changes of facts if effect schemas of an operator are missing, or else no change."""
+        """Return all possible changes of facts if effect schemas of an operator are missing, else none.
+
+        An operator without complete schemas may have any effect.
+        """
         names = [p.name for p in self._domain.vocabulary.predicates] if operator_name in self._unread else ()
         return frozenset(self._find_changes_of_predicates(names))
 
     def select_changes_made_or_undone(self, step: Action, changes: ChangeSet) -> list[FactChange]:
-        """Return the changes of facts that a step may make, or whose opposite the step may make."""
+        """Return the changes in a set that a step may make, or may undo by making the opposite change."""
         predicates = self._changed_by[step.operator]
         return [
             change
@@ -362,10 +365,10 @@ class FactChangeFinder:
     def find_necessary_changes(
         self, formula: f.Formula, scope: Scope, state: State, *, truth: bool
     ) -> ChangeSet:
-        """Return a set of changes of facts that a condition needs.
+        """Return changes of facts; at least one of them must happen before a condition can become true.
 
-        At least one change of the set must happen before the condition becomes true, or (not ``truth``)
-        false.
+        If ``truth`` is False: before the condition can become false.
+
         """
         match formula:
             case f.Not(operand):
@@ -398,10 +401,10 @@ class FactChangeFinder:
     def _find_changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
     ) -> ChangeSet:
-        """Return changes of facts; a compound condition gets the truth ``truth`` only after such a change.
+        """Return changes; one of them must happen before a compound condition can have the value ``truth``.
 
-        If the condition needs all parts, these are the changes for the failing part that fewest actions
-        change. Otherwise they are the changes for all parts.
+        If all parts must have this value, the changes are for one failing part: the part whose changes fewest
+        actions make. Otherwise they are the changes for all parts.
         """
         if not all_needed:
             return frozenset().union(
@@ -422,7 +425,7 @@ class FactChangeFinder:
     def _find_changes_of_instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return changes of facts; a quantified formula gets the truth ``truth`` only after such a change.
+        """Return changes; one of them must happen before a quantified formula can have the value ``truth``.
 
         One suitable value of its variable is enough.
         """
@@ -530,9 +533,9 @@ def simplify_check_given_other_checks(check: Check, operator_checks: tuple[Check
 
 
 def _split_conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
-    """Return the parts of a condition that must all have a certain truth to give the condition ``truth``.
+    """Return pairs of a part of a condition and the truth value that the part must have.
 
-    Each part comes with the truth that it must have.
+    The condition has the value ``truth`` if and only if each part has its value.
     """
     match formula:
         case f.Not(operand):

@@ -51,9 +51,10 @@ class EffectSchema(NamedTuple):
 
 
 def make_schema_of_execution(operator: Operator) -> EffectSchema:
-    """Return an effect schema of no fact, whose only condition is that the operator's checks pass.
+    """Return a schema that stands for the execution of an operator and has no fact as its effect.
 
-    It serves for goals to execute an operator, and as a template for the operator's other schemas.
+    Its only condition is that the operator's checks pass. It serves for goals to execute the operator, and as
+    a template for the operator's other schemas.
     """
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
@@ -94,10 +95,10 @@ def find_changed_predicates(operator: Operator) -> list[str]:
 
 
 def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
-    """Return an operator's predicates for which effect schemas are incomplete.
+    """Return the predicates that an operator changes if its effect schemas are incomplete, else an empty set.
 
-    `make_effect_schemas` leaves out an effect whose variable has the name of an outer variable. Then all
-    predicates that the operator changes are returned. Otherwise the set is empty.
+    `make_effect_schemas` leaves out an effect whose variable has the name of an outer variable. The schemas
+    are then incomplete.
     """
     changed = find_changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*make_effect_schemas(operator)]) else ())

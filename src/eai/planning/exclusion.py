@@ -71,8 +71,8 @@ class _Lemma(NamedTuple):
     """The result of a proof about a pair of facts. It may serve in other episodes.
 
     Attributes:
-        answers: the facts of the initial state that the proof used, each with its truth, and with numbers for
-            the objects. The result is valid in every episode in which these answers are true.
+        answers: pairs of facts and whether all the facts hold in the initial state, as the proof found.
+            Numbers stand for the objects. The result is valid in every episode with the same answers.
         is_exclusive: whether it is proved that the facts exclude each other.
     """
 
@@ -211,7 +211,10 @@ class _ExclusionProver:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
     def resolve_term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
-        """Return the object of a term: its index, a name for one unknown object, or None for any object."""
+        """Return the object that a term denotes.
+
+        The result is an index, a text for one unknown object, or None for any object.
+        """
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index[term]
 
 
@@ -383,12 +386,15 @@ class _HypotheticalState:
         self._unknown = 0
 
     def may_hold_together(self, conditions: Sequence[_Condition]) -> bool:
-        """Assume that conditions hold. Return False if it is proved that no state meets them all."""
+        """Return False if it is proved that no state meets all conditions.
+
+        The conditions are assumed, so that a contradiction between their consequences can be found.
+        """
         # A second pass, because facts that follow from a later condition may contradict an earlier one.
         return all(self._try_to_assume(condition) for _ in range(_PASSES) for condition in conditions)
 
     def _is_impossible(self, condition: _Condition) -> bool:
-        """Whether no instance of a condition can be met; None in its scope stands for any object."""
+        """Whether no objects can meet a condition. A variable with the value None stands for any object."""
         formula, scope, truth, _ = condition
         fact = self._find_stored_fact(condition)
         if fact is not None:
@@ -466,7 +472,7 @@ class _HypotheticalState:
         """
         if is_existential and is_assumed_true:
             self._unknown += 1
-            # A variable with None in the scope may be any object, and each object may need another witness.
+            # If an outer variable stands for any object (None), each such object may need another witness.
             return [] if None in scope.values() else [f"{self._unknown}"]
         if is_existential or is_assumed_true:
             return [None] if is_existential or variable.category is None else []
@@ -496,9 +502,9 @@ class _HypotheticalState:
         return True
 
     def _is_fact_impossible(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
-        """Whether a fact must be false with any objects as its open arguments.
+        """Whether the assumed facts imply that a fact is false for all objects as its open arguments.
 
-        If ``truth`` is False: whether the fact must be true with any objects.
+        If ``truth`` is False: whether they imply that the fact is true for all these objects.
         """
         rules, general = self._prover.rules, _replace_unknown_by_none(fact)
         if fact in self._true:

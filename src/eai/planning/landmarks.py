@@ -193,7 +193,10 @@ class _RelaxationGraph:
         return reached
 
     def _add_actions_making(self, node_numbers: Iterable[int]) -> bool:
-        """Extend the graph by the actions that make the changes of nodes. Return whether any was added."""
+        """Add to the graph the actions that make the changes of the given nodes.
+
+        Return whether any was added.
+        """
         fresh = [
             (number, action)
             for number in node_numbers
@@ -405,7 +408,7 @@ class Landmarks:
         return missed
 
     def count_min_actions(self, cuts_mask: int) -> int:
-        """Return the minimum number of actions in a set with an action of each landmark (`Cut`) of a mask."""
+        """Return the minimum size of a set of actions that contains an action of each landmark in a mask."""
         return self._get_min_hitting_set(cuts_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:

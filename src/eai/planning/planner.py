@@ -40,7 +40,10 @@ For a costlier goal, the conditions that must hold before it are reached first.
 """
 
 _NEXT_ACTION = -1
-"""Number of the goal to take the next operator of `PlanningGoal.actions`; other goals count from 0."""
+"""Index that stands for the goal to execute the next operator of `PlanningGoal.actions`.
+
+Other goals have their indices in the list of goals.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,9 +201,9 @@ def _search_plan(
 class _GoalAgenda:
     """Reaches the goals of one task one by one. Each search keeps the goals that were reached before.
 
-    Goals with such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost
-    comes first. If a goal is a disjunction, the parts of its cheapest disjunct are reached one by one. The
-    disjunct is chosen again after every part.
+    Goals that can be reached in this way are called serialisable (Korf 1987). The goal with the lowest
+    estimated cost comes first. If a goal is a disjunction, the parts of its cheapest disjunct are reached one
+    by one. The disjunct is chosen again after every part.
 
     Args:
         search: the searches and estimates.
@@ -241,7 +244,7 @@ class _GoalAgenda:
         return bool(new)
 
     def _sort_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
-        """Yield the numbers of goals by their estimated cost, hard goals first.
+        """Yield the indices of goals by their estimated cost, hard goals first.
 
         Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. If
         only one goal is pending, it is yielded at once. Its cost is estimated only if the caller asks for

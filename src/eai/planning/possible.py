@@ -174,11 +174,11 @@ class PossibleFacts:
     def _evaluate_definition(
         self, derived: DefinedPredicate, arguments: tuple[int, ...], truth: bool
     ) -> bool:
-        """Return whether an atom of a defined predicate may ever be true; if not ``truth``, ever be false.
+        """Whether an atom of a defined predicate may ever have the truth value ``truth``.
 
-        A recursive definition is evaluated as a least fixpoint. If the evaluation meets its own literal
-        again, it assumes that the atom never becomes true and may become false. The
-        outermost evaluation is repeated until it finds no new possible literal.
+        A recursive definition is evaluated as a least fixpoint. If the evaluation needs the result for the
+        same atom and truth value again, it assumes that the atom never becomes true, but may become false.
+        The outermost evaluation is repeated until it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
         if literal in self._assumed:

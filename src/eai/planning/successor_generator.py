@@ -12,7 +12,7 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number by which a tried action raises the search's count of tried parameter values, which has a limit.
+"""Number of tried parameter values that one tried action counts as, in the limited count of a search.
 
 It is more than one, because an action takes more time to try than a value.
 """
@@ -27,8 +27,8 @@ class SuccessorGenerator:
     Args:
         domain: the domain.
         objects: the objects that actions may use, by index.
-        goals: operators that a plan must contain, one after the other. Each entry lists the names of
-            alternative operators.
+        goals: the goals to execute operators: a plan must contain these operators, one after the other. Each
+            entry lists the names of alternative operators.
         allowed: function that tests whether an action may lead to a state; None allows all states.
     """
 

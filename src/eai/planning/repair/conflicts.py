@@ -26,12 +26,13 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""Moment during a plan: the number of the state, and how many entries of `PlanningGoal.actions` are done."""
+"""Moment of a plan: the number of a state, and the number of operators of `PlanningGoal.actions` executed."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
-"""Moments of a plan (state, number of executed operators of the goal's list), up to an impossible step.
+"""Moments of a plan, one before each entry of the plan up to the first impossible step.
 
-There is one moment before each entry. If no step is impossible, one more moment is at the end.
+If no step is impossible, one more moment is at the end.
+
 """
 
 START: PlanPath = ((0, 0),)
@@ -116,13 +117,11 @@ class PlanStateCache:
         return missed
 
     def compute_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
-        """Execute a plan, and return its path: the moments before its entries, up to an impossible step.
-
-        A moment is a state, and how many operators of the goal's list were executed so far.
+        """Execute a plan, and return its path (`PlanPath`): the moments up to the first impossible step.
 
         Args:
             plan: the plan.
-            begin: a path that equals the path of the plan before the entry ``at``.
+            begin: moments of this plan, known up to the entry ``at``.
             at: the number of the first entry to execute.
         """
         moments = [*begin[: at + 1]]
@@ -165,7 +164,10 @@ The action None stands for the deletion of the entry at the position.
 
 
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
-"""Function from an edited plan and its `PlanPath` to edits. Every repair contains at least one of them."""
+"""Function from an edited plan and its `PlanPath` to edits.
+
+Every repair of the plan makes one of the edits.
+"""
 
 
 def make_edits_finder(states: PlanStateCache) -> EditsFinder:
@@ -295,8 +297,9 @@ class _HelpingEditFinder:
     ) -> tuple[ChangeSet, UndoesWantedChange]:
         """Return changes of facts that may let a step make more of the wanted changes, or undo fewer of them.
 
-        The returned changes must happen before the step. A skipped step of the named operators is improved if
-        the step is executed. The second returned value is whether the step undoes any wanted change.
+        The returned changes must happen before the step. If the operator of a skipped step is in
+        ``operator_names``, the step is improved if it is executed. The second returned value is whether the
+        step undoes any wanted change.
         """
         state, executed = (
             self._states.by_number[state_number],

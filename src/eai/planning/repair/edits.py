@@ -29,7 +29,7 @@ class EditedPlanStep(NamedTuple):
 
     @property
     def is_kept(self) -> bool:
-        """Whether the entry is an unchanged step."""
+        """Whether this entry of an edited plan is an unchanged step."""
         return self.step >= 0 and self.action is not None
 
 
@@ -130,7 +130,7 @@ class EditCost(NamedTuple):
     insertions: int
 
     def count_min_edits_with_inserted_steps(self, inserted_steps: int) -> int:
-        """Return the minimum number of edits after more steps are inserted into the edited plan."""
+        """Return the minimum number of edits of this plan after it gets ``inserted_steps`` more steps."""
         return self.edits + max(0, inserted_steps - self.deletions)
 
 

@@ -59,9 +59,9 @@ _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to complete a plan."""
 
 _START_FACTOR = 3
-"""Factor by which the planner may test more actions for its plan from the initial state.
+"""Factor that raises the limit of actions that the planner tests, for its plan from the initial state.
 
-This plan is made once per task.
+The limit may be higher because this plan is made only once per task.
 """
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
@@ -87,7 +87,7 @@ _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one operation of the search."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Two numbers that measure the effort for a conflict (first failure of a plan) in operations of the search.
+"""Effort for a conflict (the first failure of a plan), counted in operations of the search.
 
 Finding the edits that may resolve the conflict counts as ``_CONFLICT_EFFORT`` operations for each step of the
 plan. Trying ``_EDITS_PER_EFFORT`` edits counts as one operation.
@@ -106,7 +106,7 @@ class Repairer:
     Attributes:
         change_finder: finds the changes of facts that may make a condition true or false.
         states: the states that plans lead to.
-        find_edits: finds the edits that may resolve the conflict of an edited plan.
+        find_edits: finds the edits that may resolve the conflict (the first failure) of an edited plan.
     """
 
     def __init__(self, planner: Planner, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
@@ -208,8 +208,7 @@ class Repairer:
     ) -> tuple[list[Action], PlanMoment]:
         """Return a plan's possible steps, with inserted actions that make more of its steps possible.
 
-        The second returned value is the moment after the last step: a state, and how many operators of the
-        goal's list were executed.
+        The second returned value is the moment (`PlanMoment`) after the last step.
         """
         actions: list[Action] = []
         moment, skipped = START[0], 0
@@ -228,10 +227,9 @@ class Repairer:
     def _enable_and_take_step(
         self, moment: PlanMoment, step: Action, later: PlanSteps, skipped_before: int, effort: SearchEffort
     ) -> tuple[Sequence[Action], PlanMoment] | None:
-        """Return a step with actions before it that make it possible, and the moment after the step.
+        """Return a step with actions before it that make it possible, and the `PlanMoment` after the step.
 
-        A moment is a state, and how many operators of the goal's list were executed. The result is None if
-        the step should be left out.
+        The result is None if the step should be left out.
 
         Args:
             moment: the moment before the step.
@@ -341,9 +339,11 @@ class Repairer:
         actions: Iterable[Action | None],
         landmarks: Landmarks,
     ) -> Iterator[PlanEdit]:
-        """Yield an edit with each of the actions as its inserted action, if the edited plan then succeeds.
+        """Yield copies of an edit, each with one of the actions as the inserted action.
 
-        Without an action, the edit gives only the position and, for a replacement, the removed step.
+        An edit is yielded only if the edited plan succeeds.
+
+        The given edit has only the position and, for a replacement, the removed step.
         """
         rest = plan[edit.step + (edit.removed is not None) :]
         lacked = landmarks.find_missed_cuts_mask(filter(None, (*plan[: edit.step], *rest)))
@@ -400,9 +400,8 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: the moment before each entry of the plan: a state, and how many operators of the goal's list
-            were executed. If ``first_unknown`` is not -1, these are the moments of the plan without its
-            last edit; they are right up to entry ``first_unknown``.
+        path: the moment (`PlanMoment`) before each entry of the plan. If ``first_unknown`` is not -1, these
+            are the moments of the plan without its last edit; they are right up to entry ``first_unknown``.
         first_unknown: number of the first entry whose moment is not computed yet; -1 if all are computed.
         failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
             for the plan before the last edit.
@@ -500,8 +499,9 @@ class _RepairSearch:
     def _execute_plan_of(self, node: _RepairNode) -> bool:
         """Execute the plan of a node. Return True if the plan succeeds.
 
-        A plan that fails is queued again. Further plans with one more step deleted are queued. They have
-        no more edits, because the deletion and an earlier insertion together count as one replacement.
+        If the plan fails, its node is queued again, with the result of the execution. Plans with one more
+        deleted step are queued, too. They cost no further edit, because the deletion and an earlier insertion
+        count as one replacement.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.compute_path(node.plan, node.path, node.first_unknown)
@@ -585,9 +585,10 @@ class _RepairSearch:
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_min_edits(self, node: _RepairNode) -> _RepairNode:
-        """Search for more landmarks (sets of actions from which every plan that succeeds has an action).
+        """Search for more landmarks, and return the node with an updated minimum number of missing steps.
 
-        Return the node with the minimum number of missing steps that all landmarks prove.
+        A landmark is a set of actions; every plan that succeeds has at least one action of the set. The
+        minimum number follows from the landmarks that contain no action of the plan.
         """
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else SearchEffort(0)
