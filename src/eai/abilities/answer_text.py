@@ -17,7 +17,7 @@ unfinished reasoning. The repairs are:
 * ``stray_bracket``: a closing bracket outside the value has no opening bracket;
 * ``boxed``: the value stands in ``\boxed{}``;
 * ``json_in_string``: the value is JSON inside a string;
-* ``wrapper_key``: the value is a member of an object whose other members are no parts of an answer;
+* ``wrapper_key``: the value is a member of an object whose other members are not parts of an answer;
 * ``wrapper_list``: the value is the only item of a list;
 * ``json_lines``: the parts of the value follow each other without a list around them;
 * ``numbered``: parts that follow each other have numbers.
@@ -101,7 +101,7 @@ _REASONING_KEY = re.compile(
     r"|(?:task|goal|title|name)(?:[_ -]name)?",
     re.IGNORECASE,
 )
-"""Pattern of keys whose texts explain an answer, or name its task, and are no part of the answer."""
+"""Pattern of keys whose texts explain an answer, or name its task, and are not parts of the answer."""
 
 T = TypeVar("T")
 
@@ -175,7 +175,7 @@ class AnswerFormat(Generic[T]):
             count as examples.
         is_single: whether two different values side by side make the answer unreadable.
         wrappers: keys of an object around the value, if the question asks for such an object. Removing this
-            object is no repair.
+            object does not count as a repair.
     """
 
     description: str

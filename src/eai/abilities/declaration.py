@@ -260,7 +260,7 @@ def get_declaration(ability: Ability) -> AbilityDeclaration[Any]:
     """Return the declaration of an installed ability (kind of question).
 
     Raises:
-        InputError: the ability is not installed, or its entry point is no declaration of it.
+        InputError: the ability is not installed, or its entry point is not a declaration of the ability.
     """
     point = find_abilities().get(ability)
     if point is None:

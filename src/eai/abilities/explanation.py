@@ -187,7 +187,7 @@ def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, 
     Goals and facts are texts. A near miss became true and stayed true. It is one of three kinds of facts:
     another relation of the same objects in the same order; a state that replaced the wanted state of the same
     object; or the wanted relation of the first object to another object. A relation that holds in both
-    directions is no near miss: it only means that two objects are close.
+    directions is not a near miss: it only means that two objects are close.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
     made, replaced = _find_lasting_and_replaced_facts(explanation.steps if missed else ())

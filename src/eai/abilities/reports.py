@@ -170,7 +170,7 @@ def _describe_when_condition_held(
 ) -> str:
     """Return a text on the earlier state in which the missing condition of an action held.
 
-    ``executed_steps`` contains the numbers of the executed steps, from 0.
+    ``executed_steps`` contains the indices of the executed steps.
     """
     if fault.kind is not FaultKind.WRONG_ORDER or fault.earlier is None:
         return ""

@@ -126,7 +126,7 @@ class Achiever:
     def complete_bindings(
         self, state: State, scope: Mapping[str, int], usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield all bindings of the effect's variables that meet the conditions that are no subgoals.
+        """Yield all bindings of the effect's variables that meet the conditions that are not subgoals.
 
         Args:
             state: the state.

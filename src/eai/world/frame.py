@@ -14,7 +14,7 @@ FrameBinding: TypeAlias = list[int]
 """List of object indices, one for each slot; slot 0 holds the agent."""
 
 SlotByVariable: TypeAlias = Mapping[str, int]
-"""Mapping from the name of a variable to the number of its slot."""
+"""Mapping from the name of a variable to the index of its slot."""
 
 ConditionTest: TypeAlias = Callable[[State, FrameBinding], bool]
 
@@ -36,7 +36,7 @@ class SlotAllocator:
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
         self._first_other = 1 + len(parameters)
-        self._others: list[int] = []  # UNBOUND for each constant, and each variable that is no parameter
+        self._others: list[int] = []  # UNBOUND for each constant, and each variable that is not a parameter
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
         self.mentions_agent = False
@@ -47,7 +47,7 @@ class SlotAllocator:
         return self._first_other + len(self._others) - 1
 
     def find_slot(self, term: Term, scope: SlotByVariable) -> int:
-        """Return the number of the slot that holds the object of a term.
+        """Return the index of the slot that holds the object of a term.
 
         Raises:
             DomainError: the term is a variable that is not in ``scope``.

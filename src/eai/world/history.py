@@ -56,7 +56,7 @@ class History:
         return tuple(reversed(states))
 
     def find_last_state_index(self, cache_key: Hashable, test: Callable[[State], bool]) -> int | None:
-        """Return the number of the last state that passes a test, or None if no state passes.
+        """Return the index of the last state that passes a test, or None if no state passes.
 
         Args:
             cache_key: a key under which the answer is cached: equal keys must stand for equal tests.
@@ -81,12 +81,12 @@ HistoryRule: TypeAlias = Callable[[CheckFailure, FrameBinding, History], int | N
 
 The order is wrong if the check's condition held in an earlier state. The function takes the failed check, the
 binding of the action's variables, and the history: the initial state, then the state after each executed
-step. It returns the number of the earlier state. None means that the condition never held: a step is missing.
+step. It returns the index of the earlier state. None means that the condition never held: a step is missing.
 """
 
 
 def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
-    """Return the number of the last state in which a history condition of a failed check held.
+    """Return the index of the last state in which a history condition of a failed check held.
 
     This `HistoryRule` finds a wrong order if each history condition (a condition of the check on earlier
     states) has held in some state. Return None if one never held, or if the check's fault is not
@@ -111,7 +111,7 @@ def _holds_in_state(truth: ConditionTest, binding: FrameBinding, state: State) -
 def find_when_action_was_possible(
     failure: CheckFailure, binding: FrameBinding, history: History
 ) -> int | None:
-    """Return the number of the last earlier state in which an action was possible; None if it never was.
+    """Return the index of the last earlier state in which an action was possible; None if it never was.
 
     Two conditions must hold in the state. First, all checks pass that were tested together with the failed
     check. Second, the failed check's history conditions (its conditions on earlier states) hold. This

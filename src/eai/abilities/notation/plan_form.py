@@ -287,7 +287,7 @@ def strip_names(words: Iterable[str]) -> tuple[str, ...]:
 
 
 def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
-    """Return in words what is wrong with the first item that is no step, or None if all items are steps."""
+    """Return in words why the first item that is not a step is wrong, or None if all items are steps."""
     if isinstance(value, JsonObject):
         lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
         return (

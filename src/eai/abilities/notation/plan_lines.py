@@ -141,10 +141,10 @@ def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep |
 
 
 def read_text_of_steps(text: str, actions: Collection[str]) -> StepList | None:
-    """Return the steps in a string of a JSON answer, one a line. Return None if some line is no step.
+    """Return the steps in a string of a JSON answer, one a line. Return None if some line is not a step.
 
     A step without brackets is not read, because its objects may stand elsewhere in the JSON. Nor is an action
-    in other letter case, because a condition such as ``open(fridge.97)`` is no action.
+    in other letter case, because a condition such as ``open(fridge.97)`` is not an action.
     """
     names = {name.casefold() for name in actions}
     lines = [line.strip() for line in text.splitlines() if line.strip()]
@@ -238,9 +238,9 @@ def _split_lines(
     for whole in text.splitlines(keepends=True):
         line = comment.sub("", whole).rstrip()
         remark = whole[len(line) :].rstrip().strip(AROUND)
-        # the comment in "(;pick a)" begins behind the opening bracket of a step
+        # the comment in "(;pick a)" begins after the opening bracket of a step
         if remark and any(step_of(words) is not None for words in (remark, f"({remark}")):
-            line = whole.rstrip()  # a step is no comment
+            line = whole.rstrip()  # a step is not a comment
         words = line.lstrip()
         start = position + len(line) - len(words)
         position += len(whole)

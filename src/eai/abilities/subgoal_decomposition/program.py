@@ -91,9 +91,9 @@ class SubgoalForkInstruction(NamedTuple):
     The branch with the greatest instruction number is explored first.
 
     Attributes:
-        targets: returns the numbers of the next instructions in a state, one for each branch.
+        targets: returns the indices of the next instructions in a state, one for each branch.
         subgoal: number of the subgoal, from 0.
-        effort: cost of finding these numbers, in applied actions.
+        effort: cost of finding these indices, in applied actions.
     """
 
     targets: Callable[[State], Sequence[int]]

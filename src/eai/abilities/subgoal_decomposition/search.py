@@ -494,9 +494,9 @@ class _Exploration:
     def _find_earlier_state(
         self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction
     ) -> int | None:
-        """Return the number of the latest state in which a required subgoal held, or None.
+        """Return the index of the latest state in which a required subgoal held, or None.
 
-        If a limit of the search is reached during the tests, callers must ignore the number.
+        If a limit of the search is reached during the tests, callers must ignore the index.
         """
 
         def is_subgoal_met_or_limit_reached(state: State) -> bool:

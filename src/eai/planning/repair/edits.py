@@ -213,7 +213,7 @@ def put_insertions_before_deletions(plan: EditedPlan) -> EditedPlan:
 def insert_or_delete_step(
     plan: EditedPlan, position: int, inserted: Action | None
 ) -> tuple[EditedPlan, FirstChangedPosition]:
-    """Return a plan after one more edit, and the number of its first entry that differs.
+    """Return a plan after one more edit, and the index of its first entry that differs.
 
     Between unchanged steps, inserted steps come before deleted steps. If ``inserted`` is None, the entry at
     ``position`` is deleted.
