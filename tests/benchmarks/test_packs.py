@@ -267,7 +267,7 @@ def find_problems(store: Store, packs: Sequence[DataPack]) -> list[str]:
 
 def check_counts(packs: Sequence[DataPack], **counts: int) -> list[DataPack]:
     """Return the packs with other expected counts for VirtualHome."""
-    return [replace(packs[0], check=partial(list_unexpected_figures, expected_figures=counts)), *packs[1:]]
+    return [replace(packs[0], check=partial(list_unexpected_figures, expected_counts=counts)), *packs[1:]]
 
 
 def test_a_fetched_store_is_valid(store: Store, packs: Sequence[DataPack]) -> None:

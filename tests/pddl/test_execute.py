@@ -216,7 +216,7 @@ def test_a_derived_predicate_that_depends_on_itself_is_a_least_fixpoint(
             PddlAxiom("on", (X, Y), reach(X, Y)),
         ]
     )
-    assert derived.circles.keys() == {"reach", "on"}
+    assert derived.cycles.keys() == {"reach", "on"}
     closure = set(pairs)
     while more := {(a, d) for a, b in closure for c, d in pairs if b == c} - closure:
         closure |= more

@@ -44,7 +44,7 @@ def check_plans(world: World) -> None:
     if shortest is not None:
         assert world.succeeds(found.plan)
     by_problem = search(world.source, world.problem, EVERYTHING)
-    is_recursive = bool(DerivedPredicates(world.source.axioms).circles)
+    is_recursive = bool(DerivedPredicates(world.source.axioms).cycles)
     assert by_problem.end is (SearchEndReason.STATES if is_recursive else end)
     if by_problem.end is SearchEndReason.SOLVED:
         assert world.executor.find_failed_step(by_problem.plan) is None

@@ -272,7 +272,7 @@ def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Actio
 
 
 def drop_reached_goals(benchmark: Benchmark, task_id: str, executed_actions: Sequence[Action]) -> Benchmark:
-    """Return a copy of the benchmark in which one task lacks the goals for actions that have been reached."""
+    """Return a copy of the benchmark in which one task lacks the action goals that some actions reach."""
     names = [action.operator for action in executed_actions]
 
     def drop_goals(task: Task) -> Task:

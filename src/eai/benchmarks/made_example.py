@@ -52,7 +52,10 @@ def make_example(domain: Domain, tasks: Collection[Task], predicates: Collection
 
 
 def _list_plans(domain: Domain, task: Task) -> Iterator[tuple[tuple[Action, ...], State]]:
-    """Yield plans with their final states. Plans in which a second action needs the first come first."""
+    """Yield plans with their final states: first plans of two actions, then plans of one action.
+
+    In a plan of two actions, the second action is possible only after the first action.
+    """
     starting = _list_actions(domain, task, task.initial)
     possible = frozenset(starting)
     after = {action: domain.apply(task.initial, action) for action in starting}

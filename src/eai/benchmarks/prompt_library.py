@@ -121,8 +121,8 @@ class PromptLibrary:
         for task_id in beliefs.keys() & prompts.keys():
             if replaced[task_id].user != prompts[task_id].user:
                 raise InputError(
-                    f"{self.folder}: a file sets the prompt of {task_id}, "
-                    "which must state a model's goals or scene; leave it out"
+                    f"{self.folder}: a file replaces the prompt of {task_id}, but this prompt must state "
+                    "the goals or the scene of a model's answer; remove the file"
                 )
         return replaced
 

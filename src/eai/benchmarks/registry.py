@@ -34,7 +34,9 @@ PDDL = "pddl"
 """Word before the colon in references to benchmarks in PDDL files."""
 
 OPENERS = "eai.openers"
-"""Group of entry points of functions that open references ``word:rest``. The entry point's name is ``word``.
+"""Group of entry points whose functions load the benchmark for a reference ``word:rest``.
+
+The name of the entry point is ``word``.
 """
 
 REFERENCES = (
@@ -95,9 +97,9 @@ def find_benchmark(reference: str) -> Benchmark:
 
 
 def _list_file_versions(reference: str) -> Iterator[tuple[str, int, int]]:
-    """Yield path, time of change and size of each file to which a reference leads.
+    """Yield path, time of change and size of each file that a reference to a benchmark names.
 
-    If the values differ from earlier values, a file has changed.
+    If a later call yields other values, a file has changed, and the benchmark must be loaded again.
     """
     named = [] if reference in _get_entry_points() else re.split("[:,]", reference)
     is_pddl = PDDL in named[:-1]

@@ -100,9 +100,9 @@ class Suite:
         return self.benchmark.get_errata(self.source)
 
     def adapt_suite_to_answers(self, answers: Iterable[str]) -> Suite:
-        """Return the suite with which to score these answers of a model: this suite, or a reopened suite.
+        """Return the suite that scores these answers of a model: this suite, or a copy with other scorers.
 
-        Some scoring rules (protocols) look at all answers of a model to choose how they are read.
+        Under some protocols (scoring rules), the form of all answers of a model decides how each is read.
         """
         implementation = find_implementation(self.protocol.value)
         if implementation is None or implementation.adapt_suite_to_answers is None:
@@ -239,7 +239,7 @@ def find_ability_answered_instead(benchmark: Benchmark, asked: Ability, answer: 
 
 
 def _get_suite_opener(protocol: Protocol) -> Opener:
-    """Return the function that opens scorers under a protocol (rules for scoring).
+    """Return the function that makes the scorers of a suite under a protocol (rules for scoring).
 
     Raises:
         InputError: the protocol is not implemented.

@@ -23,7 +23,7 @@ X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 def _map_each_support_to_is_container(
     state: State, relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
-    """Return a mapping from each direct or indirect support of an object to whether it is a container.
+    """Return a mapping: direct or indirect support of an object -> whether the support is a container.
 
     A support is given as a bit mask with one bit; the nearest comes first. It is a container if the first of
     `relations`, which states containment, relates an object to it.
@@ -95,9 +95,9 @@ def make_floor_lookup(
 ) -> LookupFunction:
     """Return a function that finds an object's floor, as a bit mask.
 
-    The floor is the first floor among the object, its support, the support of that support, and so on. If
-    none of them is a floor, it is the floor of the last of them, the object without support. The function
-    `find_floor_of_unsupported` finds that floor.
+    The floor is the first floor among the object and its direct and indirect supports. If these include no
+    floor, `find_floor_of_unsupported` finds the floor under the lowest support, or under an unsupported
+    object.
     """
 
     def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:
@@ -131,7 +131,7 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
 
 
 def _map_values_to_objects(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
-    """Return a mapping from each object to the objects, as a bit mask, that the function maps to it."""
+    """Return a mapping: value of a function -> bit mask of the objects to which the function gives it."""
     sources: dict[int, ObjectMask] = {}
     for obj in iterate_bits(state.scene.everything):
         for value in iterate_bits(lookup(state, (obj,))):

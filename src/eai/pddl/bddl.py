@@ -27,9 +27,9 @@ _END: Final = ""
 _NO_WORDS: Final = frozenset({"(", ")", _END})
 
 _NO_ARGUMENTS: Final = _NO_WORDS | {"-"}
-"""Tokens at which a list of arguments ends.
+"""Tokens that end a list of arguments.
 
-A hyphen, which precedes a category, shows that the closing parenthesis is missing.
+If a hyphen ends the list, its closing parenthesis is missing, because a hyphen precedes a category.
 """
 
 _SECTIONS: Final = frozenset({":domain", ":requirements", ":objects", ":init", ":goal"})
@@ -170,7 +170,7 @@ class _BddlReader:
     def _read_condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
         """Read a condition that is nested at most `levels` deep."""
         if levels == 0 and self._tokens[self._next] == "(":
-            raise self._make_error(f"at most {MAX_DEPTH} levels of nesting")
+            raise self._make_error(f"a condition with at most {MAX_DEPTH} levels of nesting")
         self._read_token("(")
         keyword = self._tokens[self._next]
         if keyword in _CONNECTIVES:
@@ -244,7 +244,7 @@ class _BddlReader:
         return _strip_question_marks(token)
 
     def _read_whether_list_opens(self) -> bool:
-        """Whether the next token opens a list. A closing parenthesis is read, an opening one is not."""
+        """Whether the next token opens a list. A closing parenthesis is consumed, an opening one is not."""
         if self._tokens[self._next] == "(":
             return True
         self._read_token(")", "'(' or ')'")

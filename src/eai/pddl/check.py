@@ -26,7 +26,7 @@ class PddlViolationKind(str, Enum):
     UNSUPPORTED = "unsupported"
     """Valid PDDL that this package does not read: ``either``, numbers, preferences."""
     CONDITION_IN_EFFECT = "condition_in_effect"
-    """``or``, ``exists``, ``imply`` or a negated compound in place of an effect."""
+    """An effect of a form that only conditions have: ``or``, ``exists``, ``imply``, or ``not`` of a list."""
     EFFECT_IN_CONDITION = "effect_in_condition"
     """``when`` in place of a condition."""
     UNKNOWN_PREDICATE = "unknown_predicate"

@@ -49,8 +49,8 @@ class ConvertedPddlDomain:
         self._changing = changing | derived.axioms.keys()
         plain = {name: self._make_derived_predicate(name, axioms) for name, axioms in derived.axioms.items()}
         defined: dict[str, DerivedPredicate] = {**plain}
-        for circle in dict.fromkeys(map(frozenset, derived.circles.values())):
-            members = [each for name, each in plain.items() if name in circle]
+        for cycle in dict.fromkeys(map(frozenset, derived.cycles.values())):
+            members = [each for name, each in plain.items() if name in cycle]
             recursive = make_recursive_predicates(members, lambda: self.domain.vocabulary)
             defined |= {each.name: each for each in recursive}
         stored = [
@@ -85,7 +85,7 @@ class ConvertedPddlDomain:
         )
 
     def _rename_axiom_parameters(self, axiom: m.PddlAxiom, new_parameters: Sequence[f.Variable]) -> f.Formula:
-        """Return the condition of an axiom, with the parameters of the first axiom of its predicate."""
+        """Return an axiom's condition, with parameters renamed to those of its predicate's first axiom."""
         places = [
             (f.Variable(a.name), f.Variable(b.name))
             for a, b in zip(axiom.parameters, new_parameters, strict=True)

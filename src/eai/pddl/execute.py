@@ -32,8 +32,8 @@ class DerivedPredicates:
     Attributes:
         axioms: mapping from each derived predicate to its axioms. The predicate holds if the condition of any
             of them holds.
-        circles: mapping from each predicate that depends on itself to its circle: all predicates on which it
-            depends and which depend on it.
+        cycles: mapping from each recursive predicate to its cycle: all predicates on which it depends and
+            which depend on it, itself included.
     """
 
     def __init__(self, axioms: Iterable[m.PddlAxiom]) -> None:
@@ -41,7 +41,7 @@ class DerivedPredicates:
         for axiom in axioms:
             self.axioms.setdefault(axiom.name, []).append(axiom)
         below = {name: self._find_dependencies(name) for name in self.axioms}
-        self.circles = {
+        self.cycles = {
             name: tuple([other for other in below[name] if name in below[other]])
             for name in self.axioms
             if name in below[name]
@@ -83,7 +83,7 @@ class _StateEvaluation:
     ) -> None:
         self._looks = looks or SearchEffort()
         self._axioms = derived.axioms
-        self._circles = derived.circles
+        self._cycles = derived.cycles
         self._objects = objects
         self._rows: dict[str, set[_Arguments]] = {}
         self._indexed: dict[tuple[str, int], dict[str, list[_Arguments]]] = {}
@@ -155,19 +155,19 @@ class _StateEvaluation:
         return holds
 
     def _store_true_atoms_of_recursive_predicate(self, predicate: str) -> None:
-        """Compute all true rows of a recursive derived predicate and of its circle (see `DerivedPredicates`).
+        """Compute all true rows of the predicates in the cycle of a recursive derived predicate.
 
         A row is a tuple of arguments.
         """
-        circle = self._circles.get(predicate)
-        if circle is None or predicate in self._rows:
+        cycle = self._cycles.get(predicate)
+        if cycle is None or predicate in self._rows:
             return
-        for name in circle:
+        for name in cycle:
             self._rows[name] = set()
         grown = True
         while grown:
             grown = False
-            for name in circle:
+            for name in cycle:
                 new = {row for axiom in self._axioms[name] for row in self._derive_rows(axiom)}
                 grown = grown or not new <= self._rows[name]
                 self._rows[name] |= new
@@ -271,13 +271,13 @@ class PddlPlanExecutor:
     Args:
         domain: the operators.
         problem: the objects, the initial state and the goal.
-        looks: the budget of objects that quantifiers may visit; unlimited by default.
+        effort: the budget for quantifiers, in visited objects; unlimited by default.
     """
 
     def __init__(
-        self, domain: m.PddlDomain, problem: m.PddlProblem, looks: SearchEffort | None = None
+        self, domain: m.PddlDomain, problem: m.PddlProblem, effort: SearchEffort | None = None
     ) -> None:
-        self._looks = looks
+        self._looks = effort
         self._actions = {action.name: action for action in domain.actions}
         self._objects = m.group_objects_by_type(domain, problem)
         self._problem = problem

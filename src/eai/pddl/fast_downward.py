@@ -39,7 +39,10 @@ _MEMORY_MIB = 4096
 """Memory limit of one planner, in MiB."""
 
 _PAUSE_SECONDS = 0.05
-"""Seconds to wait before trying again to start a planner, if too many planners run; shorter than a call."""
+"""Seconds between two attempts to start a planner while too many planners run.
+
+This is shorter than one call of a planner.
+"""
 
 
 @contextmanager

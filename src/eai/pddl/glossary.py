@@ -193,7 +193,7 @@ class PddlExportNames:
         self.predicates = PddlNames([*stored, *self.vocabulary.derived_by_name])
 
     def register_predicate(self, name: str) -> str:
-        """Return the PDDL name of a stored or derived predicate.
+        """Register a stored or derived predicate for the export, and return its PDDL name.
 
         Raises:
             DomainError: the predicate is not declared.
@@ -212,13 +212,13 @@ class PddlExportNames:
         return self.predicates[name]
 
     def add_types_of_objects(self, scene: Scene, objects_mask: int) -> None:
-        """Add the PDDL types of the objects in a bit mask: their categories and all wider categories."""
+        """Register the types of the objects in a bit mask for the export: categories and wider categories."""
         for i in iterate_bits(objects_mask):
             for kind in self.vocabulary.list_kind_with_ancestors(scene.objects[i].category):
                 self.types[kind]
 
     def register_category_predicate(self, category: str) -> str:
-        """Return the static predicate that holds for the objects of a category."""
+        """Register the static predicate for the objects of a category, and return its PDDL name."""
         return self.category_predicates.setdefault(category, self.predicates[f"is-{category}"])
 
     def register_execution_predicate(self, operator: str) -> str:
@@ -336,10 +336,10 @@ class ConditionWriter:
         return wrap_in_quantifiers(f.Exists, chosen, conjoin([*met, *_generate_inequalities(terms), only]))
 
     def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
-        """Return the condition that pairs of different objects satisfy a body.
+        """Return a `ForPairs` formula as a condition with ordinary quantifiers.
 
-        No two pairs share their first or their second object. If the formula gives no number of pairs, each
-        object of the smaller category is in a pair.
+        Each pair of objects satisfies the body of the formula. No two pairs share their first or their second
+        object. If the formula gives no number of pairs, each object of the smaller category is in a pair.
         """
         if self._scene is None:
             raise DomainError(

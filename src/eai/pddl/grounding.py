@@ -428,13 +428,13 @@ class GroundProblem:
         return choice
 
     def find_state_literals(self, state: StateMask) -> LiteralMask:
-        """Return the literals of a state, as a bit mask."""
+        """Return the literals and disjunctions that are true in a state, as a bit mask."""
         return self.add_true_disjunctions(state | (~state & self._every_atom) << self.atoms)
 
     def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
-        """Return a set of literals with the literals of all disjunctions that are true in the set."""
+        """Return a set of literals, to which the bits of all disjunctions that are true in it are added."""
         self._looks.used += self._effort
-        choices = self._choices.values()  # in order: a disjunct can be an earlier disjunction
+        choices = self._choices.values()  # ordered, as a disjunct can be an earlier disjunction
         for literal, _, simple, compound in choices:
             if not literals & literal and (
                 simple & literals or any(not option & ~literals for option in compound)
@@ -488,7 +488,7 @@ class GroundProblem:
 
 
 def estimate_cost_of_literal_test(condition_count: int) -> int:
-    """Return the cost of finding the conditions that need a literal, as a number of tests for the budget."""
+    """Return the cost of finding all conditions that need one literal, in units of the search budget."""
     return 1 + condition_count // 2_000
 
 

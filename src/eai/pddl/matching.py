@@ -44,7 +44,7 @@ Longer lists of parameters are paired by position.
 """
 
 Clause: TypeAlias = f.Formula
-"""A condition or an effect in normal form."""
+"""A condition or an effect in normal form, such as flattened connectives and no double negation."""
 
 _LISTS = (f.And, f.Or)
 
@@ -120,7 +120,7 @@ class _AnswerAndGoldClauses(NamedTuple):
 
 
 def make_condition_clause(formula: f.Formula) -> Clause:
-    """Return a condition in normal form.
+    """Return a condition as a clause, that is, in the normal form in which conditions are compared.
 
     Raises:
         ValueError: the formula has a part without a PDDL form.
@@ -384,8 +384,8 @@ def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) ->
 def _count_matched_literals_of_lists(answer: Clause, gold: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals of two clauses.
 
-    At least one clause is a list, that is, a conjunction or a disjunction. A conjunction does not match a
-    disjunction, but may match a part of the disjunction, or the reverse.
+    At least one of the clauses is a conjunction or a disjunction. A conjunction does not match a disjunction,
+    but may match a part of the disjunction, or the reverse.
     """
     if isinstance(answer, _LISTS) and isinstance(gold, _LISTS) and type(answer) is not type(gold):
         inside = [_count_matched_literals(part, gold, renaming) for part in _find_and_or_parts(answer)]

@@ -217,7 +217,7 @@ class _OrderedEffectsConverter:
         terms |= still_open
         later = self._make_deletion_later_condition(addition.position, deletion.position, terms)
         undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
-        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # the two changes never happen together
+        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # addition and deletion never coincide
             return f.FALSE
         for variable in reversed(still_open.values()):
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)

@@ -10,7 +10,10 @@ from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
 FIRST_LIMITS = Limits(300)
-"""Limits of the built-in search before Fast Downward. Larger limits make both together take longer."""
+"""Limits of the built-in search, after which Fast Downward searches.
+
+With larger limits, the two searches together take longer.
+"""
 
 
 def resolve_automatic_choice(choice: PlannerChoice) -> PlannerChoice:

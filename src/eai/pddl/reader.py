@@ -276,7 +276,7 @@ class PddlReader:
                 return self._read_atom(group)
 
     def read_effect(self, expression: SExpr) -> m.PddlEffect:
-        """Return the effect of an expression."""
+        """Return the effect that an expression describes."""
         group, head = self._require_list_and_first_word(expression)
         match head:
             case "and":

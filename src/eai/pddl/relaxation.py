@@ -29,9 +29,9 @@ _MAX_ROUNDS = 2
 """Maximum number of attempts to make several literals true at once, if one makes another false."""
 
 _MAX_REPEAT_DEPTH = 2
-"""Maximum depth to which actions make literals true again that held at the start and were lost.
+"""Maximum recursion depth for making literals true again that held at the start and were lost.
 
-The depth grows by 1 if such an action needs another literal that was lost.
+The depth grows by 1 if an action for this purpose needs another lost literal.
 """
 
 _MAX_RULES = 2_000
@@ -62,7 +62,7 @@ class _RelaxedLayers(NamedTuple):
 
 
 class _RelaxedPlan(NamedTuple):
-    """A relaxed plan: its number of actions, and the bit mask of its actions that are possible at once."""
+    """A relaxed plan: its number of actions, and the bit mask of its actions that are possible now."""
 
     length: int
     helpful: int
@@ -306,7 +306,7 @@ class _RelaxedPlanFollower:
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
-        """Make a literal true by the first rule of earlier layers that makes the literal true.
+        """Make a literal true by the first suitable rule, in the order of the layers before `depth`.
 
         If the literal was true at the start and has been lost, a rule of the first layer makes it true again.
         """
@@ -332,6 +332,6 @@ class _RelaxedPlanFollower:
         return len(self._taken), self._state, self._held
 
     def _return_to_earlier_point(self, point: _LookaheadPoint) -> None:
-        """Undo all actions of the lookahead after a point."""
+        """Undo all actions that the lookahead has taken since a point."""
         taken, self._state, self._held = point
         del self._taken[taken:]

@@ -210,7 +210,7 @@ class BuiltInPlanner:
 
     @property
     def name(self) -> str:
-        """The planner's name in stored verdicts: the name of the search, and of the next planner, if any."""
+        """The planner's name in stored verdicts: names of this search and of the planner after it, if any."""
         return _NAME if self.then is None else f"{_NAME}, then {self.then.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
@@ -222,7 +222,7 @@ class BuiltInPlanner:
     def _search_plan(self, task: PlanningTask) -> PlannerResult:
         if task.fatal is not None:
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail="an effect adds an unbound variable")
-        if DerivedPredicates(task.domain.axioms).circles:
+        if DerivedPredicates(task.domain.axioms).cycles:
             detail = "a derived predicate depends on itself"
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
         task = drop_unused_quantifiers(task)
@@ -244,7 +244,7 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     literals never hold together, or the whole state space was searched. There is no result for a
     problem that is too large to be grounded, or if a derived predicate depends on itself.
     """
-    if DerivedPredicates(domain.axioms).circles:
+    if DerivedPredicates(domain.axioms).cycles:
         return SearchResult(SearchEndReason.STATES)
     looks = SearchEffort(_MAX_GROUNDING_LOOKS)
     grounder = Grounder(restrict_to_relevant(domain, problem), problem, looks)
@@ -289,7 +289,10 @@ class _AlternatingQueues:
             self._preferred.push(node, estimate, -self._arrivals)
 
     def pop(self) -> _GroundSearchNode | None:
-        """Return the next state of one of the lists. A preferred state is in both, and is returned twice."""
+        """Return the next state of one of the two lists.
+
+        A preferred state is in both lists, so it is returned twice.
+        """
         if self._preferred and self._lead < 0:
             self._lead += 1
             return self._preferred.pop()
@@ -297,7 +300,7 @@ class _AlternatingQueues:
         return self._everything.pop()
 
     def prioritize_preferred_states(self) -> None:
-        """Take `_BOOSTED_STATES` more states from the list of preferred states before other states."""
+        """Let `_BOOSTED_STATES` further states come from the list of preferred states first."""
         self._lead -= _BOOSTED_STATES
 
 
@@ -437,7 +440,7 @@ class _ReachableLiteralPairs:
             )
 
     def _add_new_literal_pairs_of_effects(self, effects: Sequence[_ConditionalEffect]) -> bool:
-        """Add the pairs that the effects of all actions make true. Return whether any pair is new."""
+        """Add the pairs of literals that effects can make true together. Return whether any is new."""
         grew = False
         for rule in effects:
             if self._looks.is_exceeded:
@@ -446,7 +449,7 @@ class _ReachableLiteralPairs:
         return grew
 
     def _add_new_literal_pairs(self, effect: _ConditionalEffect) -> bool:
-        """Add the pairs that one effect makes true. Return whether any pair is new."""
+        """Add the pairs of literals that an effect can make true together. Return whether any is new."""
         companions = self._find_literals_compatible_with_all(effect.needs)
         if companions is None:
             return False
@@ -475,7 +478,7 @@ class _ReachableLiteralPairs:
         return None if needed_literals & ~companions else companions
 
     def _drop_disjunction_bits(self, literals: LiteralMask) -> LiteralMask:
-        """Return a mask without the bits that stand for disjunctions in conditions instead of literals."""
+        """Return a mask without the bits that stand for disjunctions, not for literals."""
         return literals & (1 << 2 * self._atoms) - 1
 
     def _negate_literals(self, literals: LiteralMask) -> LiteralMask:

@@ -383,24 +383,24 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
     "action steps": 2960,
     "transition models": 33,
 }
-"""Label -> figure of the published data set that `list_unexpected_figures` expects."""
+"""Label -> count in the published data set."""
 
 
 def list_unexpected_figures(
-    store: Store, expected_figures: Mapping[str, int | float] | None = None
+    store: Store, expected_counts: Mapping[str, int | float] | None = None
 ) -> Iterator[str]:
-    """Yield a line for each stored figure that differs from the expected figure. All data must be installed.
+    """Yield a line for each count in the stored data that differs from the expected count.
+
+    All data must be installed.
 
     Args:
         store: the folder of packs (data packages).
-        expected_figures: expected figures by label; if None, those of the published data set.
+        expected_counts: expected counts by label; if None, those of the published data set.
     """
-    expected_figures = PUBLISHED_COUNTS if expected_figures is None else expected_figures
+    expected_counts = PUBLISHED_COUNTS if expected_counts is None else expected_counts
     tasks, resources = VirtualHomeRecords.from_pack(store.open(PACK)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
-    figures = count_tasks_and_goals_of_records(
-        tasks, resources.read_json("success_task.json"), len(operators)
-    )
-    for label, (value, _) in figures.items():
-        if expected_figures.get(label, value) != value:
-            yield f"{label}: {value}, expected {expected_figures[label]}"
+    counts = count_tasks_and_goals_of_records(tasks, resources.read_json("success_task.json"), len(operators))
+    for label, (count, _) in counts.items():
+        if expected_counts.get(label, count) != count:
+            yield f"{label}: {count}, expected {expected_counts[label]}"

@@ -47,12 +47,16 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
     **{operator: (action, (1,)) for operator, action in _ACTIONS_OF_ONE_OBJECT.items()},
     **{operator: (action, (1, 2)) for operator, action in _ACTIONS_OF_TWO_OBJECTS.items()},
 }
-"""Published operator -> household action. The first parameter of each operator is the character."""
+"""Operator of the published planning domain -> household action, and the arguments that the action takes.
+
+Argument 0 of each operator, the character, is no argument of an action.
+"""
 
 
 def translate_to_household_actions(task: Task, published_steps: Sequence[PlanStep]) -> tuple[Action, ...]:
-    """Return the household actions of a plan of published operators, up to the first step without an action.
+    """Return the household actions for a plan in the published planning domain.
 
-    Planning problems name objects by class. A class means the same object as in answers to action sequencing.
+    The result ends before the first step without a household action. Plans name objects by class. As in
+    answers to action sequencing, a class stands for one object of the task.
     """
     return tuple(translate_steps(published_steps, COUNTERPARTS, VirtualHomePlans().make_object_lookup(task)))

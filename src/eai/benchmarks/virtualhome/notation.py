@@ -75,9 +75,9 @@ class VirtualHomeGoals(GoalNotation):
         return json.dumps(sections, indent=1)
 
     def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """JSON schema of an answer with three sections.
+        """Return the JSON schema of an answer with a list of goals in each section of `SECTIONS`.
 
-        A goal has the fields of its section; an action also has a description.
+        The fields of a goal depend on the section. An action goal also has a description.
         """
         arities = self.map_spellings_to_predicate_names(domain)
         states, relations = [[word for word, arity in arities if arity == number] for number in (1, 2)]
@@ -103,7 +103,7 @@ class VirtualHomeGoals(GoalNotation):
         }
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
-        """Return the name of each object in goals, which is its class."""
+        """Return the class of each object of a task. Goals name objects by class."""
         return tuple([obj.category for obj in task.scene.objects])
 
 

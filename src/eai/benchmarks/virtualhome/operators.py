@@ -1,6 +1,6 @@
 """The actions of VirtualHome, each with its ordered checks and its effects.
 
-The operators describe the simulator as the paper means it (scoring rules `strict`). Defects of the paper's
+The operators follow the paper's description of the simulator (scoring rules `strict`). Defects of the paper's
 package are listed in `eai.extensions.reference.virtualhome_quirks`. The source is its module
 ``execution.py``.
 """
@@ -34,7 +34,7 @@ SQUEEZABLE = (
 )
 """Classes of objects to squeeze, other than clothes (``SqueezeExecutor`` of the paper's package)."""
 
-# Checks that several actions share.
+# The following checks are shared by several actions.
 NEAR = missing_step(p.near(X), "the character is not next to {x}")
 NEAR_TARGET = missing_step(p.near(Y), "the character is not next to {y}")
 HELD = missing_step(p.held(X), "the character does not hold {x}")

@@ -52,7 +52,7 @@ _DOTTED = re.compile(r"\w+\.\d+")
 
 
 class ObjectWithId(NamedTuple):
-    """An object as an answer writes it: its class, and its id or None if the list ends before the id."""
+    """An object in an answer: its class, and its id, or None if the answer gives no id after the class."""
 
     name: object
     id: object

@@ -20,7 +20,10 @@ from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 TargetChooser: TypeAlias = Callable[[State, str, int, ObjectMask], ObjectMask]
-"""Chooses objects to which a relation leads, given a state, the relation, its source, and candidates."""
+"""Function that chooses the targets of a relation, given a state, the relation, its source and candidates.
+
+Targets and candidates are bit masks of objects.
+"""
 
 SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
 """Class of a seat -> number of objects that fit; 1 otherwise (``SitExecutor`` of the paper's package)."""
@@ -85,10 +88,10 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
 def make_earlier_place_lookup(
     origin_relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
-    """Return a function that finds the places where an object was before, by one relation to these places.
+    """Return a function that finds an object's origins (the places from which it is grabbed) by one relation.
 
-    A place counts only for the first of `ORIGIN_RELATIONS` that the object has to any place. So among the
-    functions for all these relations, at most one returns places. Rooms are never returned (as in
+    Only the first of `ORIGIN_RELATIONS` that the object has to any place counts. So for each object, at most
+    one of the functions for these relations returns places. Rooms are never returned (as in
     ``_find_first_node_from`` of the paper's package).
 
     Args:
@@ -223,9 +226,9 @@ somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _make_former_place_predicate(origin_relation_index: int, name: str) -> LookupPredicate:
-    """Return the predicate for an object's origins (former places) by one relation.
+    """Return the predicate that relates an object to its origins (former places) by one relation.
 
-    The predicate is false if an earlier one of `ORIGIN_RELATIONS` holds.
+    The predicate is false if the object has an earlier relation of `ORIGIN_RELATIONS` to any place.
     """
     *earlier, relation = (ontop, inside, next_to)[: origin_relation_index + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)

@@ -120,7 +120,7 @@ class TaskRecord:
 
 
 class _SharedObjectsAndRelations(NamedTuple):
-    """Tables of objects and relations that all tasks use. Lines of tasks have indices into these tables."""
+    """Tables of objects and relations for all tasks. The record of a task has indices into these tables."""
 
     relations: Sequence[str]
     records: Sequence[ObjectRecord]

@@ -194,7 +194,7 @@ def _make_relation(
 
 @cache
 def _make_empty_relation(size: int) -> Relation:
-    """Return the empty relation that all states with this number of objects share."""
+    """Return the empty relation for states with `size` objects. All these states share it."""
     return Relation(InitialRelation([0] * size, [0] * size))
 
 
