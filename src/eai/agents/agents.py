@@ -303,8 +303,8 @@ class _Explorer:
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that can hide other objects, each with the condition under which it hides nothing.
 
-        Objects that goals name come first. Other objects are sorted by the number of vain openings of
-        their kind. Among equals, visible objects come first.
+        Objects that goals name come first. Other objects are sorted by category: the fewer containers of a
+        category were opened in vain, the earlier its objects come. Among equals, visible objects come first.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
@@ -338,7 +338,10 @@ class _GoldPlanAgentThatExplores(_Explorer):
         self._steps = deque(game.task.script)
 
     def _find_plan(self) -> Sequence[Action]:
-        """Return the next step of the gold plan, or a plan to see objects if the step has unknown objects."""
+        """Return the next step of the gold plan.
+
+        If the agent has not seen all objects of the step, return a plan that makes unseen objects visible.
+        """
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return (
                 self._plan_to_see_objects(self._find_unvisited_objects_known_at_start())
@@ -363,9 +366,9 @@ class _GreedyAgent(_Explorer):
         self._target = (make_subgoals(goal.conditions, game.task.scene), len(goal.actions))
 
     def _plan_for_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
-        """Return the action with the smallest estimated distance to the goals after it.
+        """Return a plan with one action, after which the estimated distance to the goals is smallest.
 
-        The result is empty if an object of an unmet goal is unknown, or if no action is possible.
+        The plan is empty if the agent has not seen an object of an unmet goal, or if no action is possible.
         """
         game = self._game
         self._visited.add(game.state)

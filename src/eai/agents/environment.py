@@ -51,7 +51,7 @@ class AnyTextSpace(gymnasium.Space[str]):
         )
 
     def contains(self, x: Any) -> bool:
-        """Whether a value is a text of at most the maximum length."""
+        """Whether this space contains a value: a text of at most `max_length` characters."""
         return isinstance(x, str) and len(x) <= self.max_length
 
     @property

@@ -172,7 +172,7 @@ class EpisodeServer:
             file.write(self._format_answer_line(key))
 
     def _get_episode_response_path(self, key: AnswerKey) -> Path:
-        """Return the path of an episode's response file. Episodes of equal number share a file."""
+        """Return the path of an episode's response file. All tasks' episodes of one epoch share a file."""
         epoch = key[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 

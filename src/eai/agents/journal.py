@@ -53,7 +53,7 @@ def read_key_that_seals_journals(folder: Path) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class _JournalContent:
-    """The content of those lines of a journal that have valid seals.
+    """The content of the lines of a journal with valid seals. A seal is a keyed digest, and shows changes.
 
     Attributes:
         begin: the JSON object of the first line, with the task and the setting.
@@ -136,7 +136,10 @@ def _add_sealed_line(journal: _JournalContent, line: bytes, seal_key: bytes) -> 
             return replace(journal, turns=(*journal.turns, turn))
         case {"end": str(why)} if journal.begin and journal.ended is None:
             return replace(journal, ended=why)
-    raise ValueError("expected a beginning, then turns, then an end; play the episode again in a new folder")
+    raise ValueError(
+        "expected a first line with begin, then lines with act, then a line with end; "
+        "play the episode again in a new folder"
+    )
 
 
 class EpisodeJournal:

@@ -35,7 +35,7 @@ OVER = "The episode is over."
 """The observation after a command in an episode that is over."""
 
 _ESTIMATED_ACTIONS = 100
-"""Number of actions from which the limit of model replies is computed if actions are not limited."""
+"""Assumed number of actions if actions are not limited. The limit of model replies is computed from it."""
 
 _BY_TOOLS = (
     "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."

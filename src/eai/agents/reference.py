@@ -80,9 +80,9 @@ def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
 
 
 def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
-    """Return the shortest known plan of a task, and commands that win the games of its setup.
+    """Return the length of a task's shortest known plan, and commands that win a game with a given setup.
 
-    Plans that the task records are carried out. Other plans are searched.
+    Plans that the task records are carried out. If the task records no plan, plans are searched for.
 
     Raises:
         InputError: a plan that the task records does not reach the goals.
@@ -92,7 +92,10 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
     if refusal is not None:
         return ReferenceSolution(None, (refusal,))
     if task.shortest_plan and not solves_task(setup.domain, task, task.shortest_plan):
-        raise InputError(f"{task.id}: shortest: expected a plan that reaches the goals (see eai check)")
+        raise InputError(
+            f"{task.id}: shortest: this recorded plan does not reach the goals; correct it, or leave it out "
+            "(`eai check` shows the failed step)"
+        )
     plans = [task.shortest_plan] if task.shortest_plan else _find_plans(task, setup.domain)
     lengths = [len(plan) for plan in plans]
     if task.reference_plan and _has_view_of_reference(setup.rules):
@@ -175,7 +178,7 @@ def find_wrong_reference_plans(task: Task, benchmark: Benchmark, *, searches: bo
     Args:
         task: a task whose recorded plans reach its goals (`eai.tasks.task_files.find_mistakes_in_task`).
         benchmark: the benchmark of the task.
-        searches: whether shorter plans are searched. Otherwise, only the reference plan is played.
+        searches: whether shorter plans are searched for. Otherwise, only the reference plan is played.
     """
     recorded = {"shortest": task.shortest_plan, "reference": task.reference_plan}
     if task.reference_plan:

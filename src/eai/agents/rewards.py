@@ -122,7 +122,7 @@ class TrlReward:
         Other arguments of TRL (``others``) are ignored.
         """
         require_equal_lengths(task=task, completions=completions)
-        # The first answer to a task costs most, so answers to one task stay together.
+        # Scoring the first answer to a task takes longest, so one worker scores all answers to a task.
         by_task = groupby(zip(task, completions, strict=True), itemgetter(0))
         groups = [(name, [completion for _, completion in pairs]) for name, pairs in by_task]
         pool = self.pool or WorkerPool()

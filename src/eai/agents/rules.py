@@ -33,7 +33,7 @@ no facts are listed; rendered pictures show them at first and after each turn.
 """
 
 OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
-"""The values of the rule ``feedback`` by which text states only whether the action worked, and no facts."""
+"""Values of the rule ``feedback`` for texts that state whether the action worked, and no facts."""
 
 
 class GameRules(Options):
@@ -98,7 +98,11 @@ class GameRules(Options):
 STANDARD = GameRules(
     view="scene", observe="partial", until="done", feedback="changes", max_steps=None, budget=2.0
 )
-"""Standard rules of acting: the agent sees the scene from its place, and wins by `DONE` in time."""
+"""Standard rules of acting.
+
+The agent sees only objects that are visible from its place. It wins if it sends `DONE` when all goals are
+reached, before the limit of actions.
+"""
 
 TRAINING = GameRules(max_steps=50)
 """Default rules of games for training."""

@@ -77,7 +77,7 @@ class _ActingScorer(Scorer):
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self.task = task
         self.benchmark = benchmark
-        self.domain = benchmark.domain  # code that draws an episode reads this attribute
+        self.domain = benchmark.domain  # other modules read this attribute
         self.goals = GoalTest(task)
 
     def find_exclusion(self) -> TaskExclusion | None:

@@ -124,7 +124,7 @@ def make_mcp_server(
 
 
 def make_tool_server(tools: _ServedTools) -> Server[Any]:
-    """Return a server whose tools need no episode."""
+    """Return an MCP server whose tools can be called outside episodes."""
 
     async def call_tool(context: object, params: CallToolRequestParams) -> CallToolResult:
         try:

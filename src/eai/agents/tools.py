@@ -41,7 +41,7 @@ def _make_object_schema(properties: Mapping[str, object]) -> dict[str, Any]:
 
 
 def read_tool_call(tool_name: str, arguments: Mapping[str, object]) -> str:
-    """Return the command of a tool call.
+    """Return a tool call as the text of a command, such as ``LOOK``.
 
     Raises:
         InputError: the tool does not exist, or its arguments are invalid.

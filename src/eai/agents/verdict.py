@@ -78,7 +78,7 @@ class ActingVerdict(PlanVerdict):
     mean: Mapping[str, Share] | None = None
 
     compute_reward_inputs = Verdict.compute_reward_inputs
-    """Raises NotImplementedError: a stored episode earns no reward, because its author chose its rules."""
+    """Raises NotImplementedError: a stored episode earns no reward, as its player chose the game rules."""
 
     @property
     def is_unreplayable(self) -> bool:

@@ -94,7 +94,7 @@ def test_the_annotated_final_state_takes_precedence() -> None:
         (replace(CUP, script=()), "cup: the task has no plan, so it is no demonstration"),
         (
             shown("bad", "GO shelf; LIGHT shelf"),
-            "bad: step 2 of the plan cannot be executed, so the task is no demonstration",
+            "bad: step 2 of the plan cannot be executed; expected a plan that can be executed",
         ),
     ],
 )

@@ -86,7 +86,7 @@ def test_results_of_incomplete_suites_are_not_published(tmp_path: Path) -> None:
     lines = records.read_text(encoding="utf-8").splitlines(keepends=True)
     records.write_text("".join(lines[:-1]), encoding="utf-8")
     result = report(tmp_path, FILE)
-    assert "no model that it names answered all tasks of a suite" in str(result.exception)
+    assert "no model named in this file answered all tasks of a suite" in str(result.exception)
     assert not (tmp_path / "published").exists()
 
 

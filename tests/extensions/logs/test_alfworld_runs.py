@@ -311,5 +311,5 @@ def test_a_sample_that_broke_off_without_turns_is_not_graded(tmp_path: Path) -> 
 
 def test_json_of_another_kind_that_quotes_a_room_is_not_taken(tmp_path: Path) -> None:
     text = json.dumps({"version": 2, "status": "success", "log": [], "output": f"{ROOM} {TASK}"})
-    with pytest.raises(InputError, match="no reader recognizes"):
+    with pytest.raises(InputError, match="unknown log format"):
         read(tmp_path, text)

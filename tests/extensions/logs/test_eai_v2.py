@@ -244,7 +244,7 @@ def test_a_file_that_ends_too_early_is_refused_with_line_and_column(tmp_path: Pa
 
 @pytest.mark.parametrize("text", ["", "{}", "[1, 2]", "hello", '{"benchmark": "behavior-1k"}', "\x00\x01"])
 def test_a_foreign_file_is_refused_and_the_message_lists_the_known_forms(tmp_path: Path, text: str) -> None:
-    with pytest.raises(InputError, match=r"no reader recognizes this file.*EAI v2"):
+    with pytest.raises(InputError, match=r"unknown log format; expected one of.*EAI v2"):
         read_log(written(tmp_path, text))
 
 

@@ -75,8 +75,8 @@ def test_scoring_a_log_into_a_folder_writes_tables_and_an_explorer_but_no_record
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--protocol", "strict"], "--protocol: {log} has its own grade; omit this option"),
-        (["--no-explanations"], "--explanations: {log} has its own grade; omit this option"),
+        (["--protocol", "strict"], "--protocol: {log} is a log with its own score"),
+        (["--no-explanations"], "--explanations: {log} is a log with its own score"),
         (["{folder}"], "{folder}: expected a folder with <model>_outputs.json files, found none"),
         (["{other}"], "{log}: give --domain and --ability"),
         (["--domain", "virtualhome"], "{log}: give --domain and --ability"),

@@ -112,7 +112,7 @@ def test_a_folder_of_logs_is_read_as_one_run(eai: Command, tmp_path: Path) -> No
 @pytest.mark.parametrize("command", [["score"], ["analyze", "logs"], ["explain"]])
 @pytest.mark.parametrize(
     ("content", "message"),
-    [("{}", "no reader recognizes this file"), ('{"v": 1, "benchmark": "b", "run"', "")],
+    [("{}", "unknown log format; expected one of"), ('{"v": 1, "benchmark": "b", "run"', "")],
 )
 def test_a_folder_with_a_foreign_or_damaged_file_is_refused_with_its_path(
     eai: Command, tmp_path: Path, command: list[str], content: str, message: str
@@ -141,7 +141,7 @@ def test_a_folder_with_answers_is_scored(eai: Command, tmp_path: Path) -> None:
 def test_a_log_of_two_forms_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     reader = LogReader("made", lambda content: True, lambda path, content: [LOST])
     monkeypatch.setattr(readers, "list_readers", lambda: (reader, reader))
-    with pytest.raises(InputError, match="several readers recognize this file"):
+    with pytest.raises(InputError, match="several log formats fit this file"):
         read_log(written(tmp_path, "a.json", sweep=0))
 
 

@@ -1,10 +1,10 @@
 """The difficulties of tasks, a model's ability, and the most informative tasks to ask next.
 
 The difficulties come from scores of nine of the paper's models by the rules ``strict``. They are estimated by
-the Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models. The
-variance of a model's ability between names of tasks is stored with them. ``tools/short_tests.py`` computes
-them for action sequencing and subgoal decomposition, because these answers are right or wrong without a
-planner.
+the Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models. A
+model's ability differs between groups of tasks with one name. The variance between these groups is stored
+with the difficulties. ``tools/short_tests.py`` computes difficulties for action sequencing and subgoal
+decomposition, because these answers are right or wrong without a planner.
 
 A task is most informative for a model that solves it with probability p = 1/2: its Fisher information is
 p (1 - p). Near copies of a task have the same name (title). A model solves or fails them together, so further
@@ -81,11 +81,11 @@ def estimate_ability(
     Args:
         scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        name_by_task: name of each task. Near copies share a name, so their scores depend on each other.
-            Therefore the squared standard error grows by ``variance`` times the sum of the squares of each
-            name's share of the Fisher information.
-        variance: variance of one model's ability over the names of tasks, in squared logits (see
-            `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
+        name_by_task: name of each task. Near copies share a name, so their scores depend on each other, and
+            the standard error is larger. Its square grows by ``variance``, times the concentration of the
+            Fisher information on few names: the sum of the squares of each name's share.
+        variance: variance of one model's ability between groups of tasks with one name, in squared logits
+            (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
     """
     value = 0.0
     for _ in range(_MAX_STEPS):
@@ -107,10 +107,10 @@ def _compute_fisher_information_concentration(
     difficulties: Mapping[str, float],
     name_by_task: Mapping[str, str],
 ) -> float:
-    """Return how concentrated the Fisher information is: the sum of the squared shares of names.
+    """Return how concentrated the Fisher information is on few task names: the sum of their squared shares.
 
-    The share of a name is the part of the information that comes from the tasks of this name. The result is 1
-    for a single name, and 1/n for n names with equal shares.
+    The share of a task name is the part of the information that comes from the tasks with this name. The
+    result is 1 for a single name, and 1/n for n names with equal shares (the Herfindahl index).
     """
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:

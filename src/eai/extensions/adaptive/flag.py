@@ -21,4 +21,7 @@ Flag: TypeAlias = Literal[
 """
 
 FlagReader = Callable[[SuiteIdentity, str, bool], Iterator[Flag]]
-"""Yields the flags of a task, given its benchmark and ability, its id, and whether no model solves it."""
+"""Function that yields the flags (signs of an error) of a task.
+
+Its arguments are the task's benchmark and ability, the task id, and whether all models fail the task.
+"""

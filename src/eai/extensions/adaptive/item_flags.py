@@ -42,7 +42,7 @@ def make_task_flag_reader(source: Source) -> FlagReader:
 
     @cache
     def search_plan(domain: str, task_id: str) -> SearchResult[Action]:
-        """Search a plan for a task. Results are cached, because several suites need them."""
+        """Search for a plan of a task. Results are cached, because several suites need them."""
         return find_plan(open_tasks(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache

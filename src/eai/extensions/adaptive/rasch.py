@@ -122,14 +122,15 @@ def estimate_reliability(scores: Matrix) -> float | None:
 def estimate_ability_variance_between_task_names(
     scores: Matrix, fitted: RaschModel, task_names: Sequence[str]
 ) -> float:
-    """Return how much a model's ability varies between names of tasks: a variance in squared logits.
+    """Return the variance of a model's ability between groups of tasks with one name, in squared logits.
 
     Near copies of a task share a name. Variation by chance is not part of the result.
 
-    If a name is unexpectedly difficult for a model, its scores in two tasks of this name both fall below the
-    expected scores. The mean product of these two deviations estimates the variance, times the information of
-    both tasks (to first order). The result is averaged over such pairs of tasks (method of moments). It is 0
-    if no name has two tasks, or if tasks of one name do not deviate together.
+    If a group is unexpectedly difficult for a model, its scores in two tasks of the group both fall below the
+    expected scores. To first order, the mean product of these two deviations is the variance, times the
+    Fisher information of one task, times that of the other. The result is averaged over all pairs of tasks
+    with one name (method of moments). It is 0 if no two tasks have one name, or if such tasks do not deviate
+    together.
 
     Args:
         scores: the scores that the Rasch model was fitted to.

@@ -58,7 +58,8 @@ def open_runs(
     """
     if runs_folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
         raise InputError(
-            f"--adaptive: difficulties are only known under the protocol {DEFAULT_PROTOCOL.value}"
+            f"--adaptive: difficulties are only known under the protocol {DEFAULT_PROTOCOL.value}; "
+            "take this protocol, or give runs of several models with --with tasks.calibration=DIR"
         )
     difficulties = {
         (suite.domain, suite.ability): estimate
@@ -79,8 +80,8 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
 
     Returns:
         the difficulty by task, in logits from the mean ability of the models used (empty if unknown); the
-        variance of a model's ability between differently named tasks, in squared logits; a phrase that names
-        these models.
+        variance of a model's ability between groups of tasks with one name, in squared logits; a phrase that
+        names these models.
 
     Raises:
         InputError: the folder has too few runs of the suite.

@@ -55,7 +55,7 @@ _COMMA = re.compile(r"- (\w+),")
 _PARAMETER = re.compile(r"\{(\w+)\}")
 _INSTRUCTION = re.compile(r"Your task is to: (.*?)\.?\s*\"")
 _AGENT = f.Constant("agent1")
-"""Name of the agent, which is equal in all games."""
+"""Name of the agent, the same in all games."""
 _CAN_CONTAIN = "cancontain"
 """Name of the predicate that states which kinds of receptacles may contain which kinds of objects."""
 _GOAL_LABELS = {
@@ -220,7 +220,10 @@ def _replace_actions_by_commands(
     for action in source.actions:
         template = templates.get(action.name)
         if template is None:
-            raise InputError(f"domain {source.name}: the grammar has no command for the action {action.name}")
+            raise InputError(
+                f"domain {source.name}: the game's grammar has no command for the action {action.name}; "
+                "expected a template of a command for each action of the domain"
+            )
         projected = _quantify_parameters_except(action, _PARAMETER.findall(template))
         by_command.setdefault(_PARAMETER.sub("{}", template), []).append(projected)
     actions = {template: _merge_actions(template, actions) for template, actions in by_command.items()}

@@ -80,7 +80,9 @@ def _open_demonstrations(
         if archive is None:
             tasks: Mapping[str, Task] = benchmark.tasks(source)
         elif benchmark.data.open_demonstrations is None:
-            raise InputError(f"--demonstrations: {benchmark.name} reads no archive of demonstrations")
+            raise InputError(
+                f"--demonstrations: {benchmark.name} reads no archive of demonstrations; omit this option"
+            )
         else:
             tasks = benchmark.data.open_demonstrations(archive, source.report)
     predicates = [predicate.name for predicate in benchmark.domain.vocabulary.predicates]

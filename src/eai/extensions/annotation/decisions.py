@@ -215,7 +215,8 @@ def _find_final_state(task: Task, domain: Domain) -> State:
     if done.failure is not None:
         step = len(done.executed_actions) + 1
         raise InputError(
-            f"{task.id}: step {step} of the plan cannot be executed, so the task is no demonstration"
+            f"{task.id}: step {step} of the plan cannot be executed; "
+            "expected a plan that can be executed, from which goals are derived"
         )
     return done.final_state
 
@@ -285,10 +286,10 @@ must meet entries that are actions in their order.
 def find_first_met_title_meaning(
     candidates: Sequence[TitleMeaning], difference: DemonstrationChanges
 ) -> int | None:
-    """Return the index of the first of a task title's possible meanings that a demonstration meets, or None.
+    """Return the index of the first possible meaning of a task title that a demonstration satisfies, or None.
 
-    A demonstration is a plan that the data set records for a task with the title. `is_title_meaning_met`
-    tests whether it meets a meaning.
+    A demonstration is a plan that the data set records for a task with the title. A meaning is a list of
+    conditions on the changes that the plan makes (`is_title_meaning_met`).
     """
     return next(
         (
@@ -315,10 +316,10 @@ def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges
 
 
 def make_concrete_goals(difference: DemonstrationChanges, candidate: TitleMeaning) -> tuple[Goal, ...]:
-    """Return the goals that a given meaning of the title gives a demonstration's task, with its objects.
+    """Turn one meaning of a task's title into goals about the objects of this task.
 
-    A demonstration is a recorded plan. Only facts that hold after it become goals, and its actions. States
-    come first, then relations, then actions.
+    The task has a demonstration (recorded plan). Goals are the facts that hold after the plan and that the
+    meaning names, and the actions that the meaning names. States come first, then relations, then actions.
     """
     conditions = [entry for entry in candidate if not entry[0].is_action]
     facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_matching_facts(entry))
@@ -339,11 +340,11 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 @dataclass(frozen=True, slots=True)
 class TitleMeaningDecisions:
-    """A user's decisions which goals one task title means.
+    """A user's decisions about the goals that one task title stands for.
 
     Attributes:
         candidates: possible meanings, in the order in which they are tried.
-        dropped: patterns (changes that recorded plans for the title share) that are no part of the meaning.
+        dropped: changes that recorded plans for the title share, but that are no goals of it, as patterns.
     """
 
     candidates: tuple[TitleMeaning, ...] = ()
@@ -383,9 +384,11 @@ class _DecisionFile(Options):
 def read_uncounted_predicates_and_decisions(
     path: Path,
 ) -> tuple[tuple[str, ...], dict[str, TitleMeaningDecisions]]:
-    """Read from a TOML file predicates to leave out of lists of changes, and decisions by task title.
+    """Read a user's decisions about the goals of task titles from a TOML file.
 
-    The decisions state which goals each title means. Both results are empty if the file does not exist.
+    Returns:
+        The names of predicates to leave out of lists of changes, and the decisions by task title. Both are
+        empty if the file does not exist.
 
     Raises:
         InputError: the file does not hold decisions. The message names the faulty key.
@@ -473,7 +476,7 @@ class PatternList:
 
     @cached_property
     def counts(self) -> Mapping[GoalPattern, int]:
-        """Number of demonstrations (recorded plans) with each pattern (change), most frequent first."""
+        """Number of demonstrations (recorded plans) that make each change (pattern), most frequent first."""
         occurrences = Counter(
             each for one in self.differences for each in count_patterns([one], self.without)
         )
@@ -578,7 +581,7 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 def _add_conditions_to_last_title_meaning(
     chosen: TitleMeaningDecisions, conditions: Sequence[AlternativePatterns]
 ) -> TitleMeaningDecisions:
-    """Return a user's decisions about a task title after adding conditions to its last possible meaning.
+    """Return a user's decisions about a task title, with more conditions in the last of its meanings.
 
     Each condition is a list of alternative patterns (forms of goal, such as ``ON(lamp)``).
     """
@@ -587,10 +590,10 @@ def _add_conditions_to_last_title_meaning(
 
 
 Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
-"""The changes of a demonstration (a recorded plan), the index of the meaning it meets, and its goals.
+"""The changes that a demonstration (recorded plan) makes, the index of a meaning of its title, and its goals.
 
-The index is that of the first meaning of the task's title that the demonstration meets. If it meets none, the
-index is None and there are no goals.
+The index is that of the first meaning that the changes satisfy. If they satisfy no meaning, the index is None
+and the goals are empty.
 """
 
 
@@ -604,7 +607,7 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
     if title is not None and title not in groups:
         raise InputError(f"no demonstration is called {title!r}{did_you_mean(title, tuple(groups))}")
     if not groups:
-        raise InputError("no task has a plan, so there is no demonstration")
+        raise InputError("no task has a plan; expected tasks with recorded plans (demonstrations)")
     return groups if title is None else {title: groups[title]}
 
 

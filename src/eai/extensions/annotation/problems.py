@@ -103,7 +103,10 @@ def make_problem(
 
 
 def sample_goal_conditions(task: Task, max_count: int, rng: random.Random) -> tuple[Formula, ...]:
-    """Draw at most `max_count` conditions of a random way to meet all goals about a task's final state."""
+    """Choose conditions that meet all goals about a task's final state, and draw at most `max_count` of them.
+
+    If several sets of conditions meet the goals, one set is drawn at random.
+    """
     objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     formulas: dict[Formula, None] = {}

@@ -115,7 +115,10 @@ def results(
     summaries = sorted(map(summarize_run, read_runs(records)), key=lambda summary: summary.key.sort_key)
     files = make_files_to_publish(about, summaries)
     if not files:
-        raise InputError(f"{about}: no model that it names answered all tasks of a suite")
+        raise InputError(
+            f"{about}: no model named in this file answered all tasks of a suite; "
+            "give runs that answer all tasks, or name their models in the file"
+        )
     with raise_write_errors_as_input_errors(out):
         write_files_atomically({out / name: content for name, content in files.items()})
     made: Json = {"folder": str(out), "files": [*files]}

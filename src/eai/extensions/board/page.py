@@ -101,10 +101,12 @@ class _ScoredSubmission:
 def build_page_and_count_submissions(
     paths: Sequence[Path], data_source: Source, *, report_submission: Callable[[str], None]
 ) -> tuple[str, int]:
-    """Return the page with the submissions and seasons at some paths, and the number of submissions.
+    """Return a web page that ranks submissions and lists seasons, and the number of submissions.
+
+    A season is a set of generated tasks that submissions can answer too.
 
     Args:
-        paths: folders or zips of single submissions, seasons, or folders of these.
+        paths: folders or zips of single submissions, folders of seasons, or folders of these.
         data_source: the data set, and the planner that judges operators.
         report_submission: called with the name of each submission before the submission is scored.
 
@@ -136,7 +138,10 @@ def build_page_and_count_submissions(
 
 
 def _find_submissions(path: Path) -> list[Path]:
-    """Return the paths of submissions and seasons at or directly below a path, sorted by name."""
+    """Return the paths of submissions and seasons (sets of generated tasks) in a folder, sorted by name.
+
+    If the path is itself a submission or a season, it is the only result.
+    """
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     if path.suffix.lower() == ZIP or any((path / name).is_file() for name in (DESCRIPTION, MANIFEST)):
@@ -210,7 +215,10 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
         raise InputError(f"{file}: expected one of {', '.join(set(ENDINGS) - {PARQUET})}")
     answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
     if answers.skipped_rows:
-        raise InputError(f"{file}: {answers.skipped_rows} answers are to tasks that are not in the data set")
+        raise InputError(
+            f"{file}: {answers.skipped_rows} answers are to tasks that are not in the data set; "
+            "remove these answers or correct their task ids"
+        )
     made_by = get_declaration(suite.ability).read_episode_settings
     for response in answers.responses:
         made = made_by(response.text)
@@ -221,7 +229,8 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
             )
         if len(response.text) > _MAX_CHARACTERS:
             raise InputError(
-                f"{file}: the answer to {response.task_id} has over {_MAX_CHARACTERS:,} characters"
+                f"{file}: the answer to {response.task_id}: expected at most {_MAX_CHARACTERS:,} characters, "
+                f"found {len(response.text):,}"
             )
     return answers
 
@@ -362,9 +371,10 @@ def _format_description_cells(description: _SubmissionDescription) -> Sequence[s
 
 
 def _read_prompt_set_name(run_specification: str) -> str:
-    """Return the prompt set of a run specification; after a comma, the name of the user's own prompts.
+    """Return a text ``SET`` or ``SET, NAME`` on the prompts of a run specification.
 
-    An empty specification gives an empty text.
+    ``SET`` is the prompt set, and ``NAME`` the name of the user's own prompts. The text is empty if the
+    specification is.
     """
     if not run_specification:
         return ""

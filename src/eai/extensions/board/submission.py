@@ -96,7 +96,7 @@ def build_submission(
         if file in files and name in expected:
             members[name] = _make_submission_content(file, expected[name])
     if not members:
-        raise InputError(f"{run}: no answers of a model named {model}")
+        raise InputError(f"{run}: no answers of a model named {model}; give a model's folder name")
     made = io.BytesIO()
     with zipfile.ZipFile(made, "w") as archive:
         for name, content in members.items():
@@ -194,7 +194,7 @@ def _format_file_name(domain: str, ability: Ability) -> str:
 
 
 def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
-    """Return the identifiers of a suite's published prompts, as answers to them must repeat them.
+    """Return the identifiers of a suite's published prompts. Each answer must repeat its prompt's identifier.
 
     Identifiers that begin with `SCENE_PREFIX` stay as they are. Other identifiers are replaced by task ids of
     the data set if they are known to be wrong.

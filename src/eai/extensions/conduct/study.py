@@ -34,7 +34,7 @@ _MAX_REASON_WORDS = 40
 """Maximum number of different words in the reason of a refusal, because a longer one could name all facts."""
 
 _MAX_OTHER_NAMES = 2
-"""Maximum number of names in the reason of a refusal that the missing fact does not contain."""
+"""Maximum number of other names, not in the missing fact, that the reason of a refusal may contain."""
 
 
 FLOOR = "(shut everything at the end)"

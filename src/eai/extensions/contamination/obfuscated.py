@@ -126,9 +126,9 @@ class _ObfuscatedWording(SuiteWording):
 
     @cached_property
     def _rules_with_hidden_facts(self) -> DomainRules:
-        """The requirements and effects of all actions, as rules without English remarks.
+        """The requirements and effects of all actions in formal notation, without English explanations.
 
-        They also name the predicates that the prompts of the original benchmark do not show.
+        They include the predicates that the prompts of the original benchmark do not show.
         """
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
@@ -349,7 +349,7 @@ def _make_benchmark_with_rules_in_prompts(
             own_tasks={Ability.TRANSITION_MODELING: lambda source: no_operators},
             asks={
                 Ability.GOAL_INTERPRETATION: lambda task: False,
-                # prompts of ambiguous tasks give only an instruction, in which no name is swapped
+                # prompts of ambiguous tasks give goals only as an instruction, whose words are not obfuscated
                 Ability.ACTION_SEQUENCING: lambda task: task.has_goals_in_prompts,
                 Ability.SUBGOAL_DECOMPOSITION: lambda task: (
                     task.has_goals_in_prompts and (asks_subgoals is None or asks_subgoals(task))

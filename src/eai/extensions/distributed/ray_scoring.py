@@ -53,7 +53,7 @@ class RayScoring(Scoring):
         cores = int(ray.cluster_resources().get("CPU", 0))
         if not cores:
             self._leave_cluster()
-            raise InputError(f"{address}: the cluster has no processor cores")
+            raise InputError(f"{address}: the cluster has no processor cores; add a node that has cores")
         number = cores if workers is None else workers
         if cores < number:
             self._leave_cluster()
@@ -62,7 +62,7 @@ class RayScoring(Scoring):
 
     @property
     def has_processes(self) -> bool:
-        """True: actors do the work, even if there is one."""
+        """True: actors in other processes do the work, even if there is only one actor."""
         return True
 
     def close(self) -> None:
@@ -166,11 +166,11 @@ class _ClusterWorker:
 
     @property
     def awaited(self) -> Any:
-        """The promise that the actor runs, or of its next result; None if it is idle."""
+        """The Ray reference to the actor's start, or to its next result; None if the actor is idle."""
         return self._start or (self._results[0] if self._results else None)
 
     def is_running(self) -> bool:
-        """Whether the actor has a core, or has died."""
+        """Whether the actor has been given a processor core; also True if it has died."""
         if self._start is not None and ray.wait([self._start], timeout=0)[0]:
             self._start = None
         return self._start is None
@@ -204,8 +204,8 @@ class _BatchActor:
     """A process on a node of the cluster that applies functions to batches."""
 
     def start(self, folder: str) -> None:
-        """Enter the folder in which the program runs, so that relative paths lead to the same files."""
-        with suppress(OSError):  # a node may lack the folder
+        """Enter the folder in which the caller's process runs, so that relative paths name the same files."""
+        with suppress(OSError):  # a machine of the cluster may lack the folder
             os.chdir(folder)
 
     def run(self, content: bytes) -> bytes:

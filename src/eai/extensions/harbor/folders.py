@@ -39,9 +39,9 @@ _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 """Regular expression for characters that the name of a task folder may not contain."""
 
 NO_SOLUTION = "without a verified solution"
-"""Reason to leave tasks out, as a phrase after their number."""
+"""Reason for leaving tasks out. In a message, it follows the number of these tasks."""
 SOLVED_WITHOUT_WORK = "in which doing nothing, or copying the question, is right"
-"""Reason to leave tasks out, as a phrase after their number."""
+"""Reason for leaving tasks out. In a message, it follows the number of these tasks."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
@@ -71,10 +71,11 @@ def write_task_folders(
         suite: The tasks.
         prompts: The prompt of each task, by task id.
         out: A new or empty folder.
-        wheels: Package files from which eai and the package of a benchmark are installed; if empty, both are
-            installed from a package index.
+        wheels: Package files (wheels) from which eai and the package of a benchmark are installed; if empty,
+            both are installed from a package index.
         image: Image of the agent's container; None if it is built from the folder of the task.
-        verifier_image: Image with the worlds; None if it is built from `IMAGE`.
+        verifier_image: Image of the container that simulates the tasks and scores answers; None if it is
+            built from `IMAGE`.
         is_shared: Whether answers are scored in the agent's container.
 
     Returns:

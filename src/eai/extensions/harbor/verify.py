@@ -77,7 +77,7 @@ def read_answer(file: Path) -> str:
 
 
 def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
-    """Return the text of a task's episode from the folder of its world; empty if no action was taken.
+    """Return the text of a task's episode from a folder of journals; empty if no action was taken.
 
     Raises:
         InputError: The episode has not ended, was changed, or belongs to another task or setting.

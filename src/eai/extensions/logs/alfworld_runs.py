@@ -234,7 +234,10 @@ def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchm
 
 
 def _find_games(episode: LoggedEpisode, tasks: Mapping[str, Task]) -> list[Task]:
-    """Return the games with an episode's name, or all games that fit its first observation."""
+    """Return the tasks (games) that have the task name of a logged episode.
+
+    If the log does not name the game, return all tasks that fit the episode's first observation.
+    """
     name = episode.task.replace("/", ".")
     if "/trial_" in episode.task:
         return [tasks[task_id] for task_id in tasks if task_id.endswith(name)]
@@ -271,7 +274,7 @@ def _translate_commands(
             yield "" if step.action.startswith(">") else step.action
         elif step.action[0].lower() in puts:
             yield form.format(*filter(None, put.groups()))
-        else:  # every game knows one of the words put and move, and this is not the word of the log's game
+        else:  # each game accepts only put or only move; the log's game accepts the other word
             yield "" if puts else None
 
 

@@ -169,7 +169,10 @@ def _read_steps(path: Path, content: bytes) -> list[LoggedEpisode]:
 
 def _check_step(place: str, line: _StepLine, earlier_lines: Sequence[_StepLine]) -> None:
     if bool(line.last_action_success) is line.env_feedback.startswith("Last action is invalid"):
-        raise InputError(f"{place}: last_action_success contradicts env_feedback")
+        raise InputError(
+            f"{place}: last_action_success contradicts env_feedback; "
+            "expected 0 if and only if env_feedback starts with 'Last action is invalid'"
+        )
     last_step = earlier_lines[-1].env_step if earlier_lines else None
     if last_step is not None and line.env_step <= last_step:
         raise InputError(f"{place}: expected env_step above {last_step}, found {line.env_step}")

@@ -1,4 +1,4 @@
-"""Episodes in logs of other projects. Values without proof are None or "cannot tell"."""
+"""Episodes in logs of other projects. Values that a log does not prove are None or "cannot tell"."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 from eai.world.fault import FaultKind
 
 CANNOT_TELL = "cannot tell"
-"""Text for a kind, an outcome or an ending that the log does not prove."""
+"""Text for the kind of an error, or the outcome or ending of an episode, if the log does not prove it."""
 
 
 class EpisodeOutcome(str, Enum):
@@ -116,7 +116,7 @@ class LoggedEpisode:
 
     @property
     def step_of_best_goal_progress(self) -> int | None:
-        """Index of the first step after which the largest share held, from 0; None if no step shows it."""
+        """Index of the first step, from 0, after which the largest share of goals held; None if not known."""
         shares = [step.progress for step in self.steps]
         return (
             None

@@ -1,6 +1,7 @@
 """Read logs of Inspect whose agents call the tools ``act``, ``look`` (observe) and ``done``, as in `eai`.
 
-Replies of `eai` state the kind of an error. Other tasks' replies prove nothing, so errors come from a replay.
+Replies of the tools of `eai` state the kind of an error. Replies of other tools do not, so the actions are
+replayed in the task of `eai` to find errors.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ def _read_value(value: object) -> bool | None:
 
 
 def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark) -> LoggedEpisode:
-    """Replay an episode in the task that has the id of its sample."""
+    """Replay a logged episode in the task whose id is the id of the log's sample."""
     if episode.task not in tasks or not episode.steps:
         return episode
     commands = [step.action if step.kind is None else None for step in episode.steps]

@@ -94,9 +94,9 @@ def read_log(
     content = read_content(path)
     readers = [reader for reader in list_readers() if reader.recognizes(content)]
     if len(readers) != 1:
-        forms = ", ".join([reader.format for reader in readers or list_readers()])
-        problem = "several readers recognize" if readers else "no reader recognizes"
-        raise InputError(f"{path}: {problem} this file; the forms are {forms}")
+        formats = ", ".join([reader.format for reader in readers or list_readers()])
+        problem = "several log formats fit this file" if readers else "unknown log format; expected one of"
+        raise InputError(f"{path}: {problem}: {formats}")
     (reader,) = readers
     episodes = reader.read(path, content)
     if not episodes:
@@ -144,7 +144,8 @@ def validate(model: type[M], place: str, value: object) -> M:
     """Return a JSON value as an object of a Pydantic model.
 
     Raises:
-        InputError: the value does not fit the model; the message has the place and the path of the value.
+        InputError: the value does not fit the model. The message has ``place`` (file and line), and the path
+            of the invalid value within the JSON value.
     """
     try:
         return model.model_validate(value)

@@ -35,7 +35,10 @@ def show_logs(context: typer.Context, paths: Sequence[Path], out: Path | None, *
     """
     for name in context.params.keys() - _OPTIONS_FOR_LOGS:
         if (source := context.get_parameter_source(name)) is not None and source.name == "COMMANDLINE":
-            raise InputError(f"--{name.replace('_', '-')}: {paths[0]} has its own grade; omit this option")
+            raise InputError(
+                f"--{name.replace('_', '-')}: {paths[0]} is a log with its own score, which is not computed "
+                "again; omit this option"
+            )
     with require_extra("analysis", "logs need"):
         records = StudyRecords(tuple(paths), out or Path())
         values = list(write_analyses_of_study(LOGS, records, (), as_json=as_json, writes=out is not None))

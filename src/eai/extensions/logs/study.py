@@ -1,4 +1,4 @@
-"""`eai analyze logs`: outcomes, first errors and most goals at once of episodes in other projects' logs."""
+"""`eai analyze logs`: outcomes, first errors and goal progress of episodes in other projects' logs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _FILE_ONLY = ("ending", "unseen", "best_action", "end", "repeats", "seconds", "c
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
 _SHOWN_OF_TWINS = ("task", "outcomes", "hidden", "plan")
-"""Columns on the screen of the table of twins (tasks of a benchmark with the names of logged tasks)."""
+"""Columns that the terminal shows of the table of a benchmark's tasks with the names of logged tasks."""
 
 _MAX_WORDS_CHARACTERS = 200
 """Maximum number of characters of an agent's words in a table."""
@@ -54,7 +54,7 @@ class _LogOptions(Options):
 
     Attributes:
         tasks: A benchmark with the tasks of the logs, such as alfworld:FOLDER. Logged actions are replayed in
-            these tasks. Tasks of the same name are described in a table of twins.
+            these tasks. The table twins describes each task that has the name of a logged task.
     """
 
     tasks: str = ""

@@ -27,13 +27,13 @@ from eai.tasks.task import Task
 def make_table_of_same_named_tasks(
     episodes: Iterable[LoggedEpisode], tasks: Mapping[str, Task], benchmark: Benchmark
 ) -> Iterator[Row]:
-    """Tasks with a symbolic twin, by length.
+    """Logged tasks for which the benchmark has a task of the same name (twin), by length of its plan.
 
-    outcomes: the logged outcomes. All other columns describe the twin: the benchmark's task of the same name.
-    They prove nothing about a robot. labels: words for its goals, such as ordered; plan: number of steps in
-    the shortest known plan; operators: actions of the gold plan; hidden: objects of the gold plan that cannot
-    be seen at the start; conditions: conditions of the goal; at_start: conditions that hold at the start;
-    reason: why the twin has no plan.
+    outcomes: the logged outcomes. All other columns describe the benchmark's task, which is a symbolic model
+    and may differ from a task of a robot. labels: words for its goals, such as ordered; plan: number of steps
+    in the shortest known plan; operators: actions of the gold plan; hidden: objects of the gold plan that
+    cannot be seen at the start; conditions: number of conditions in the goals; at_start: number of conditions
+    that hold at the start; reason: why the benchmark's task has no plan.
     """
     by_task = group_pairs((episode.task, episode) for episode in episodes if episode.task in tasks)
     rows = [
@@ -53,7 +53,7 @@ def _name_outcome(episode: LoggedEpisode) -> str:
 
 
 def _make_cells_of_same_named_task(task: Task, benchmark: Benchmark) -> Row:
-    """Return the cells of a row on the benchmark's task, from the column `labels` to the last column."""
+    """Return the cells on a benchmark's task for the table `twins`, from the column `labels` to the last."""
     labels = " ".join(derive_labels(task, benchmark.data.labels))
     if task.unplannable_reason is not None:
         return labels, str(task.unplannable_reason), "", "", None, None, None

@@ -113,9 +113,9 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
             self._send_response("text/html", page)
 
     def do_POST(self) -> None:
-        """Execute the line that the page sent, and send the page's new content.
+        """Execute the command line that the page sent, and send the page's new content.
 
-        The last task ends the server.
+        After the last task, the server stops.
         """
         line = self._read_line() if self._has_own_host_name() else None
         if line is None:

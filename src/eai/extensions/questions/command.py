@@ -110,7 +110,7 @@ _KindAndForm: TypeAlias = tuple[QuestionKind, QuestionForm]
 def _print_table_by_form(
     title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_KindAndForm], Cell]]
 ) -> None:
-    """Print a table with a row for each kind, and with the given columns for each form."""
+    """Print a table with a row for each kind of question, and the given columns for each form of answer."""
     kinds = list(dict.fromkeys([question.kind for question in questions]))
     cells: list[NamedCells] = [
         (replace(column, name=f"{form.value}\n{column.name}"), [cell((kind, form)) for kind in kinds])

@@ -30,7 +30,10 @@ _RANDOM_BINDINGS = 40
 """Number of random actions of one operator that are drawn to find actions with unmet requirements."""
 
 _FEWEST_UNMET_PROBABILITY = 0.5
-"""Probability that a question why an action is impossible uses the action with fewest unmet requirements."""
+"""Probability that the impossible action in a question of kind `WHY_NOT` is one with few unmet requirements.
+
+Otherwise, any action that does not meet the chosen requirement is used.
+"""
 
 _PATH_OPERATOR_PROBABILITY = 0.2
 """Probability that a question may use an operator of the task's path (its executable actions).
@@ -50,7 +53,8 @@ def make_question_about_facts_after_action(
 ) -> QuestionContent | None:
     """Ask which facts hold after an action. The open form asks which facts the action changes.
 
-    Return None if no possible action is found, and for most drawn actions that change nothing.
+    Return None if no possible action is found. If the drawn action changes nothing, usually return None too
+    (with probability 1 - `_NO_EFFECT_PROBABILITY`).
     """
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -173,7 +177,7 @@ def make_why_not_question(
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # a requirement that is rarely unmet is drawn as often as any other
+    one = rng.choice(seen)  # all requirements have equal probability, even those that are almost always met
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)
@@ -218,18 +222,18 @@ def draw_true_and_false_facts(
 
 
 def draw_untrue_facts(
-    setting: QuestionSetting, rng: random.Random, ever: frozenset[Fact], number: int
+    setting: QuestionSetting, rng: random.Random, facts_true_at_some_time: frozenset[Fact], number: int
 ) -> list[Fact]:
-    """Draw facts that are never true: facts of ``ever`` (true at some time) with one object replaced."""
+    """Draw facts that are never true: facts that are true at some time, with one object replaced."""
     facts: list[Fact] = []
-    true_facts, objects = sorted(ever), range(len(setting.scene.objects))
+    true_facts, objects = sorted(facts_true_at_some_time), range(len(setting.scene.objects))
     for _ in range(_MAX_DRAWS if true_facts else 0):
         predicate, arguments = rng.choice(true_facts)
         changed = list(arguments)
         if changed:
             changed[rng.randrange(len(changed))] = rng.choice(objects)
         fact = Fact(predicate, tuple(changed))
-        if fact not in ever and len(set(changed)) == len(changed) and fact not in facts:
+        if fact not in facts_true_at_some_time and len(set(changed)) == len(changed) and fact not in facts:
             facts.append(fact)
     return facts[:number]
 

@@ -57,7 +57,7 @@ _MIN_ACTIONS = 5
 """Minimum number of actions listed in a question about all plans that use only these actions."""
 
 _MAX_STATES = 150
-"""Maximum number of states that the listed actions may lead to. With more states, no question is asked."""
+"""Maximum number of states that the actions listed in a question lead to. With more, no question is asked."""
 
 _MAX_STATE_GRAPHS = 4
 """Maximum number of different lists of actions in the questions about one task."""
@@ -72,9 +72,10 @@ _MAX_GOALS = 3
 """Maximum number of facts in the goal of a question."""
 
 _PLAN_LENGTHS = 4
-"""Number of lengths that the shortest plan for a question's goal may have.
+"""Number of different lengths of the shortest plans that questions ask for.
 
-Consecutive questions use these lengths in turn.
+Each question asks for a goal whose shortest plan has a certain length. Consecutive questions use the lengths
+in turn, and then begin again with the shortest length.
 """
 
 _GOAL_CANDIDATES = 8
@@ -100,7 +101,7 @@ class _PlanOutcome(NamedTuple):
 
     @property
     def works_fails_or_misses(self) -> str:
-        """The outcome as one word: ``works``, ``misses`` (a goal) or ``fails`` (at a step)."""
+        """The result of the plan as one word: ``works``, ``misses`` (a goal) or ``fails`` (at a step)."""
         return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
 
@@ -195,7 +196,8 @@ def make_validation_question(
 ) -> QuestionContent | None:
     """Ask whether a plan works. If it fails, ask at which step and why.
 
-    Return None if the task's path does not reach the goals, or if no drawn error has the wanted outcome.
+    Return None if the task's path (its executable actions) does not reach the goals, or if no random change
+    of the plan has the wanted result.
     """
     if not setting.path_reaches_goals:
         return None
@@ -221,7 +223,7 @@ def make_justification_question(
 ) -> QuestionContent | None:
     """Ask which single step of a plan can be left out if all other steps are kept.
 
-    Return None if the task's path does not reach the goals.
+    Return None if the task's path (its executable actions) does not reach the goals.
     """
     if not setting.path_reaches_goals:
         return None
@@ -474,10 +476,10 @@ def _draw_distant_goal(
 
 
 def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw some actions that a question lists, and return all states that these actions lead to.
+    """Choose some actions of a task at random, and return the graph of all states that they lead to.
 
-    A task has at most `_MAX_STATE_GRAPHS` sets of such actions, so that questions share the computed states.
-    The result is None if `_explore_states_of_drawn_actions` fails for the set.
+    A question lists these actions. A task has at most `_MAX_STATE_GRAPHS` sets of such actions, so that
+    questions share the computed graphs. The result is None if a set has too few actions or too many states.
     """
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
@@ -487,7 +489,7 @@ def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> St
 
 
 def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw actions, some from the task's path (its executable actions), and explore the states they lead to.
+    """Choose actions at random, some from the task's path, and explore the states that the actions lead to.
 
     The result is None if too few actions are found, or if the states are too many.
     """

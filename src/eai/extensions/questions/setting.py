@@ -36,7 +36,10 @@ _MAX_PATH_ACTIONS = 24
 """Maximum number of actions in the path of a task."""
 
 _RANDOM_ACTIONS = 6
-"""Number of random actions that are tried to make a path for a task without a plan."""
+"""Number of random actions that replace the plan in the path (executable actions) of a task without a plan.
+
+Fewer are used if no further action is possible.
+"""
 
 _MAX_ACTION_DRAWS = 40
 """Maximum number of random draws to find one possible (or impossible) action."""
@@ -222,9 +225,9 @@ def _restrict_to_objects_of_prompt_and_plan(task: Task) -> Task:
 
 
 def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
-    """Return the first steps of a plan, up to `_MAX_PATH_ACTIONS`.
+    """Return the first steps of a plan that can be executed, at most `_MAX_PATH_ACTIONS` steps.
 
-    They end before the first step that is impossible, or whose operator has no rules in prompts.
+    They end before the first step that is impossible, or whose operator's rules are not shown in prompts.
     """
     arities = rules.domain.operator_arities
     well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
@@ -401,19 +404,19 @@ of a plan, so that questions alternate.
 def find_texts_with_ambiguous_operator(
     right_texts: Sequence[str], wrong_texts: Sequence[str], get_operator: Callable[[str], str]
 ) -> frozenset[str]:
-    """Return the texts whose operator occurs in both a right and a wrong text.
+    """Return the statements (answers) whose operator occurs in both a right and a wrong statement.
 
-    The operator of such a text does not reveal whether the text is right.
+    The operator of such a statement does not reveal whether the statement is right.
     """
     shared = set(map(get_operator, right_texts)) & set(map(get_operator, wrong_texts))
     return frozenset([text for text in (*right_texts, *wrong_texts) if get_operator(text) in shared])
 
 
-def draw_sample_in_order(rng: random.Random, elements: Sequence[T], most: int) -> list[T]:
-    """Draw at most ``most`` elements of a sequence at random, and keep their order."""
-    if len(elements) <= most:
+def draw_sample_in_order(rng: random.Random, elements: Sequence[T], max_count: int) -> list[T]:
+    """Draw at most ``max_count`` elements of a sequence at random, and keep their order."""
+    if len(elements) <= max_count:
         return list(elements)
-    return [elements[i] for i in sorted(rng.sample(range(len(elements)), most))]
+    return [elements[i] for i in sorted(rng.sample(range(len(elements)), max_count))]
 
 
 def format_numbered_list(texts: Sequence[str]) -> str:

@@ -42,23 +42,25 @@ Choices are drawn again if shortcuts would be right too often. After the last dr
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _CUE_WEIGHT = 12
-"""Unit of the balance of a cue (a mark on which a shortcut relies, such as the greatest length).
+"""Unit in which the balance of a cue is counted.
 
-The balance of a cue tells how much more often statements with the cue were right than chance predicts.
-A wrong statement lowers the balance of its cue by this number. A right statement raises it, by this number
-for each wrong choice, so that random choices leave it unchanged on average. Statements of one question with
-the same cue share the number equally.
+A cue is a mark by which a shortcut chooses a statement, such as the greatest length. The balance of a cue is
+the number of right statements with the cue, minus the number that chance predicts, in this unit. A wrong
+statement lowers the balance by one unit. A right statement raises it by one unit for each wrong choice of its
+question, so random choices leave it unchanged on average. Statements of one question with the same cue share
+this change equally.
 """
 
 _TOLERATED_BIAS = 6
-"""Tolerated bias of the first questions: a maximum for the sum of the squared balances of all cues.
+"""Tolerated bias of the first questions. The bias is the sum of the squared balances of all cues.
 
-The balance of a cue tells how much more often statements with the cue were right than chance predicts.
-Here, the unit of balance is one question whose right statement is the only statement with the cue.
+A cue is a mark by which a shortcut chooses a statement. The balance of a cue is the number of right
+statements with the cue, minus the number that chance predicts. Here, a question whose right statement alone
+has the cue changes the balance by 1.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
-"""Number of questions after which the tolerated bias grows by one."""
+"""Number of questions after which the tolerated bias grows by 1, in the unit of `_TOLERATED_BIAS`."""
 
 _MAX_OCCURRENCES = 5
 """Maximum count of a statement's names in a question's text. Higher counts are treated as this count."""
@@ -146,10 +148,11 @@ _SurfaceCue: TypeAlias = tuple[str, str]
 
 
 class SurfaceCueCounts:
-    """Counts how often the statements that shortcuts take were right in earlier questions of a kind and form.
+    """Counts how often statements that shortcuts choose were right, in earlier questions of a kind and form.
 
-    A cue is a mark on which a shortcut relies, such as the greatest length. It is in balance if
-    statements with it are right as often as random guesses are.
+    A shortcut is a rule that answers without knowledge of the world. A cue is a mark by which a shortcut
+    chooses, such as the greatest length. It is in balance if statements with it are right as often as random
+    guesses.
     """
 
     def __init__(self) -> None:
@@ -180,8 +183,8 @@ class SurfaceCueCounts:
 
         Returns:
             the probability that each shortcut answers the question correctly, by name of the shortcut. It is
-            computed from the counts before this question. It is a fraction if the shortcut fits several
-            answers and guesses.
+            computed from the counts before this question. It is between 0 and 1 if the shortcut allows
+            several answers and guesses one of them.
         """
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}
@@ -299,7 +302,7 @@ def draw_closed_question(
     setting: QuestionSetting,
     form: QuestionForm,
     question_text: str,
-    ledger: SurfaceCueCounts,
+    cue_counts: SurfaceCueCounts,
     rng: random.Random,
     turn: int,
 ) -> tuple[int, ClosedQuestion] | None:
@@ -316,7 +319,7 @@ def draw_closed_question(
         setting: the task, with its states and its names of objects.
         form: yes or no, or multiple choice.
         question_text: the text of the question without the choices.
-        ledger: how often the statements that shortcuts take were right in earlier questions.
+        cue_counts: how often the statements that shortcuts choose were right in earlier questions.
         rng: the random generator.
         turn: a number that selects the right letter, or whether yes or no is right.
     """
@@ -344,7 +347,7 @@ def draw_closed_question(
             )
         else:
             question = ClosedQuestion(_draw_choices(item, rng, position), position, read_features)
-        excess = ledger.compute_shortcut_bias_above_limit(question)
+        excess = cue_counts.compute_shortcut_bias_above_limit(question)
         if best is None or excess < best[0]:
             best = excess, question
         if not excess:
@@ -371,11 +374,11 @@ def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> l
 
 
 def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
-    """Yield sets of wrong texts that resemble each other as much as they resemble the right text.
+    """Yield sets of wrong answers that resemble each other as much as they resemble the right answer.
 
-    The first set has the wrong texts with the right text's predicate or operator, the second set those with
-    its arguments. The third set has a random wrong text, and wrong texts that combine its predicate or
-    arguments with those of the right text.
+    The first set has the wrong answers with the right answer's predicate or operator, the second set those
+    with its arguments. The third set has a random wrong answer, and wrong answers that combine its predicate
+    or arguments with those of the right answer.
     """
     name, _, arguments = right.partition("(")
     far = rng.choice(wrong)

@@ -1,4 +1,4 @@
-"""Write questions. Kinds of question and forms of answer take turns, and tasks take turns, too.
+"""Write questions. Consecutive questions have different kinds and forms of answer, and different tasks.
 
 The questions of one kind and form are a group. A group does not depend on other groups, so worker processes
 can write several groups at once.
@@ -67,7 +67,7 @@ _ITEMS_PER_TASK = 2
 """Number of attempts to make a question about a task before the next task is tried."""
 
 _MAX_FAILURES = 5
-"""Maximum number of failed attempts in a row. Then no more questions of a kind and form are tried."""
+"""Maximum number of questions of one kind and form in a row that cannot be made. Then no more are tried."""
 
 _MAX_TURNS_PER_BATCH = 8
 """Maximum number of questions of one kind and form that a worker writes before it returns them."""
@@ -79,7 +79,10 @@ In each block, every letter is the right answer once.
 """
 
 _GROUPS = tuple([(kind, form) for form in QuestionForm for kind in QuestionKind])
-"""All pairs of kind and form, in the order of the tasks with which they begin."""
+"""All pairs of a kind of question and a form of answer. The questions of one pair are a group.
+
+The position of a pair determines the task of its first question.
+"""
 
 _NEED_RULES = frozenset(
     [
@@ -103,7 +106,8 @@ class _QuestionGroupProgress:
         form: form of the answers.
         turn: number of the next question.
         tried_tasks: number of tasks that were tried so far.
-        ledger: how often the statements that shortcuts take were right.
+        cue_counts: how often the statements that shortcuts (rules without knowledge of the world) choose were
+            right.
         prompt_hashes: SHA-256 digests of all prompts.
         failures: number of failed attempts in a row.
     """
@@ -112,7 +116,7 @@ class _QuestionGroupProgress:
     form: QuestionForm
     turn: int = 0
     tried_tasks: int = 0
-    ledger: SurfaceCueCounts = field(default_factory=SurfaceCueCounts)
+    cue_counts: SurfaceCueCounts = field(default_factory=SurfaceCueCounts)
     prompt_hashes: set[bytes] = field(default_factory=set)
     failures: int = 0
 
@@ -249,7 +253,9 @@ class QuestionGenerator:
             group.failures = 0
             group.prompt_hashes.add(prompt_hash)
             shortcuts = (
-                {} if draft.closed is None else group.ledger.add_question_and_score_shortcuts(draft.closed)
+                {}
+                if draft.closed is None
+                else group.cue_counts.add_question_and_score_shortcuts(draft.closed)
             )
             prompt = question.prompt if rules else closed
             return question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
@@ -272,8 +278,8 @@ class QuestionGenerator:
     ) -> Iterator[_QuestionDraft]:
         """Yield several drafts of the question with this number; each draft is about one of the tasks.
 
-        Drafts that keep all shortcuts near chance come first. The other drafts follow; drafts that favour
-        shortcuts least come first.
+        First come drafts with which no shortcut (a rule without knowledge of the world) is right much more
+        often than chance. The other drafts follow, those with the least excess over chance first.
         """
         rng = _make_random_generator(seed, group.kind.value, group.form.value, number)
         order = _draw_answer_order(f"{seed} {group.kind.value} {group.form.value}")
@@ -289,7 +295,13 @@ class QuestionGenerator:
             if group.form is not QuestionForm.OPEN:
                 question_text = _format_question_text(item, setting, group, self._templates)
                 best = draw_closed_question(
-                    item, setting, group.form, question_text, group.ledger, rng, order[number % len(order)]
+                    item,
+                    setting,
+                    group.form,
+                    question_text,
+                    group.cue_counts,
+                    rng,
+                    order[number % len(order)],
                 )
                 if best is None:
                     continue
@@ -397,10 +409,10 @@ def _format_objects(setting: QuestionSetting) -> str:
 
 
 def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Collection[str]) -> str:
-    """Return the facts that a prompt shows as lines, one line for each predicate.
+    """Return the lines in which a prompt lists facts, one line for each predicate.
 
-    They are all facts that actions can change, and the other facts that the rules refer to. ``p(a, {b, c})``
-    stands for ``p(a, b)`` and ``p(a, c)``.
+    Listed are all facts that actions can change, and other facts that the shown rules of actions or the goals
+    contain. ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
     """
     shown = setting.rules.changeable_visible_predicates | setting.rules.find_used_predicates(
         operators, item.formulas
@@ -419,10 +431,11 @@ def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Co
 
 
 def _draw_answer_order(seed: str) -> list[int]:
-    """Return random numbers from 0 to 3, of which each places the right answer of one question.
+    """Return the right answers of consecutive questions, as random numbers from 0 to 3.
 
-    Later questions begin again with the first number. A number stands for a letter, or for yes or no. In each
-    block of four numbers, every letter occurs once, and yes and no occur twice.
+    A number stands for the letter of the right choice; in yes-no questions, an even number stands for yes. In
+    each block of four numbers, every letter occurs once, and yes and no occur twice. After the last number,
+    the first follows again.
     """
     rng = random.Random(seed)  # noqa: S311 - chance, not secrets
     return [turn for _ in range(_ANSWER_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]

@@ -102,7 +102,7 @@ def _apply_to_all_operators(change: Callable[[Operator], Operator]) -> Callable[
 
 @_apply_to_all_operators
 def judge_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operator:
-    """Judge grasping an object in the other hand as an additional step, not as a missing step.
+    """Make a grasp of an object in the other hand an additional step, not a missing step.
 
     See ``evolving_graph.py``, ``grasp``.
     """
@@ -115,9 +115,10 @@ def judge_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operat
 
 
 def make_navigating_and_burning_abort(domain: Domain) -> Domain:
-    """Let plans name the actions NAVIGATE_TO and BURN, which eai-eval cannot execute: it aborts.
+    """Add the actions NAVIGATE_TO and BURN, which always fail.
 
-    See ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
+    The package eai-eval accepts them in plans, but aborts when it executes them. See
+    ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
     """
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
     return domain.replace_operators(
@@ -135,7 +136,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def make_placing_inside_floor_abort(operator: Operator) -> Operator:
-    """Let an action that places an object inside a floor abort, as in eai-eval (the paper's package).
+    """Make an action fail that places an object inside a floor: eai-eval (the paper's package) aborts there.
 
     See ``evolving_graph.py``, ``place_inside``.
     """
@@ -148,7 +149,7 @@ def make_placing_inside_floor_abort(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def make_transferring_contents_abort(operator: Operator) -> Operator:
-    """Let transferring the contents of a container abort, as in eai-eval, unless the container is empty.
+    """Make the transfer of a container's contents fail unless the container is empty: eai-eval aborts there.
 
     For an empty container, the action does nothing. See ``evolving_graph.py``, ``pour_inside`` and
     ``pour_onto``.
@@ -186,7 +187,7 @@ def allow_handling_parts_before_slicing(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def never_judge_placing_as_wrong_order(operator: Operator) -> Operator:
-    """Never judge placing, transferring or cleaning an object as an error of the wrong order.
+    """Report failures to place, transfer or clean an object by another kind of error than wrong order.
 
     See ``evolving_graph.py``, ``check_precondition``.
     """
@@ -405,7 +406,7 @@ def make_behavior_goal_test(task: Task) -> GoalTest:
     """Return eai-eval's test of a task's goals.
 
     A goal counts as reached if one of the few ways to reach it that eai-eval tries is true
-    (`_reduce_to_first_dnf_terms`). It still counts as a goal about states, relations or actions.
+    (`_reduce_to_first_dnf_terms`). The kind of the goal (states, relations or actions) stays as it is.
     """
     return GoalTest(task, [_reduce_to_first_dnf_terms(goal.formula, task.scene) for goal in task.goals])
 

@@ -108,7 +108,7 @@ def extract_operators_like_published_code(answer: str) -> tuple[OperatorText, ..
 
 
 def _extract_text_with_operators(answer: str) -> str | None:
-    """Return the text in which eai-eval searches operators; None for JSON without such a text."""
+    """Return the text in which eai-eval looks for operators; None for JSON without such a text."""
     if answer.startswith(_FENCE):
         answer = answer[len(_FENCE) :].strip("`")
     text = answer.strip().replace("\n", "").replace("'", '"')
@@ -141,9 +141,9 @@ def _extract_list(content: str, position_of_key: int) -> str | None:
 
 
 FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot search for operators")
-"""Reason to exclude a task from all statistics: eai-eval cannot search its answer for operators.
+"""Reason for excluding a task from all statistics: eai-eval cannot look for operators in the task's answer.
 
-No other exclusion depends on an answer.
+No other reason for an exclusion depends on an answer.
 """
 
 

@@ -74,7 +74,10 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
 def _remove_exists_of_new_variables(
     formula: f.Formula, bound_names: Names, removed: list[f.Variable]
 ) -> f.Formula:
-    """Remove each ``exists`` whose variable is unbound outside, and append the variable to ``removed``."""
+    """Remove each ``exists`` whose variable is not bound around it, and append the variable to ``removed``.
+
+    Bound variables are those in ``bound_names`` and ``removed``.
+    """
     match formula:
         case f.Exists(variable, body) if variable.name not in bound_names.union(
             [bound.name for bound in removed]
@@ -91,7 +94,7 @@ def _remove_exists_of_new_variables(
 
 @dataclass(slots=True)
 class _VariableBinder:
-    """Rewrites conditions and effects with unbound variables.
+    """Replaces the parts of conditions and effects that contain unbound variables.
 
     ``refused`` collects the names of unbound variables for which the planner refused the operator.
     """

@@ -81,7 +81,8 @@ def choose_suite_opener_for_answers(
 ) -> Opener | None:
     """Return a function that opens a VirtualHome suite for the answers of a file; None for other suites.
 
-    The function reads all plans of the file with ids, or all without ids, whichever form most answers have.
+    If most answers name objects with ids, the function reads all plans of the file as plans with object ids;
+    otherwise as plans without ids.
     """
     if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
         return None
@@ -92,7 +93,7 @@ def choose_suite_opener_for_answers(
 
 
 def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Open the tasks of an ability in BEHAVIOR, scored by this protocol (the rules of eai-eval)."""
+    """Open the tasks of an ability in BEHAVIOR, scored by the rules of eai-eval (the paper's package)."""
     from eai.benchmarks.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
@@ -147,7 +148,7 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
 
 
 def _make_unscored_error(suite: str) -> InputError:
-    return InputError(f"{suite} is not scored under {NAME}")
+    return InputError(f"{suite} is not scored under {NAME}; choose another protocol or ability")
 
 
 TASK_WITH_REMOVED_GOAL = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"
@@ -162,9 +163,9 @@ _REFERENCE_WITH_REMOVED_GOAL = TaskReference("behavior", Ability.ACTION_SEQUENCI
 
 
 def count_removed_goal_as_unreached(task: TaskReference, verdict: Verdict) -> Verdict:
-    """Return a verdict in which the goal that only the paper's runs required counts as not reached.
+    """Return a verdict that also counts the goal that the package removed after the paper, as not reached.
 
-    Only one task has this goal. Verdicts on other tasks stay as they are.
+    Only one task had this goal (`TASK_WITH_REMOVED_GOAL`). Verdicts on other tasks stay as they are.
     """
     if task != _REFERENCE_WITH_REMOVED_GOAL or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
         return verdict

@@ -99,8 +99,9 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return functions that find the actions for the literals of an answer, in order.
 
-        Each function is for one literal or several successive literals, whose first index precedes the
-        function. A literal is an atom, an action, or the negation of an atom or action.
+        The result is a list of pairs: the index of a literal, and a function that finds the actions for this
+        literal and those after it, up to the next pair's. A literal is an atom, an action, or the negation of
+        one.
         """
 
     def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:
@@ -197,9 +198,10 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
 
 
 def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -> bool:
-    """Whether the first error of a formula is an ``and`` with ``then`` in some, but not all, of its operands.
+    """Whether the first error in a formula's text is an ``and`` with ``then`` in only some of its operands.
 
-    The other possible error is an unknown name. The first error is the one that ends first in the text.
+    The other possible error is an unknown name. The error whose subformula ends first in the text is the
+    first.
     """
     temporal = find_temporal_subformula_ids(formula)
     if not temporal:

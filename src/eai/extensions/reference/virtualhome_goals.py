@@ -186,10 +186,10 @@ def _make_hashable(value: Any) -> object:
 
 
 def _read_field(field: str, value: Any) -> str:
-    """Return a field of a goal as text. A value of another type becomes a text that equals no name or state.
+    """Return a field of a goal as text. A value of another type becomes JSON text, which is no name or state.
 
     Raises:
-        TypeError: eai-eval crashes on an action that is no string, or on an unhashable name.
+        TypeError: the action is no string, or the name is unhashable. eai-eval crashes on these values.
     """
     if isinstance(value, str):
         return value

@@ -72,7 +72,7 @@ class _VirtualHomeGoalTest(GoalTest):
         return tuple(reached)
 
     def accepts_gold_final_state(self, gold_final_state: State) -> bool:
-        """Whether all state and relation goals count as reached in the final state from the data set."""
+        """Whether all state and relation goals count as reached in the data set's recorded final state."""
         reached = self.find_reached_goals(gold_final_state, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
@@ -163,7 +163,10 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict, and an explanation that also has the verdict by the paper's text (`strict`)."""
+        """Return the verdict, and an explanation that also has the verdict by the protocol `strict`.
+
+        This protocol follows the text of the paper.
+        """
         return add_notes_on_strict_protocol(
             super().assess(text), text, self.notation, self._make_scorer_of_strict_protocol
         )
@@ -262,7 +265,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     if not written:
         return Unreadable("no step was found")
     try:
-        # JSON strings contain no line break, so no list can run into the next list.
+        # JSON strings contain no line break, so a line break always ends a list.
         lists = json.loads("[" + ",\n".join([arguments for _, arguments in written]) + "]")
     except (ValueError, RecursionError):
         return LIST_IS_NOT_JSON

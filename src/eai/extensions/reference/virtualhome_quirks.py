@@ -51,12 +51,12 @@ def find_first_target_mask(state: State, relation: str, source: int, wanted_mask
 
 
 def _list_targets_in_python_set_order(state: State, predicate: str, source: int) -> list[int]:
-    """Return the objects to which a relation leads from an object, in the order of a Python set of ids.
+    """Return the objects that have a relation to an object, in the order of a Python set of their ids.
 
-    This order depends on the order of insertion. Here, objects that actions added are inserted first, then
-    those of the initial scene, both by ascending id. The package eai-eval inserts initial objects in the
-    order of the data set's file. For every object that a task can be about, this difference does not change
-    the first object.
+    This order depends on the order of insertion. Objects whose relation was added by actions are inserted
+    first, then objects with the relation in the initial scene, both by ascending id. The package eai-eval
+    inserts the initial objects in the order of the data set's file. For the objects of all tasks, the first
+    object of the result is the same in both orders.
     """
     relation = state.relation(predicate)
     mask = relation.row(source)
@@ -136,7 +136,7 @@ SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
 }
 """Maps a failed condition to the conditions that eai-eval looks for in earlier states to find a wrong order.
 
-It looks for other failed conditions unchanged.
+If a failed condition is not in the mapping, eai-eval looks for this condition itself.
 """
 
 
@@ -187,37 +187,37 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
-    """Let the test for wrong order look for another condition in earlier states, as in eai-eval.
+    """Replace the condition that the test for wrong order looks for in earlier states, as in eai-eval.
 
-    If the failed condition held in an earlier state, the action comes in the wrong order. For some
-    conditions, eai-eval looks for another condition, such as the relation ``next_to`` instead of nearness.
-    For an object in a closed container, it looks for an open object, not for an open container. If the other
-    condition is never true, the result is no wrong order. See `SEARCHED_CONDITIONS`; ``execution.py``,
-    ``update_missing_precond``.
+    An action comes in the wrong order if its failed condition held in an earlier state. For some failed
+    conditions, eai-eval looks for a replacement (`SEARCHED_CONDITIONS`), such as the relation ``next_to``
+    instead of nearness. If an object is in a closed container, the replacement is that the object, not the
+    container, is open. If the replacement is never true, the error is not of wrong order. See
+    ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
     if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
-        sought = (FALSE,)  # the check of CUT for a knife in the hand
+        sought = (FALSE,)  # CUT checks that a hand holds a knife
     return check if sought is None else replace(check, history_conditions=sought)
 
 
 @_apply_to_all_checks
 def judge_unplugged_device_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Judge switching on an unplugged device as an additional, not a missing step (``SwitchExecutor``)."""
+    """Make switching on an unplugged device an additional step, not a missing step (``SwitchExecutor``)."""
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
 
 
 @_apply_to_all_checks
 def judge_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Judge opening a device that is on as an additional step, not a missing step (``OpenExecutor``)."""
+    """Make opening a device that is on an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
 @_apply_to_all_checks
 def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Judge changing a state that an object lacks as an additional step, not as an affordance error.
+    """Make changing a state that an object lacks an additional step, not an affordance error.
 
     An object lacks a state if, for example, it is neither open nor closed. The checks for such a state are
     removed (the result is None), and all other checks stay. See ``execution.py``, ``OpenExecutor``,
@@ -228,13 +228,13 @@ def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> 
 
 @_apply_to_all_checks
 def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Judge a second grab of an object as an additional step, even if no hand holds it (``GrabExecutor``)."""
+    """Make a second grab of an object an additional step, even if no hand holds it (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
 @_apply_to_all_checks
 def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Judge sitting down while sitting, on any object, as an additional step; likewise lying down.
+    """Make sitting down an additional step for a character that sits on any object; likewise lying down.
 
     The changed check covers every seat or bed. The separate check for another seat or bed is therefore
     removed: for this check, return None. See ``SitExecutor`` and ``LieExecutor``.
@@ -248,7 +248,7 @@ def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) 
 
 @_apply_to_all_checks
 def judge_closed_container_as_affordance_error(operator: Operator, check: Check) -> Check:
-    """Judge putting an object into a closed container as an affordance error.
+    """Make putting an object into a closed container an affordance error.
 
     See ``execution.py``, ``_check_puttable``.
     """
@@ -272,7 +272,11 @@ def let_impossible_put_back_succeed(domain: Domain) -> Domain:
 
 
 def make_short_and_long_looks_abort(domain: Domain) -> Domain:
-    """Let LOOKAT_SHORT and LOOKAT_LONG abort, as in eai-eval (``execution.py``, ``UnknownExecutor``)."""
+    """Add the actions LOOKAT_SHORT and LOOKAT_LONG, which always fail.
+
+    The package eai-eval accepts them in plans, but aborts when it executes them (``execution.py``,
+    ``UnknownExecutor``).
+    """
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
     return domain.replace_operators(
         *(Operator(name, (X,), (undefined,), ()) for name in ("LOOKAT_SHORT", "LOOKAT_LONG"))
@@ -281,7 +285,10 @@ def make_short_and_long_looks_abort(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def make_walking_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
-    """Let walking to an object that is in no room abort (``execution.py``, ``WalkExecutor``)."""
+    """Make a walk to an object that is in no room an uncategorised error, because eai-eval aborts there.
+
+    See ``execution.py``, ``WalkExecutor``.
+    """
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
 
 

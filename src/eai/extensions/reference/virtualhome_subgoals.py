@@ -136,9 +136,10 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def halts(self, fault: Fault) -> bool:
         """Whether eai-eval raises an exception for a fault (a failed check of an action).
 
-        It also raises one if it cannot determine which step is missing, such as before SIT if no seat is free
-        (``checkers.py``, ``check_missing_preconds``). Only for subgoals: other code of release 1.0.5 checks
-        plans (``simulation/evolving_graph/checker.py``), and reports a missing step in such a case.
+        It also raises an exception if it cannot determine which step is missing, such as before SIT if no
+        seat is free (``checkers.py``, ``check_missing_preconds``). This holds for subgoals only. Release
+        1.0.5 checks plans by other code (``simulation/evolving_graph/checker.py``), which reports a missing
+        step in such a case.
         """
         return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 
