@@ -46,7 +46,7 @@ _PROVIDERS_OF_SERVERS = ("openai-api", "ollama", "llama-cpp-python")
 """Providers in Inspect that call a server of the user."""
 
 _PROBE_SECONDS = 3.0
-"""Maximum seconds to wait for a server's statement of its context."""
+"""Maximum seconds to wait for a server to state its context length."""
 
 
 def estimate_tokens(text: str) -> int:
@@ -152,7 +152,7 @@ def describe_long_tasks(context: int, suites: Sequence[_LongTasks]) -> str:
 
 
 def calls_server(endpoint: Endpoint) -> bool:
-    """Whether a model is at an address of the user that speaks OpenAI's protocol."""
+    """Whether a model runs on a server with OpenAI's protocol, at an address that the user chose."""
     provider = endpoint.model.partition("/")[0]
     return provider in _PROVIDERS_OF_SERVERS or (
         provider in ("openai", "vllm", "sglang") and endpoint.base_url is not None

@@ -34,13 +34,13 @@ ERRATA = "errata"
 """Field of a question's metadata: whether known errors (errata) in the data set's answer are corrected."""
 
 KEPT_TASKS = 100
-"""Maximum number of tasks that a run keeps in memory, and of scorers, and of gold answers."""
+"""Maximum number of tasks, of scorers and of gold answers that a run keeps in memory."""
 
 CAPTIONER = "captioner"
 """Built-in model that lists the objects in pictures."""
 
 EXPLORERS = ("explorer", "greedy", "novel", "blind")
-"""Built-in models that only play episodes and answer no questions of other abilities."""
+"""Built-in models that only play episodes. They answer no questions of abilities without episodes."""
 
 MODELS = (
     *("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER),
@@ -189,7 +189,7 @@ class QuestionJob:
 
     @property
     def sha256(self) -> str:
-        """Digest of all requests. A log with the answers to a job serves every job with this digest."""
+        """Digest of all requests. The answers in a log can be reused for every job with the same digest."""
         requests = [(name, self.hash_request(name, prompt)) for name, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:

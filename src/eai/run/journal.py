@@ -196,7 +196,7 @@ class RunState:
     def record_failure(self, task_id: str, epoch: int, reason: str) -> None:
         """Record that a request failed after all repetitions, so that its task gets no answer."""
         self.failures[task_id, epoch] = reason
-        # an error that stops the run is printed at its end
+        # the run prints the error that stops it when it ends
         self.call_progress_callback("" if self.stopped else reason)
 
     def stop_asking_questions(self, reason: str) -> None:
@@ -205,7 +205,7 @@ class RunState:
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
     def call_progress_callback(self, failure: str = "") -> None:
-        """Call the progress watch with the numbers of answered and failed tasks, and of output tokens.
+        """Call the progress callback with the numbers of answered, failed and all tasks, and output tokens.
 
         Args:
             failure: reason of a new failure.

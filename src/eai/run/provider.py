@@ -178,7 +178,10 @@ class _BuiltInModel(ModelAPI):
         metadata = (input[positions[-1]].metadata or {}) if positions else {}
         takes_turns = bool(positions) and get_declaration(Ability(metadata["ability"])).takes_turns
         if not positions or (not takes_turns and positions[-1] != len(input) - 1):
-            raise InputError(f"eai/{self.model_name} answers only questions of the tasks eai/...")
+            raise InputError(
+                f"eai/{self.model_name} answers only questions of the Inspect tasks eai/...; "
+                "ask it with `eai run` or `inspect eval eai/...`"
+            )
         question = _ModelQuestion(
             find_benchmark(str(metadata["domain"])),
             Ability(metadata["ability"]),
@@ -289,8 +292,9 @@ class _BuiltInModel(ModelAPI):
     def _corrupt_answer(self, answers: AnswersByTask, question: _ModelQuestion) -> WrittenAnswer:
         """Return a corrupted answer to a question.
 
-        Each attempt at a task draws new errors. With the argument ``heed``, a probability, a later attempt
-        repeats the last answer instead. It repairs an error that the question names with this probability.
+        Each attempt at a task draws new errors, unless the argument ``heed`` is given. Then a later attempt
+        repeats the last answer. If the question names an error in it, the attempt repairs this error with
+        probability ``heed``.
         """
         seed = f"{self._arguments.seed} {question.epoch}"
         if self._arguments.heed is not None:
@@ -311,7 +315,7 @@ class _BuiltInModel(ModelAPI):
 
 
 def _make_benchmark_with_task_as_asked(question: _ModelQuestion) -> Benchmark:
-    """Return the benchmark with the task changed as a question describes it.
+    """Return the benchmark of a question, with the question's task changed as the question describes it.
 
     The task gets the state after the executed actions, the perceived scene, and the stated goals.
     """

@@ -1,4 +1,4 @@
-"""Find signs that a server ignored a part of the requests, for the closing lines of a run."""
+"""Find signs that a server ignored a part of the requests. A run prints them at its end."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ MIN_SECONDS_BETWEEN_TRIES = 1.0
 """Minimum seconds between a refused connection and the second, last try."""
 
 _MAX_SECONDS_BETWEEN_TRIES = 60.0
-"""Maximum seconds after the first refused connection in which a second refusal ends the tries."""
+"""If a connection is refused twice within this many seconds, no further try is made."""
 
 _TOO_LONG = re.compile(
     r"context_length_exceeded|exceed_context_size|context size has been exceeded"
@@ -60,7 +60,7 @@ def describe_error(error: BaseException) -> str:
     if isinstance(error, UNREADABLE):
         return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
     cause = _find_first_cause(error)
-    # other causes may quote a key
+    # messages of causes that are no OSError may contain an API key
     if cause is not error and isinstance(cause, OSError) and cause.strerror:
         return f"{first_line} ({cause.strerror})"
     return first_line
@@ -74,7 +74,7 @@ def _find_last_error(error: BaseException) -> BaseException:
 
 
 def _find_first_cause(error: BaseException) -> BaseException:
-    """Return the error from which an error was raised, over all steps; clients' own errors are vague."""
+    """Return the first error in the chain of an error's causes, because later errors say less."""
     while error.__cause__ is not None:
         error = error.__cause__
     return error
@@ -88,7 +88,7 @@ def is_prerequisite_missing(error: BaseException) -> bool:
 def read_marked_up_message(error: BaseException) -> str:
     """Return the message of an error in one line, without the markup of Inspect's messages."""
     message = str(getattr(error, "message", error))
-    if is_prerequisite_missing(error):  # only these messages are markup
+    if is_prerequisite_missing(error):  # only messages on missing prerequisites contain markup
         message = Text.from_markup(message).plain
     return " ".join(message.split())
 

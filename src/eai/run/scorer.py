@@ -186,10 +186,11 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
 
 
 def _add_agent_harness_and_rules_of_record(log_experiment: Experiment, record: Record) -> Experiment:
-    """Return the options of a log, with harness (program that let the model act) and rules of an episode.
+    """Return the options of a log, with an episode's harness (program that let the model act) and game rules.
 
-    The rules of the log are kept if all rules of the episode are among them. They may also have limits that
-    an episode does not record, such as a token limit.
+    If the log's rules include all rules of the episode, the log's rules are kept. They may also include
+    limits that an episode does not record, such as a token limit. Otherwise, the episode's rules replace
+    them.
     """
     agent = (
         get_declaration(record.ability).read_episode_settings(record.response)

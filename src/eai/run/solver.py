@@ -405,7 +405,7 @@ async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfi
     if output.empty:
         raise RuntimeError(output.error or "the provider returned no choice")
     if output.stop_reason == "model_length" and output.usage is None:  # the provider refused the question
-        raise RuntimeError(f"the question is too long: {output.completion}")
+        raise RuntimeError(f"the question is too long for the model's context: {output.completion}")
     return _ModelReply(
         output, _split_output_into_parts(output, restrictions.stop_seqs or ()), read_usage(output)
     )
@@ -428,8 +428,8 @@ def find_reasoning(output: ModelOutput) -> list[str]:
 def read_usage(output: ModelOutput) -> Usage:
     """Return the usage of a reply, with None for unknown numbers.
 
-    Inspect states zeros if a provider counts nothing. Every question has tokens, so zeros count as unknown,
-    as do negative numbers.
+    The library Inspect reports zeros if a provider counts nothing. Every question has tokens, so zero input
+    tokens mean unknown numbers, as do negative numbers.
     """
     usage = output.usage
     if usage is None:

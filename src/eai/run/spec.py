@@ -1,8 +1,8 @@
 """The specification of a run: models, tasks, studies (variations of the questions), and limits.
 
-It defines the flags of ``eai run``, the arguments of Inspect's tasks, the file beside a run, and the table of
-options in the documentation. Its sections are tables of a TOML file, which ``eai run FILE.toml`` reads and
-which is written beside results. A study that the run uses is a section, too.
+It defines the flags of ``eai run``, the arguments of Inspect's tasks, and the table of options in the
+documentation. Its sections are the tables of a TOML file. ``eai run FILE.toml`` reads such a file, and each
+run writes one into the folder of its results. A study that the run uses is a section, too.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Inspect tasks of the suites, for ``eai run`` and for ``inspect eval eai/...``; reads Inspect's logs.
+"""Tasks of the library Inspect, one for each suite, for ``eai run`` and ``inspect eval eai/...``; reads logs.
 
 A suite is an ability in a benchmark. A log holds the answers to a job (the questions of a suite for one
 model), with their scores. Answers can be read from any log. A refused argument raises an exception of click,
@@ -117,12 +117,12 @@ class _SamplesFedToInspect(SampleSource):
         return self._take_samples_that_may_begin() or None
 
     async def sample_complete(self, sample: EvalSample) -> list[Sample]:
-        """Return the samples that Inspect can begin because a sample has finished."""
+        """Return the samples that Inspect can start next. Inspect calls this when a sample has finished."""
         self._unfinished -= 1
         return self._take_samples_that_may_begin()
 
     async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
-        """Return the samples that Inspect can begin because a waiting or running sample was cancelled."""
+        """Return the samples that Inspect can start next. Inspect calls this when a sample was cancelled."""
         self._unfinished -= 1
         return self._take_samples_that_may_begin()
 
@@ -317,7 +317,7 @@ def _sort_arguments_into_sections(
 
 def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
     raise InputError(
-        "goals: expected a file with answers to goal interpretation; only eai run asks the model first"
+        "goals: expected a file with answers to goal interpretation; to ask the model first, use eai run"
     )
 
 
@@ -364,10 +364,10 @@ JOB = "job_sha256"
 """Field of a log's metadata: digest of its job, the questions of a suite for one model."""
 
 InspectLog: TypeAlias = EvalLog
-"""A log of Inspect, for modules that must not import Inspect."""
+"""A log of Inspect. Modules that must not import Inspect name the type by this alias."""
 
 InspectSample: TypeAlias = EvalSample
-"""A sample in a log of Inspect, for modules that must not import Inspect."""
+"""A sample in a log of Inspect. Modules that must not import Inspect name the type by this alias."""
 
 ANSWER_LIMIT = "answer_limit"
 """Field of a log's metadata: default of the maximum number of tokens of an answer."""
@@ -392,11 +392,11 @@ def find_log(job: QuestionJob, folder: Path) -> Path | None:
 
 
 def read_answers(path: Path, suite: Suite) -> ResponseFile:
-    """Return the answers in a log.
+    """Return the answers in a log, one for each task.
 
     If a task has several answers, the answer with the most frequent meaning is returned. If the ability's
-    results are means over epochs, each epoch becomes a response file. Samples of failed requests have no
-    answer.
+    results are means over epochs, the result has the answers of the first epoch, and those of the other
+    epochs in ``further_epochs``. Samples of failed requests have no answer.
 
     Raises:
         InputError: the log cannot be read, or is of another suite.

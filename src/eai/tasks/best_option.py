@@ -35,8 +35,8 @@ from eai.logic.trace import iterate_positions
 _MAX_SETS = 2_000
 """Maximum number of sets of common conditions that a search keeps.
 
-Common conditions are about atoms in several parts of a goal. If a search discards a set, the share that it
-finds is only a lower bound.
+Common conditions are about atoms in several parts of a goal. If a search discards a set, it may miss the best
+way to satisfy the goal. The share of met conditions that it finds is then a lower bound.
 """
 
 _MAX_UNPRUNED_SETS = 64
@@ -125,12 +125,13 @@ class _BestGoalOptionFinder:
     def _find_larger_share_of_met_conditions(
         self, true_atoms: int, further_conditions_met: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
-        """Return the share of conditions that hold, for the option that gains most over ``current_share``.
+        """Return the share of met conditions of the option that exceeds ``current_share`` most.
 
-        If no option is possible, return ``current_share``. With its numbers of conditions that hold, ``met``,
-        and of all conditions, ``total``, an option gains ``current_share.total * met - current_share.met *
-        total``. Of options with equal gains, the shortest counts. The search therefore maximizes ``scale *
-        gain - total``, with a ``scale`` greater than any total.
+        An option is a set of conditions that satisfies the goal. Of its ``total`` conditions, ``met``
+        conditions hold. Its gain is ``current_share.total * met - current_share.met * total``; it is positive
+        if the option's share is larger. Of options with equal gains, the shortest counts. The search
+        therefore maximizes ``scale * gain - total``, with a ``scale`` greater than any total. If no option is
+        possible, return ``current_share``.
         """
         scale = 2 * len(self.atoms) + self._further + 1
         unmet = -current_share.met * scale - 1
@@ -164,13 +165,14 @@ _NumberedChoice: TypeAlias = (
     "int | AllOf[_NumberedChoice] | AnyOf[_NumberedChoice] | ExactlyOf[_NumberedChoice]"
     " | AndOrTreePairing[_NumberedChoice]"
 )
-"""A choice of conditions for a goal, in which integers stand for the conditions."""
+"""An and-or tree of the conditions of a goal. Its leaves are the numbers of conditions."""
 
 _ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
 """The ways to satisfy one part of a goal: mapping from sets of common conditions, as bit masks, to values.
 
-Common conditions are about atoms in several parts of the goal. The value of a set is the greatest sum of
-values of other conditions that satisfy the part together with this set.
+Common conditions are about atoms in several parts of the goal. Each condition has a value, and the search
+looks for a way with the greatest sum. A set of common conditions needs other conditions to satisfy the part.
+The value of the set is the greatest sum of values of such other conditions.
 """
 
 
@@ -194,11 +196,11 @@ class _GoalOptionSearch:
 
 
 _BestConditionSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
-"""Function that returns the ways to satisfy one part of a goal, as a `_ValueByConditionSet`."""
+"""Function that returns the ways to satisfy one part of a goal: sets of conditions with their values."""
 
 
 def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
-    """Return a choice of conditions in which numbers stand for conditions and no conjunction is nested."""
+    """Return an and-or tree with numbers in place of conditions, and without nested conjunctions."""
     match choice:
         case AndOrTreeLiteral(literal):
             return _number_literal(literal, number_by_atom)
@@ -279,7 +281,8 @@ class _GoalPartCompiler:
         """Return how many conditions in a part of the goal are about each atom.
 
         Conditions that are always necessary, and their negations, are not counted. As a side effect, an atom
-        becomes a common atom if two operands that can be chosen together mention it.
+        is added to `_common` if two operands of the part mention it and one way to satisfy the part can use
+        both.
         """
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -398,10 +401,11 @@ class _GoalPartCompiler:
         ]
 
     def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
-        """Return the conditions on common atoms that only some parts of the goal mention, as a bit mask.
+        """Return the conditions on common atoms that occur only in given parts of the goal, as a bit mask.
 
-        `mention_counts` has the number of times that each atom occurs in these parts. A common atom occurs in
-        several parts of the goal.
+        Common atoms occur in several parts of the goal. `mention_counts` has the number of times that each
+        atom occurs in the given parts. An atom occurs only there if this is the number of times in the whole
+        goal.
         """
         atoms = [
             atom
@@ -443,10 +447,10 @@ class _GoalPartCompiler:
     def _find_best_sets_matching_rows_to_columns(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return the ways to satisfy ``count`` cells of a table, no two of them in one row or column.
+        """Return the ways to satisfy ``count`` parts of the goal, no two of them in one row or column.
 
-        A cell has the ways to satisfy one part of the goal. The search goes row by row, and keeps the best
-        ways for every set of columns used so far.
+        The parts are the cells of a table; each cell has the ways to satisfy its part. The search goes row by
+        row, and keeps the best ways for every set of columns used so far.
         """
         best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
         for row in rows:
@@ -559,7 +563,7 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
 def _drop_conditions_adding_their_values(
     sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
-    """Remove some conditions from all sets, and add their values to the values of the sets.
+    """Remove some conditions from all sets of conditions, and add the values of the conditions to the sets.
 
     Callers must know that no later part of the goal mentions these conditions. If sets become equal, the
     greatest value counts.

@@ -123,7 +123,7 @@ EVERY, EXACTLY, OWN = (
     ("exactly", "precisely"),
     ("{a} {noun} of its own", "a separate {noun}"),
 )
-"""Alternative wordings of quantifiers: for all objects, for an exact number, and for one object each."""
+"""Alternative wordings of quantifiers: all objects, an exact number, and a different object for each."""
 
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"
 

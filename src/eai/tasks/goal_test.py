@@ -62,7 +62,7 @@ class StateTest:
             state: the state.
             arguments: the objects of the action that is executed in the state; empty without an action.
         """
-        binding = self.binding.copy()  # quantifiers write into it, so each call needs a copy
+        binding = self.binding.copy()  # quantifiers write into the binding, so each call needs a copy
         if arguments:
             binding[1 : 1 + len(arguments)] = arguments
         return self.truth(state, binding)
@@ -226,7 +226,7 @@ class _PartialSuccessFinder:
             reached: whether each goal, in order, is reached; used for goals that count as a single condition.
             action_goals_met: whether all action goals are met. Together they count as one condition.
         """
-        binding = self._binding.copy()  # derived predicates write into it, so each call needs a copy
+        binding = self._binding.copy()  # derived predicates write into the binding, so each call needs a copy
         true = 0
         for number, truth in enumerate(self._truths):
             if truth(final, binding):
@@ -289,7 +289,7 @@ def find_indices_of_longest_met_series(
     """
     if _are_met_in_turn(alternatives_of_goals, actions):
         return tuple(range(len(alternatives_of_goals)))
-    # at index n: n goals that are met in order after the fewest actions, and the number of actions
+    # best[n]: the indices of n goals that are met in order after the fewest actions, and that action count
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(alternatives_of_goals):
         for met, start in reversed(best):
@@ -306,13 +306,13 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 _HalfGoalsByKind: TypeAlias = tuple[int, int, int]
-"""Numbers of half goals about states, about relations and about actions."""
+"""Parts of a goal that count for states, for relations and for actions, in halves of a goal; the sum is 2."""
 
 
 def _divide_goal_among_kinds(goal: Goal) -> _HalfGoalsByKind:
-    """Return the two halves of a goal, by the kind that each half counts for.
+    """Return how many halves of a goal count for states, for relations and for actions.
 
-    Both halves of a goal count for its kind. If it is about states and relations, one half counts for each.
+    A goal about states and relations counts half for each. Every other goal counts wholly for its kind.
     """
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2

@@ -29,8 +29,8 @@ class FormulaLexicon:
     Attributes:
         scene: the scene.
         signature: the names that texts may use: predicates, actions, and objects or their classes.
-        objects: mapping from names in texts to objects. An object with several names is written with the
-            last.
+        objects: mapping from names in texts to objects. An object with several names is written with the name
+            that comes last in this mapping.
         predicates: mapping from a predicate's name in texts to its name in the domain, if the two differ.
         actions: mapping from an action's name in texts to its name in the domain, if the two differ.
         categories: for each predicate that states the kind of an object, the category that it states.

@@ -24,7 +24,7 @@ _MIN_RANGE = 3
 """Minimum number of consecutively numbered names that are written as a range."""
 
 _MAX_RANGE = 100_000
-"""Maximum number of names in an expanded range."""
+"""Maximum number of names that one range in a list, such as ``cup_1..9``, may stand for."""
 
 _NUMBERED = re.compile(r"(.*?)(0|[1-9][0-9]{0,8})", re.DOTALL)
 _RANGE = re.compile(r"([^\s,()]+)\.\.([0-9]{1,9})(?![0-9])")

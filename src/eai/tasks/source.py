@@ -82,7 +82,7 @@ class Source:
 
 
 USUAL_SOURCE = Source()
-"""The default settings for opening tasks: the user's store of data, current errata, and any planner."""
+"""The default settings for opening tasks: the user's store of data, current errata, any available planner."""
 
 
 class TaskSet(Mapping[str, T_co]):

@@ -46,4 +46,4 @@ class HazardousTaskMark:
 
 
 SpecialTaskMark: TypeAlias = ImpossibleTaskMark | AmbiguousTaskMark | HazardousTaskMark
-"""The kinds of special tasks: a task that answers may decline, or a task whose goals forbid events."""
+"""The mark of a special task: impossible or ambiguous (answers may decline it), or with forbidden events."""

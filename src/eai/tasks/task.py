@@ -152,7 +152,7 @@ class Task:
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals, and without plans for the old goals, except `script`.
+        """Return the task with other goals. Plans for the old goals are removed, except the plan `script`.
 
         None of the new goals may forbid a hazard (an event that must not happen).
         """

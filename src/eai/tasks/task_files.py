@@ -221,9 +221,10 @@ def _list_plans(task: Task) -> Iterator[tuple[str, Sequence[Action]]]:
 def _find_mistakes_in_plan(
     member: str, plan: Sequence[Action], task: Task, domain: Domain, test: GoalTest
 ) -> Iterator[str]:
-    """Yield a message for each step that fails or is needless, and for each goal that is not reached.
+    """Yield a message for each step of a plan that fails or is needless, and for each unreached goal.
 
-    Steps may be needless if ``member`` is ``reference``. This plan may contain actions for finding objects.
+    The plan is the value of the key ``member`` in a task file. The plan of the key ``reference`` may have
+    needless steps, because an agent takes steps to find objects.
     """
     trajectory = execute_plan(domain, task.initial, plan)
     for number, step in enumerate(trajectory.steps):
@@ -253,7 +254,7 @@ def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
 def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:
     """Yield a message if a task that is marked impossible has a plan, or is not proved to be impossible.
 
-    Also yield a message if `ImpossibleTaskMark` lists no missing fact, but the file states no plan.
+    A mark without missing facts states that the task is possible. Yield a message if such a task has no plan.
     """
     plans = list(_list_plans(task)) if task.has_no_plan else []
     for member, _ in plans:

@@ -78,7 +78,10 @@ class SuiteWording:
         )
 
     def describe_vocabulary(self) -> str:
-        """Return the predicates in `predicates` and `static`, each with its parameters, one a line."""
+        """Return all predicates that prompts use, each with its parameters, one a line.
+
+        They are those of the attributes `predicates` and `static`.
+        """
         arities = [(name, self._find_predicate_arity(name)) for name in (*self.predicates, *self.static)]
         return _join_lines(
             f"{self._get_answer_name(name)}({', '.join(make_parameter_names(arity))})"
@@ -86,7 +89,10 @@ class SuiteWording:
         )
 
     def describe_operators(self) -> str:
-        """Return all actions as `describe_operator` does; exact rules are preceded by an explanation."""
+        """Return the descriptions of all actions, one a line (`describe_operator`).
+
+        If prompts show the exact rules of actions, an explanation of their notation comes first.
+        """
         listed = _join_lines(map(self.describe_operator, self.domain.operators))
         if self.rules is None:
             return listed
@@ -119,13 +125,16 @@ class SuiteWording:
         return "\n\n".join([listed, *filter(None, notes)])
 
     def list_prompt_objects(self, task: Task) -> list[int]:
-        """Return the indices of the objects that a prompt lists, with further objects such as rooms."""
+        """Return the indices of the objects that a prompt lists: those of the task, and its surroundings.
+
+        Surroundings are, for instance, rooms.
+        """
         if self.surroundings is None:
             return list_objects_in_prompt(task)
         return sorted({*list_objects_in_prompt(task), *self.surroundings(task)})
 
     def describe_object(self, task: Task, index: int) -> str:
-        """Return an object with its kind and its properties."""
+        """Return a text with an object's name, its kind and its properties."""
         return f"{self.object_name(task, index)} {self.describe_kind(task, index)}"
 
     def describe_kind(self, task: Task, index: int) -> str:

@@ -344,7 +344,8 @@ class TitleMeaningDecisions:
 
     Attributes:
         candidates: possible meanings, in the order in which they are tried.
-        dropped: changes that recorded plans for the title share, but that are no goals of it, as patterns.
+        dropped: patterns of changes that recorded plans for the title share, but for which the title does not
+            ask.
     """
 
     candidates: tuple[TitleMeaning, ...] = ()

@@ -170,7 +170,7 @@ class _ClusterWorker:
         return self._start or (self._results[0] if self._results else None)
 
     def is_running(self) -> bool:
-        """Whether the actor has been given a processor core; also True if it has died."""
+        """Whether the actor got a processor core, or died before."""
         if self._start is not None and ray.wait([self._start], timeout=0)[0]:
             self._start = None
         return self._start is None

@@ -39,9 +39,9 @@ _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 """Regular expression for characters that the name of a task folder may not contain."""
 
 NO_SOLUTION = "without a verified solution"
-"""Reason for leaving tasks out. In a message, it follows the number of these tasks."""
+"""Reason for leaving tasks out: the phrase that follows the number of left-out tasks in a message."""
 SOLVED_WITHOUT_WORK = "in which doing nothing, or copying the question, is right"
-"""Reason for leaving tasks out. In a message, it follows the number of these tasks."""
+"""Reason for leaving tasks out: the phrase that follows the number of left-out tasks in a message."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""

@@ -57,7 +57,7 @@ _MIN_ACTIONS = 5
 """Minimum number of actions listed in a question about all plans that use only these actions."""
 
 _MAX_STATES = 150
-"""Maximum number of states that the actions listed in a question lead to. With more, no question is asked."""
+"""Maximum number of states to which the actions listed in a question lead. Beyond it, no question is made."""
 
 _MAX_STATE_GRAPHS = 4
 """Maximum number of different lists of actions in the questions about one task."""

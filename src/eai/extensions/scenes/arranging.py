@@ -84,10 +84,10 @@ def place_remaining_objects(
 
 
 def _find_object_over_object_of_other_room(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
-    """Find the first object that has an object of another room under it; return it with both rooms' floors.
+    """Return the first object that lies over an object of another room, with the floors of both rooms.
 
-    The result maps the upper object to two floors: of its own room, then of the room of the object under it.
-    It is empty if no object has an object of another room under it.
+    The result maps the upper object to two floors: that of its own room, then that of the lower object's
+    room. The result is empty if no object lies over an object of another room.
     """
     rooms = [
         (roof, (locations.find_room(roof), locations.find_room(thing)))

@@ -138,7 +138,7 @@ class Camera:
 
 
 def _view_from_head(scene: MujocoScene) -> _Viewpoint:
-    """Return the viewpoint in front of the room with most objects that shows all objects of this room."""
+    """Return a viewpoint that shows all objects of the room with most objects, from in front of the room."""
     locations, room = scene.locations, scene.locations.fullest_room
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
     seen = [thing for thing in locations.bodies if locations.find_room(thing) == room]

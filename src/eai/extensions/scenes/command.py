@@ -37,7 +37,7 @@ def export_pictures(
     """Draw the initial state of tasks, and write the scene graph of each picture as JSON.
 
     In a diagram, each object lies in its container or on its support; all other facts about it are written in
-    its tile. Equal states give equal bytes.
+    its rectangle. Equal states give equal bytes.
 
     Rendered scenes exist for BEHAVIOR, and for tasks of BEHAVIOR-1K if all their objects have bodies.
 

@@ -1,4 +1,4 @@
-"""Diagrams of scenes: pictures in which each object is a tile, drawn from a state."""
+"""Diagrams of scenes: pictures in which each object is a rectangle, drawn from a state."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from eai.world.state import State
 PNG = "image/png"
 
 MOST_HEIGHT = 1536
-"""Maximum height of a picture with unrelated objects, in pixels. Models shrink higher pictures."""
+"""Maximum height of a picture with objects that do not belong to the task, in pixels.
+
+Models shrink higher pictures.
+"""
 
 
 def make_words_for_picture_labels(benchmark: Benchmark) -> SceneGraphVocabulary:

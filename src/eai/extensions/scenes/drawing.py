@@ -1,7 +1,8 @@
-"""Draw tiles as SVG and PNG. Equal tiles give equal bytes.
+"""Draw diagrams of scenes as SVG and PNG. Equal diagrams give equal bytes.
 
-Boxes within a box never overlap, and texts stay in their box. All texts use one monospaced font, so the
-number of characters gives the width of a text.
+Each object is a rectangle, with the facts about it as text and with the objects in or on it as smaller
+rectangles. Rectangles never overlap, and texts stay in their rectangle. All texts use one monospaced font, so
+the number of characters gives the width of a text.
 """
 
 from __future__ import annotations
@@ -29,7 +30,10 @@ WIDTH = 1024
 NAME_SIZE, TEXT_SIZE = 14, 12
 _PAD, _GAP, _LEAD = 8, 8, 17
 _TEXT_COLUMNS = 34
-"""Width of the lines of a tile in characters. A tile is wider if its name or its nested tiles need it."""
+"""Width of the lines in an object's rectangle, in characters.
+
+A rectangle is wider if its name or its nested rectangles need more space.
+"""
 
 _INK = "#1a1a1a"
 _FILLS: Mapping[Owner, str] = {"agent": "#fff3d6", "object": "#ffffff", "other": "#f0f0f0"}
@@ -147,7 +151,7 @@ def to_pillow_image(drawing: Drawing) -> Image:
 
 
 def draw_tiles(tiles: Sequence[ObjectRectangle]) -> Drawing:
-    """Draw tiles with a legend below them. The drawing is `WIDTH` pixels wide and as high as necessary."""
+    """Draw objects as rectangles, with a legend below them. The drawing is `WIDTH` pixels wide."""
     inner = WIDTH - 2 * _GAP
     boxes = [_draw_tile(tile, inner) for tile in tiles]
     scene, legend = _pack_boxes(boxes, inner), _draw_legend(inner)
@@ -159,7 +163,7 @@ def draw_tiles(tiles: Sequence[ObjectRectangle]) -> Drawing:
 
 
 def _draw_tile(tile: ObjectRectangle, max_width: int) -> Drawing:
-    """Draw a tile (an object's box), at most as wide as the given number of pixels."""
+    """Draw the rectangle of an object and those nested in it, at most ``max_width`` pixels wide."""
     inner = max_width - 2 * _PAD
     zones = _arrange_in_rows(
         [_draw_related_tiles(label, within, inner) for label, within in tile.zones.items()], inner
@@ -186,7 +190,7 @@ def _draw_tile(tile: ObjectRectangle, max_width: int) -> Drawing:
 
 
 def _draw_related_tiles(relation_label: str, tiles: Sequence[ObjectRectangle], max_width: int) -> Drawing:
-    """Draw one zone of a tile: the tiles of all objects that are in one relation to the tile's object."""
+    """Draw the rectangles of all objects that have one relation to the object around them, in a frame."""
     top = _PAD + TEXT_SIZE + 5
     content = _pack_boxes([_draw_tile(tile, max_width - 2 * _PAD) for tile in tiles], max_width - 2 * _PAD)
     shapes: list[_Shape] = [

@@ -106,7 +106,7 @@ class ObjectLocations:
         return [i for i in self.bodies if not self.is_held(i) and not self.is_shut_in(i)]
 
     def find_room(self, thing: int) -> int:
-        """Return the floor of an object's room."""
+        """Return the floor object that stands for the room of an object."""
         root = self.find_bottom_of_pile(thing)
         near = [root, *(other for _, other in self._list_relations_to_neighbours(root))]
         return next((self.floor_of[index] for index in near if index in self.floor_of), self.floors[0])

@@ -32,7 +32,7 @@ def render_pictures(
         state: the state to show; the initial state if None.
 
     Raises:
-        InputError: an object does not fit into its room or container, or has no body.
+        InputError: an object does not fit into its room or container, or has no three-dimensional shape.
         EaiError: the renderer cannot start. The message says what to install.
     """
     with Camera(MujocoScene(task)) as camera:
@@ -49,7 +49,7 @@ def render_film(task: Task, states: Iterable[State]) -> bytes:
     """Return the states of an episode as an animated GIF, at half the width and height of pictures.
 
     Raises:
-        InputError: an object does not fit into its room or container, or has no body.
+        InputError: an object does not fit into its room or container, or has no three-dimensional shape.
         EaiError: the renderer cannot start. The message says what to install.
     """
     drawn = []

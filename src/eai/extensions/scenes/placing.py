@@ -222,7 +222,7 @@ class Placer:
             size, spots, turns
         )
         if pose is None:
-            raise InputError(f"no free space for {self.names[thing]} {where}")
+            raise InputError(f"no free space for {self.names[thing]} {where}; choose another task")
         return pose
 
     def _sample_free_pose(

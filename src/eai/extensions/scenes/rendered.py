@@ -72,9 +72,9 @@ def render_images_of_tasks(
 
 
 def map_objects_to_image_pixels(task: Task) -> dict[int, tuple[int, int, int]]:
-    """Return a mapping from the index of each visible object to its place in the pictures of a task.
+    """Return a mapping from the index of each visible object to the position of one of its pixels.
 
-    The place is the number of the picture, from 1, and the column and row of a pixel of the object.
+    The position is the number of a picture of the task, from 1, and the column and row in this picture.
 
     Raises:
         InputError, EaiError: see `render_task_images`.

@@ -243,7 +243,10 @@ class MujocoScene:
         lost = self.list_broken_relations()
         if lost:
             first, relation, second = lost[0]
-            raise InputError(f"{self._names[first]} fell: no longer {relation} {self._names[second]}")
+            raise InputError(
+                f"{self._names[first]} fell in the physics simulation, and is no longer {relation} "
+                f"{self._names[second]}; choose another task"
+            )
 
     def _build_model(self, placer: Placer) -> None:
         text = write_mujoco_model(placer, self.locations, self.rooms, _ABSENT_LOCATION)
@@ -291,7 +294,10 @@ class MujocoScene:
         self.mujoco.mj_forward(self.model, self.data)
 
     def _list_unmoved(self, before: ObjectLocations, locations: ObjectLocations) -> list[int]:
-        """Return the objects whose location is equal in both states, supports before their contents."""
+        """Return the objects whose location is equal in both states.
+
+        An object comes before the objects in or on it.
+        """
         kept: list[int] = []
         moved = {*before.hands.values(), *locations.hands.values()}
         for thing in sorted(locations.bodies, key=locations.count_carriers):

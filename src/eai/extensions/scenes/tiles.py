@@ -1,7 +1,7 @@
-"""Lay out the objects of a scene graph as nested tiles.
+"""Lay out the objects of a scene graph as nested rectangles, for diagrams.
 
-The tile of a cup in a box lies in the zone ``inside`` of the tile of the box. All other facts about the cup
-are written in its own tile. A picture therefore shows each perceptible fact exactly once.
+The rectangle of a cup in a box lies in the frame ``inside`` of the rectangle of the box. All other facts
+about the cup are written in its own rectangle. A diagram therefore shows each perceptible fact exactly once.
 """
 
 from __future__ import annotations
@@ -16,13 +16,15 @@ BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Arrows in texts of relations: for a relation that holds in both directions, and for one direction only."""
 
 HANDS = "(hands)"
-"""Name of the tile with the objects in the hands, for scenes in which no object is the agent."""
+"""Name of the rectangle with the objects in the hands, for scenes in which no object is the agent."""
 
 
 def make_tiles(
     graph: SceneGraph, words: SceneGraphVocabulary, agent: str | None, others: Sequence[str] = ()
 ) -> list[ObjectRectangle]:
-    """Return the outermost tiles of a scene graph. The tile of the agent comes first.
+    """Return the rectangles of all objects that are not in or on another object. The agent's comes first.
+
+    Each rectangle has the rectangles of the objects in or on its object.
 
     Args:
         graph: the scene graph.
@@ -85,7 +87,7 @@ def _compute_nesting_depth(name: str, below: dict[str, list[NamedFact]], above: 
 
 
 def _write_object_names_and_relation_lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
-    """Yield for each relation the name of its first object, and the line to write in this object's tile."""
+    """Yield for each relation the name of its first object, and the line for this object's rectangle."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:

@@ -72,7 +72,9 @@ def predict_effects(benchmark: str, task: str, action: str, after: str = "") -> 
     """
     scorer = _open_suite(benchmark).scorer(task)
     if not isinstance(scorer, PlanScorer):
-        raise InputError(f"benchmark: {benchmark} has no plans that can be executed")
+        raise InputError(
+            f"benchmark: {benchmark} has no plans that can be executed; choose a benchmark with plans"
+        )
     earlier = _read_actions(scorer, after, "after") if after.strip() else ()
     actions = _read_actions(scorer, action, "action")
     if len(actions) != 1:

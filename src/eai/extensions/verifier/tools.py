@@ -73,7 +73,10 @@ class _VerifierTools:
             if not reply:
                 reply = await self._ask(await self._start_process(), request)
         if not reply:
-            raise InputError(f"{name} needs more than {self._memory_mib:,} MiB of memory, or crashed")
+            raise InputError(
+                f"{name} needs more than {self._memory_mib:,} MiB of memory, or crashed; "
+                "give a smaller task or a shorter plan"
+            )
         values = json.loads(reply)
         if "error" in values:
             raise InputError(values["error"])
@@ -90,7 +93,9 @@ class _VerifierTools:
         try:
             reply = await asyncio.wait_for(_exchange(process, request), self._seconds)
         except asyncio.TimeoutError:
-            raise InputError(f"the call needs more than {self._seconds:g} seconds") from None
+            raise InputError(
+                f"the call needs more than {self._seconds:g} seconds; give a smaller task or a shorter plan"
+            ) from None
         finally:
             if reply:
                 self._idle.append(process)

@@ -88,7 +88,10 @@ class PromptTemplateValues:
     short_texts: Mapping[str, str] = field(default_factory=dict)
 
     def find_example(self, title: str) -> Task | None:
-        """Return the first example with another title (name that similar tasks share), or None."""
+        """Return the first example whose title differs from the given title, or None.
+
+        Similar tasks share a title.
+        """
         examples = self.tasks if self.examples is None else self.examples
         return next((task for task in examples.values() if task.title != title), None)
 
@@ -154,9 +157,9 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
 def render_task_prompt(
     material: PromptTemplateValues, belief: BelievedTask, templates: PromptTemplates
 ) -> Prompt:
-    """Return the prompt about a task with the goals or the scene in which a model believes.
+    """Return the prompt about a task with the goals or the scene that a model believes to be true.
 
-    `belief` has this task. `material.beliefs` is ignored.
+    Both are in the task of `belief`. `material.beliefs` is ignored.
     """
     task = belief.task
     other = material.find_example(task.title)

@@ -226,7 +226,7 @@ class BelievedTask:
     subgoals: tuple[str, ...] = ()
 
     def adopt_goals(self, other: BelievedTask) -> BelievedTask:
-        """Return this task with the goals, and any answer and subgoals, of another believed task."""
+        """Return this task with another believed task's goals, and with its answer and subgoals if any."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 
@@ -248,10 +248,10 @@ class GoalSection:
     write: Callable[[BelievedTask], str]
 
     def rewrite_section(self, question: str, belief: BelievedTask) -> str:
-        """Return a question in which this section states the goals that a model believes.
+        """Return a question with this section's text replaced: it states the goals that a model believes.
 
         Raises:
-            InputError: the question has no such section.
+            InputError: the question does not have this section of goals.
         """
         start = question.rfind(self.before) + len(self.before)
         end = question.find(self.after, start)

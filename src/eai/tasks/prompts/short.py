@@ -61,7 +61,7 @@ _LIST_SIGNS = (
 
 
 def explain_signs_of_short_lists(state: str) -> str:
-    """Return explanations of the signs in short lists of facts, as one text.
+    """Return explanations of the symbols that occur in short lists of facts, as one text.
 
     Each explanation follows a space.
     """
@@ -103,7 +103,8 @@ def shorten_state(text: str, objects: str) -> str:
 
     Args:
         text: the list, with one fact a line.
-        objects: the list of all objects, one a line. The word ``all`` stands for these objects.
+        objects: the list of all objects, one a line. In the result, the word ``all`` stands for these
+            objects.
     """
     listed = [line[1] for line in map(_OBJECT.fullmatch, objects.splitlines()) if line]
     lines: list[str] = []
@@ -185,7 +186,10 @@ def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
 
 
 def _write_parameter_types_in_rule_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
-    """Return the head of a rule with kinds of parameters, as in ``open(x:door)``, and other conditions."""
+    """Return the head of an action's rule with the types of its parameters, such as ``open(x:door)``.
+
+    Also return the conditions that do not state a type of a parameter.
+    """
     name, separator, parameters = head.partition("(")
     words = parameters[:-1].split(", ")
     kinds = {match[1]: match[2] for match in map(_IS_A.fullmatch, conditions) if match and match[1] in words}

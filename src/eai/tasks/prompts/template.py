@@ -63,8 +63,10 @@ class PromptTemplates:
     def read(self, name: str) -> str:
         """Return the text of a template, for example ``action_sequencing.txt``, without the last line break.
 
+        If the user has a template of this name, it is returned instead of the packaged template.
+
         Raises:
-            InputError: the user's file cannot be read.
+            InputError: the file of the user's template cannot be read.
         """
         own = self.read_user_template(name)
         return _read_packaged_template(name, self.variant) if own is None else own
