@@ -206,7 +206,7 @@ HOSTILE = {
     "an unknown task": "is not one of the tasks",
     "a task twice": "occurs twice",
     "a task of no scene": "tasks that are not in the data set",
-    "an endless answer": "over 100,000 characters",
+    "an endless answer": "expected at most 100,000 characters",
     "deep JSON": "expected JSON",
     "a module": "is not a registered benchmark",
     "Parquet": "expected one of",
