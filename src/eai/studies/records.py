@@ -23,7 +23,7 @@ def _hide_progress(title: str, total: int) -> AbstractContextManager[ReportDone]
 
 
 def _ignore_note(line: str) -> None:
-    """Ignore a note to the user; the default if notes are not shown."""
+    """Do nothing with a note to the user. By default, notes are not shown."""
 
 
 @dataclass(frozen=True, slots=True)

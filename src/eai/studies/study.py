@@ -87,10 +87,9 @@ def format_suite_heading(suite: SuiteIdentity) -> str:
 
 
 def name_suite_figure(suite: SuiteIdentity, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Return a file name for a figure of a suite, and the figure with the title of the suite.
+    """Add the name of a suite to a figure, and return the figure's file name and the figure.
 
-    The file name is the given name and the name of the suite. A figure that is None (nothing to show) stays
-    None.
+    The file name is the given name and the name of the suite. The figure is None if there is nothing to show.
     """
     if figure is not None:
         add_title(figure, format_suite_heading(suite))

@@ -48,17 +48,19 @@ per task.
 
 @dataclass
 class StageBeforeQuestions:
-    """A stage before the questions of a run, which finds goals or scenes (beliefs) that questions then state.
+    """The stage of a run before its questions. It obtains goals or scenes for the questions to state.
+
+    Such goals and scenes are called beliefs, because they may be wrong.
 
     Attributes:
         library: source of the prompts.
         task_ids: the ids of the run's tasks, by domain.
         ask: function that asks a model.
-        believe: finds the beliefs that questions to a model state. It raises InputError if there are none,
-            or if the questions cannot state them.
+        believe: obtains the beliefs that questions to a model state. It raises InputError if it obtains no
+            beliefs, or if the questions cannot state the beliefs.
         previous: the stage before this stage, whose beliefs questions state too; None for the first stage.
         results: the results of this stage's own questions to models.
-        found_beliefs: cache of results of ``believe``, so that each set of beliefs is found only once.
+        found_beliefs: cache of results of ``believe``, so that each set of beliefs is obtained only once.
     """
 
     library: PromptLibrary
@@ -77,18 +79,19 @@ class StageBeforeQuestions:
         Tasks without a belief are left out.
 
         Raises:
-            InputError: a stage finds no beliefs, or the questions cannot state them.
+            InputError: this or an earlier stage of the run obtains no goals or scenes, or the questions
+                cannot state them.
         """
         beliefs = self.collect_beliefs(endpoint, suite)
         return beliefs.make_prompts_that_state_beliefs(self.library, suite, task_ids), beliefs
 
     def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
-        """Return the goals and scenes that a model found at this stage and at all stages before it.
+        """Return a model's beliefs from this stage and all earlier stages of the run.
 
-        The questions of the run state these goals and scenes instead of the true ones.
+        Beliefs are goals and scenes. The questions of the run state them instead of the true ones.
 
         Raises:
-            InputError: a stage finds no beliefs, or the questions cannot state them.
+            InputError: a stage obtains no beliefs, or the questions cannot state them.
         """
         if self.previous is None:
             return self.believe(self, endpoint, suite)
@@ -97,7 +100,7 @@ class StageBeforeQuestions:
 
     @property
     def earliest_stage_before_questions(self) -> StageBeforeQuestions:
-        """The first stage before the run's questions: this stage, or an earlier stage."""
+        """The first of the stages before the run's questions, in which models state goals or scenes."""
         return self if self.previous is None else self.previous.earliest_stage_before_questions
 
     @property
@@ -108,9 +111,10 @@ class StageBeforeQuestions:
     def ask_for_answers(
         self, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, **further_arguments: Any
     ) -> dict[str, str]:
-        """Ask a model, keep the result in `results`, and return the answers by task id.
+        """Ask a model, add its scored answers to the attribute `results`, and return the answers by task id.
 
-        Unanswered tasks are left out. ``further_arguments`` are the further arguments of `AskModel`.
+        Unanswered tasks are left out. ``further_arguments`` (`AskModel`) give the earlier stage, and the
+        number of answers per task.
         """
         outcome = self.ask(endpoint, prompts, suite, **further_arguments)
         self.results.append(outcome)
@@ -153,10 +157,10 @@ class VariationOptions(Options):
         return None
 
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
-        """Return the study's options that the records of a run store: those that differ from their defaults.
+        """Return the options of the study that differ from their defaults, for the records of a run.
 
-        A study returns None if the stage in which a model states goals or scenes for the questions records
-        them (`ModelBeliefsInPrompts.experiment`).
+        Some studies return None. Their options are recorded with the goals or scenes that the questions state
+        (`ModelBeliefsInPrompts.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])

@@ -150,7 +150,7 @@ def _make_score_curves(
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
     included. Bins of annotated steps are {width} wide. For the other features, they have the smallest width
     of 1, 2, 5, 10, ... that gives at most eight bins, or are powers of ten. Bins without tasks are left out;
-    few marks bins with fewer than {few} tasks. Units of the intervals are the names of tasks.
+    few marks bins with fewer than {few} tasks. Intervals count tasks with the same name as one unit.
     """
     for suite, answers in suites.items():
         models = group_by_model(answers)
@@ -215,9 +215,10 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
 
 def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """Yield the effect of each varying column on success: alone, and together with all other columns.
+    """Yield a row for each task feature (`REGRESSION_COLUMNS`) that differs between the answers.
 
-    Each row has the column's name, both effects, the number of answers, and the number of task names.
+    A row has the name of the feature, its effect on success alone, and its effect in a regression with all
+    features. The row also has the number of answers, and the number of different task names.
     """
     import numpy as np
 
@@ -275,7 +276,7 @@ def _make_predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
 def _compute_success_rates(
     lines: Sequence[TidyTableLine], get_names: Callable[..., tuple[str, ...]], is_success: Callable[..., bool]
 ) -> Iterator[Row]:
-    """Yield the share of table lines with a success, for each suite, model, and action or predicate."""
+    """Yield the success rate of table rows, such as steps, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
             (name, make_task_contribution(line, make_rate_contribution_of_answer(is_success(line))))

@@ -1,4 +1,4 @@
-"""Draw the number of answers with each outcome, as bands from bars of suites to bars of outcomes."""
+"""Draw a Sankey diagram of answers: bands from suites to outcomes, as wide as the number of answers."""
 
 from __future__ import annotations
 

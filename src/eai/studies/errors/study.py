@@ -220,8 +220,8 @@ def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Ro
 def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     """Examples.
 
-    The first answers of each kind of error, in the order of the records; `eai explain` tells each step by
-    step.
+    The first answers of each kind of error, in the order of the records. `eai explain` shows such an answer
+    step by step.
     """
     for suite, of_suite in group_by_suite(answers).items():
         by_leaf = group_pairs((find_error_category(answer), answer) for answer in of_suite)
@@ -323,10 +323,10 @@ _COLORS: Mapping[str, str] = {
 
 
 def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """Draw the outcomes of answers of all models, or of the only model; None without answers.
+    """Draw the share of answers with each outcome, over all models of a suite; None without answers.
 
     Args:
-        rows: the rows of one suite in the table `leaves`, the shares of answers by outcome.
+        rows: the rows of one suite in the table `leaves` (shares of answers by outcome).
     """
     first = rows[0]["model"] if rows else None
     cells = {_read_error_category_from_row(row): row["answers"] for row in rows if row["model"] == first}

@@ -46,7 +46,7 @@ PICTURE_FORMATS = ("image", "rendered", "numbered", "pointed")
 """Formats in which questions show the scene only in pictures."""
 
 SCENE_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities whose questions describe a scene, in order."""
+"""Abilities (kinds of question) whose questions describe a scene, in the order of reports."""
 
 
 def _parse_noise_option(option: object) -> object:
@@ -110,8 +110,8 @@ class SceneOptions(VariationOptions):
             )
         if self.scene == "predicted" and self.scene_model is None:
             raise InputError(
-                f"{scene_option}: expected perception.scene_model, which lists the scene; "
-                "eai/captioner is built in"
+                f"{scene_option}: also give perception.scene_model, the model that lists the scene, such as "
+                "the built-in model eai/captioner"
             )
         if self.scene == "noisy" and self.noise is None:
             raise InputError(
@@ -119,7 +119,8 @@ class SceneOptions(VariationOptions):
             )
         if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
             raise InputError(
-                "perception.scene_args, scene_base_url: also give perception.scene_model, their model"
+                "perception.scene_args, perception.scene_base_url: have no effect without "
+                "perception.scene_model; also give the model to which they belong"
             )
         return self
 
@@ -164,10 +165,9 @@ class SceneOptions(VariationOptions):
 
     @property
     def can_later_question_show_changed_scene(self) -> bool:
-        """Whether a later question of a run can show the scene that actions have changed.
+        """Whether a question after some actions can show the scene as these actions changed it.
 
-        It cannot if a second model has listed the scene before the run, or if the pictures are the user's
-        own.
+        Pictures of the user, and scenes that a second model listed before the run, cannot change.
         """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
@@ -197,7 +197,7 @@ class SceneOptions(VariationOptions):
         return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_prompt_context}"
 
     def copy_with_pictures_only(self) -> Self:
-        """Return options with the same pictures and no text, for questions to the model that lists scenes."""
+        """Return options with the same pictures and no text, for the model that lists the scene first."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property

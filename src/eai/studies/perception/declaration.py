@@ -32,9 +32,10 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
     The rates ``predicate_error`` and ``object_error`` are the paper's: the share of missing or misplaced
-    facts in all described facts, and the share of invented names in all names. Further rates are the four
-    kinds of error and unnamed objects, each as a share of all facts or objects that it can concern. The last
-    rates are precision, recall and F1 of facts. The denominators are this project's, as the paper gives none.
+    facts in all described facts, and the share of invented names in all names. Rates of missing and
+    misplaced facts are shares of the true facts or relations. Rates of unnecessary and invented facts are
+    shares of the graph's facts, and `unseen` is a share of the true objects. The last rates are precision,
+    recall and F1 of facts. This project chose the denominators, because the paper gives none.
     """
     lost = perceived.missing + perceived.misplaced
     return {

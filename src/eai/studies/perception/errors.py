@@ -55,9 +55,9 @@ def _explain_differences(task: Task, words: SceneGraphVocabulary, graph: SceneGr
 def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> PerceptionErrors:
     """Return the differences between a scene graph and a task's scene.
 
-    A relation that the graph lacks counts as misplaced, not as missing, if the graph has an untrue fact with
-    the same predicate and the same first object, but another second object. Each untrue fact accounts for one
-    lost relation.
+    A relation that the graph lacks counts as misplaced if the graph has an untrue fact with the same
+    predicate, the same first object and another second object. Otherwise, the relation counts as missing.
+    Each untrue fact makes at most one relation count as misplaced.
     """
     described = words.make_true_graph(task)
     lost, wrong = _find_missing_and_untrue_facts(task, words, graph)

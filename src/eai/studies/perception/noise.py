@@ -162,7 +162,10 @@ class _NoisySceneGraphMaker:
     def _draw_unnecessary_facts(
         self, visible_facts: Sequence[NamedFact], listed_facts: Sequence[NamedFact]
     ) -> list[NamedFact]:
-        """Return untrue facts about objects with facts in the true graph; none is about the agent's hand."""
+        """Return untrue facts to add to a scene graph: at most one for each visible fact.
+
+        They use the objects of the true scene graph. No added fact is about objects in the agent's hand.
+        """
         all_seen, added = set(listed_facts), list[NamedFact]()
         words = self._words
         predicates = [
@@ -205,29 +208,29 @@ class _NoisySceneGraphMaker:
         )
 
     def _draw_objects_with_doubles(self) -> Iterator[tuple[str, str]]:
-        """Yield the name of each object that is seen twice, with the invented name of its double."""
+        """Yield the name of each object that is seen twice, with the invented name of its duplicate."""
         taken = set(self._names)
         for name in self._seen_names:
             if (
                 name in self._described_names
                 and self._seed_random("double", name).random() < self._noise.invented
             ):
-                double = _make_unused_name(name, taken)
-                taken.add(double)
-                yield name, double
+                duplicate = _make_unused_name(name, taken)
+                taken.add(duplicate)
+                yield name, duplicate
 
-    def _draw_fact_of_double(self, name: str, double: str) -> NamedFact | None:
-        """Return a visible fact about an object, with the name of its double in place of the object's name.
+    def _draw_fact_of_double(self, name: str, duplicate: str) -> NamedFact | None:
+        """Return a random visible fact about an object, with the name of the object's duplicate instead.
 
-        The double is an invented object that the model sees beside the true object. The fact is drawn at
-        random. The result is None if no fact about the object is visible.
+        The duplicate is an invented object that the model sees beside the true object. The result is None if
+        no fact about the object is visible.
         """
         facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
         facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
         if not facts:
             return None
         chosen = self._seed_random("of double", name).choice(facts)
-        return chosen._replace(arguments=(double, *chosen.arguments[1:]))
+        return chosen._replace(arguments=(duplicate, *chosen.arguments[1:]))
 
     def _seed_random(self, error_kind: str, fact_or_object: str) -> random.Random:
         """Return the random generator for one possible error: its kind, and the fact or object concerned."""

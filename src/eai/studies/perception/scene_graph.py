@@ -23,7 +23,7 @@ SCENE = "scene"
 
 
 class NamedFact(NamedTuple):
-    """A fact whose predicate and objects have the names that answers use."""
+    """A fact of a scene graph: the names of its predicate and of its objects, as answers write them."""
 
     predicate: str
     arguments: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Find the scenes that questions of a run show (facts, perhaps wrong, or pictures), and their errors."""
+"""Makes the scenes that the questions of a run show, as facts or pictures, and counts the wrong facts."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs_about_scenes(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> ModelBeliefsInPrompts:
-    """Return the scenes that questions state instead of the true ones. Records store the scene format."""
+    """Return scenes for questions to state instead of the true scenes. Records store the scene format."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
     return ModelBeliefsInPrompts(beliefs, experiment, lacking, **further_fields)
@@ -53,7 +53,7 @@ def _make_beliefs_about_scenes(
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
 ) -> ModelBeliefsInPrompts:
-    """Return the scenes of scene graphs, which questions state instead of the true scenes.
+    """Return beliefs about scenes: the scenes of scene graphs, for questions to state as if they were true.
 
     Args:
         label: name of the scene format, which becomes part of the run's name.
@@ -72,12 +72,12 @@ def make_scene_beliefs(
 
 
 def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> ModelBeliefsInPrompts:
-    """Read scene graphs, and return their scenes, which questions state instead of the true scenes.
+    """Read scene graphs, and return them as beliefs about scenes (`make_scene_beliefs`).
 
     Args:
         label: name of the scene format, which becomes part of the run's name.
         suite: the suite of the tasks.
-        texts: task id -> text of a scene graph.
+        texts: mapping from task ids to the texts of scene graphs.
     """
     words = open_scene_graph_vocabulary(suite.benchmark)
     read = {
@@ -112,7 +112,7 @@ def make_beliefs_by_scene_options(
 def _describe_true_scenes(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> dict[str, BelievedTask]:
-    """Return a mapping from task ids to the true scenes, with the facts or pictures that questions show."""
+    """Return for each task id the description of the true scene in the question: its text, its pictures."""
     if options.scene == "text":
         said = {
             i: _add_scene_context(INITIAL_PLACEHOLDER, options, task, benchmark, templates)
@@ -128,9 +128,9 @@ def _describe_true_scenes(
 def _perceive_scene_before_attempt(
     options: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, changed_task: Task, attempt: int
 ) -> tuple[BelievedTask, Mapping[str, str]]:
-    """Return a scene that actions have changed, as the question for the next attempt shows it, and metadata.
+    """Return the scene for the question of the next attempt, after actions have changed it, and metadata.
 
-    A noisy scene gets newly drawn errors; the question's metadata is the text of its scene graph.
+    With noise, errors in the scene are drawn again, and the metadata has the text of the scene graph.
     """
     if options.noise is None:
         return _describe_true_scenes(options, benchmark, {changed_task.id: changed_task}, templates)[
@@ -153,12 +153,12 @@ def _add_scene_context(
 def write_scene_context(
     task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
 ) -> str:
-    """Return a text with objects, facts and untrue states that the scene in a question leaves out.
+    """Return a text to add to the scene in a question: further objects, their facts, and negated facts.
 
     Args:
         task: the task.
         words: names of predicates and objects in facts.
-        clutter: choice of how many other objects the text describes, as for pictures.
+        clutter: amount of further objects, which the task is not about (`Clutter`).
         templates: the prompt templates, which have the text around the lists.
     """
     wording, described = words.wording, list_objects_in_prompt(task)
@@ -286,12 +286,10 @@ def _refuse_published_prompts_of_scene(options: SceneOptions, library: PromptLib
 def collect_scene_beliefs(
     options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return the scenes that the questions of a run state.
+    """Return beliefs about scenes: the scenes that the questions of a run state.
 
-    The scenes of a domain are found once for all models.
-
-    If a second model (the captioner) lists the scenes, it is first asked about all tasks of a domain. The
-    questions to other models then state the captioner's lists.
+    The scenes of a domain are made once for all models. If a second model (the captioner) lists the scenes,
+    it is first asked about all tasks of a domain. The questions to other models then state its lists.
 
     Raises:
         InputError: published prompts cannot describe another scene, or a picture is missing.

@@ -46,12 +46,12 @@ if TYPE_CHECKING:
 
 
 class _PerceptionRunOptions(SceneOptions):
-    """How a run's questions show the scene, with the stage that makes the scenes before the questions."""
+    """Options for the scene in the questions of a run. They also make the stage that prepares the scenes."""
 
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage of a run that finds the scenes. Its modules are imported only in a run."""
+        """Return the stage of a run that makes the scenes. Its modules are imported only in a run."""
         from eai.studies.perception.scenes import collect_scene_beliefs
 
         return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))
@@ -105,7 +105,7 @@ class _TaskWithPerceptionErrors:
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def make_contribution_of_task_to_rate(self, share: Share) -> TaskContribution:
-        """Return the numerator and denominator that this task adds to another rate."""
+        """Return this task with the numerator and denominator that it adds to a given rate."""
         return self.case._replace(share=share)
 
 
@@ -127,11 +127,11 @@ class _RunsBySceneFormat:
 
     @cached_property
     def perceived_tasks(self) -> list[_TaskWithPerceptionErrors]:
-        """The errors in the perceived scene, and the metric, of all runs' answers with known errors."""
+        """The tasks of all runs with their perception errors; see `list_perceived_tasks`."""
         return [task for name in self.runs for task in self.list_perceived_tasks(name)]
 
     def list_perceived_tasks(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
-        """Return the errors in the perceived scene, and the metric, of a run's answers with known errors."""
+        """Return the tasks of a run whose record has perception errors, with these and the metric."""
         cases = {case.task: case for case in self.list_task_contributions_to_metric(scene_format)}
         return [
             _TaskWithPerceptionErrors(perceived, cases[record.task_id])
@@ -160,8 +160,8 @@ class _RunsBySceneFormat:
     def make_cost_of_perception_errors_cells(self, group: _PerceivedTasks) -> Row:
         """Return four cells on a group of tasks: number, metric, metric without errors, difference.
 
-        The last two cells compare with the answers to the same tasks with the true scene. They are empty if
-        such an answer is missing.
+        The last two cells use answers to the same tasks whose questions showed the true scene, without errors
+        of perception. The two cells are empty if such an answer is missing.
         """
         cases = [task.case for task in group]
         without = [
@@ -239,11 +239,12 @@ def _estimate_error_rates(tasks: _PerceivedTasks) -> list[Estimate]:
 def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
-    One row per group of answers of all runs, by the predicate error rate of the scene graph in the question:
-    0, or more than `above` and at most `up_to` percent. `without_errors` is {runs.metric} of the same tasks
-    with the true scene, and `cost` the difference in percentage points. Compare columns, not rows: rows have
-    different tasks, and tasks with few facts are more often in the first and last row. `cases` counts a task
-    once for each run. Graphs in the row of 0 can have unnecessary facts, and can lack objects without facts.
+    Answers of all runs are grouped by the predicate error rate of the scene graph in their question: 0, or
+    more than `above` and at most `up_to` percent. `cases` is the number of answers in the group; a task
+    counts once for each run. `value` is {runs.metric} of these answers. `without_errors` is {runs.metric} if
+    the questions on the same tasks show the true scene. `cost` is the difference in percentage points.
+    Compare columns, not rows: rows have different tasks, and tasks with few facts are more often in the first
+    and last row. Graphs in the row of 0 can have unnecessary facts, and can lack objects without facts.
     """
     for low, high in [(0.0, 0.0), *pairwise(BOUNDS)]:
         group = [
@@ -360,10 +361,10 @@ def _draw_error_rate_figure(table_of_runs: Table, metric: str, key: RunKey) -> F
 
 
 def draw_success_by_error_rate(table_of_runs: Table, metric: str) -> Figure:
-    """Draw each run as a point: its metric above its predicate error rate.
+    """Draw a point for each run: its predicate error rate on the x axis, its metric on the y axis.
 
-    The run with the true scene is a hollow point at an error rate of 0. Other runs without a known error rate
-    are left out.
+    The run whose questions show the true scene is a hollow point at an error rate of 0. Other runs without a
+    known error rate are left out.
     """
     figure = make_figure(COLUMN, 2.6)
     panel = figure.subplots()

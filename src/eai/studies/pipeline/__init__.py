@@ -1,1 +1,1 @@
-"""Pipelines: questions of one ability, such as planning, state a model's answers to another: its goals."""
+"""Pipelines of questions: a question for a plan states the goals that the model gave in an earlier answer."""

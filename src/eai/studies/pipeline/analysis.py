@@ -98,7 +98,7 @@ class _ModularAndPipelineRuns:
 
     @property
     def pipeline_label(self) -> str:
-        """`goals` or `goals and subgoals`, followed by the label of the run's options of other studies."""
+        """`goals` or `goals and subgoals`, followed by the run's other options, such as pictures."""
         experiment = self.pipeline[0].experiment or Experiment()
         rest = experiment.drop_options_of_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
@@ -177,13 +177,12 @@ class _ModularAndPipelineRuns:
 
     @make_table("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
     def _make_goals_table(self) -> Iterator[Row]:
-        """Where the loss comes from.
+        """Success by the verdict on the stated goals.
 
-        The loss: tasks that the run with true goals solves and the pipeline does not. Tasks are grouped by
-        the verdict on the goals that their questions stated, under protocol strict. Shown are the success of
-        the run with true goals and of the run with a model's goals, and the numbers of tasks that only one of
-        them solves. The group of other goals has wrong goals, ill-formed goals and goals with unknown
-        names.{self._sentence_about_perfect_planner}
+        The modular run states the true goals in its questions. The pipeline states goals of a model. Tasks
+        are grouped by the verdict on these goals under protocol strict. The table shows the success of both
+        runs, and the numbers of tasks that only one run solves. Wrong goals, ill-formed goals and goals with
+        unknown names are in the group of other goals.{self._sentence_about_perfect_planner}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)
@@ -291,7 +290,7 @@ def _make_test_that_summary_field_is_set(field: str) -> Callable[[Record], bool]
 
 
 _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
-"""Abilities of a pipeline's successive answers, in order: goals, then subgoals, then a plan."""
+"""Abilities (kinds of question) that a pipeline asks for, in order: goals, then subgoals, then a plan."""
 
 
 def _find_first_failing_ability(record: Record, success: TaskContribution) -> str:
@@ -317,10 +316,10 @@ def _estimate_both_rates_and_difference(
 
 
 def pool_pipeline_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
-    """Return one pair (modular run and pipeline) that has the records of several pairs of runs.
+    """Merge pairs of a modular run and a pipeline into one pair with all their records.
 
-    Each task id begins with the position of its pair, so that a task of several pairs counts several times.
-    Names of tasks do not change.
+    The number of the pair is added in front of each task id, so that a task counts once for each pair. Names
+    of tasks do not change.
     """
     numbered = list(enumerate(pairs))
     return _ModularAndPipelineRuns(
@@ -394,8 +393,8 @@ def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run
     pipelines = [run for run in runs if _is_pipeline(run)]
     if not pipelines:
         raise InputError(
-            "expected records of a pipeline, which eai run --with pipeline.goals=own and eai score --goals "
-            "make, or of transition modeling under strict"
+            "expected records of a pipeline (from eai run --with pipeline.goals=own, or eai score --goals), "
+            "or records of transition modeling under protocol strict"
         )
     for run in sorted(pipelines, key=lambda run: run.key.sort_key):
         experiment = run.key.experiment

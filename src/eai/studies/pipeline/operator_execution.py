@@ -36,10 +36,11 @@ from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
 FailedStageAndReason: TypeAlias = tuple[str, str]
-"""Outcome of a test of operators (to plan with them, and to execute the plan): failed stage and reason.
+"""Outcome of an operator test: the stage that failed, and the reason.
 
-The stage is `NOWHERE`, without a reason, if the plan succeeds. The reason is the planner's outcome, the kind
-of error, or the kind of missed goals.
+An operator test plans with the operators of an answer, and executes the plan in the world. If the plan
+succeeds, the stage is `NOWHERE` and the reason is empty. Otherwise, the reason is the planner's outcome, the
+kind of error, or the kind of missed goals.
 """
 
 OPERATORS, PLANNER, TRANSLATION = "operators", "planner", "translation"
@@ -126,7 +127,7 @@ class _OperatorTesterInWorld:
         """
         scorer, written = self.operators.scorer(task_id), read_operators(answer, self._readings)
         if not isinstance(scorer, TransitionModelingScorer):
-            raise TypeError(f"{task_id}: expected a scorer of operators, found {scorer}")
+            raise TypeError(f"{task_id}: expected a task of transition modeling, found scorer {scorer}")
         by_name = {} if isinstance(written, Unreadable) else written.value
         actions = {name: item.action for name, item in by_name.items() if item.action is not None}
         plan = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
@@ -155,7 +156,7 @@ class _OperatorTesterInWorld:
         if verdict.error is not None:
             return (EXECUTION, verdict.error.kind.value)
         if not isinstance(verdict, PlanVerdict):
-            raise TypeError(f"{task_id}: expected a verdict on a plan, found {verdict}")
+            raise TypeError(f"{task_id}: expected a verdict on a plan (action sequencing), found {verdict}")
         if verdict.success:
             return SUCCESS
         goals = zip(self.plans.tasks[task_id].goals, verdict.goals_satisfied, strict=True)
@@ -163,7 +164,7 @@ class _OperatorTesterInWorld:
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
     def find_outcome_with_gold_operators(self, task_id: str) -> FailedStageAndReason | None:
-        """Return the outcome of the test for the data set's own operators.
+        """Return the outcome of the operator test of the data set's own operators.
 
         The result is None if the task is excluded, or if no planner was run.
         """
@@ -176,20 +177,19 @@ class _OperatorTesterInWorld:
 
 def _require_operator_verdict(verdict: object) -> OperatorVerdict:
     if not isinstance(verdict, OperatorVerdict):
-        raise TypeError(f"expected a verdict on operators, found {verdict}")
+        raise TypeError(f"expected a verdict on operators (transition modeling), found {verdict}")
     return verdict
 
 
 @dataclass(frozen=True, slots=True)
 class _RunWithFailedStages:
-    """A run of transition modeling, with an operator test of each answer.
+    """A run of transition modeling, with the outcome of the operator test of each answer.
 
     Attributes:
         key: model, protocol (scoring rules), domain and ability of the run.
         records: the stored verdicts on its answers, without excluded tasks.
-        outcomes: the outcome of the test of each record's operators.
-        gold_outcomes: for each record, the outcome for the data set's own operators; None if no planner was
-            run.
+        outcomes: for each record, the stage at which its operators failed, and why.
+        gold_outcomes: for each record, the same for the data set's own operators; None if no planner was run.
     """
 
     key: RunKey
@@ -277,7 +277,7 @@ def _make_operators_table(runs: Sequence[_RunWithFailedStages]) -> Iterator[Row]
 def _estimate_share_of_outcome(
     records: Sequence[Record], outcomes: Sequence[FailedStageAndReason | None], outcome: FailedStageAndReason
 ) -> Estimate:
-    """Return the percentage of answers whose operators have a given outcome in the test."""
+    """Return the percentage of answers whose operator test has a given outcome."""
     cases = [
         TaskContribution(
             record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == outcome)

@@ -35,14 +35,14 @@ from eai.tasks.prompts.prompt import BelievedTask
 from eai.tasks.source import Source
 
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-"""Abilities whose questions state the goals of a task."""
+"""Abilities (kinds of question) whose questions state the goals of a task: stage two of a pipeline."""
 
 OWN = "own"
 """Value of ``pipeline.goals`` for goals that the asked model itself has interpreted."""
 
 
 STUDY = "pipeline"
-"""Name under which the records of a run store whose goals its questions state."""
+"""Key in the records of a run. Its value names the model whose goals the questions stated."""
 
 _PLACE = 10
 
@@ -125,7 +125,7 @@ def count_goal_confusion(verdict: object) -> Confusion:
     Other stated goals are wrong, ill-formed, or name something that does not exist.
     """
     if not isinstance(verdict, GoalVerdict) or verdict.counts is None:
-        raise TypeError(f"expected a verdict on goals with counts, found {verdict}")
+        raise TypeError(f"expected a verdict with counts of goals (goal interpretation), found {verdict}")
     right, wrong, missed = verdict.counts[ALL]
     return Confusion(right, wrong + verdict.ill_formed + len(verdict.hallucinated), missed)
 
@@ -187,13 +187,13 @@ def _read_answers_from_responses(
 def find_interpreted_goals(
     goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return the goals that a model interpreted, which later questions state instead of the true goals.
+    """Return a model's goals (answers to goal interpretation), for questions to state as if they were true.
 
-    The model is asked, or a file is read, once per model and domain.
+    The model is asked, or a file is read, once for each model and domain.
 
     Args:
-        goals: `OWN`, or the file or folder with the answers.
-        stage: the stage, before the questions of the run, in which the model is asked.
+        goals: `OWN` to ask the model, or the file or folder with its answers.
+        stage: the stage of the run that asks the model, before all other questions.
         endpoint: the model.
         suite: the suite whose questions state the goals.
 
@@ -217,9 +217,9 @@ def find_interpreted_goals(
 
 
 def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
-    """Return the subgoals that a model lists for the goals that it interpreted.
+    """Return a model's goals, with the subgoals that the model lists for these goals.
 
-    Each model is asked once for each domain.
+    The model is asked once for each domain.
 
     Raises:
         InputError: published prompts cannot state subgoals.
@@ -246,10 +246,10 @@ def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Sui
 def add_subgoals_to_beliefs(
     goal_beliefs: ModelBeliefsInPrompts | None, subgoal_answers: Interpretations, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return goals for questions to state, with subgoals from answers. Unreadable answers add no subgoals.
+    """Add the subgoals in a model's answers to its goals. Unreadable answers add no subgoals.
 
     Args:
-        goal_beliefs: the goals; without goals, no subgoals are added.
+        goal_beliefs: the model's goals by task; a task without goals gets no subgoals.
         subgoal_answers: a model's name, and its answers to subgoal decomposition by task id.
         suite: the suite of subgoal decomposition.
     """

@@ -60,7 +60,7 @@ class _PipelineOptions(VariationOptions):
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
-        """Return None: a first stage of the run finds the goals, and records these options itself."""
+        """Return None, because the stage of the run that obtains the goals records these options."""
         return None
 
     @property

@@ -11,7 +11,7 @@ _PLACE = 40
 
 
 def make_prompt_name_experiment(prompt_name: str | None) -> Experiment:
-    """Return the options that records of a run store: the name of its prompts, or nothing without a name."""
+    """Return the options of a run whose prompts have a name; no options if the name is None."""
     if prompt_name is None:
         return Experiment()
     return Experiment({STUDY: make_settings_with_option("prompt", "prompt_name", prompt_name, _PLACE)})

@@ -107,10 +107,10 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
 
 @make_table("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), max_shown_rows=20)
 def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
-    """Which kinds of edits suffice.
+    """Kinds of edits that make an answer right.
 
-    Answers that one edit makes right, in percent of such answers with the same outcome. kinds: the kinds of
-    all single edits (such as insert or delete) that make the answer right.
+    The table counts answers that a single edit makes right. kinds: the kinds of all such edits (insert,
+    delete and so on). share: percentage of the counted answers with the same outcome.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.kinds]
@@ -129,11 +129,11 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
 
 @make_table("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
 def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
-    """Where the cause lies.
+    """Step that causes a failure.
 
-    Failed answers that a single edit of their plan makes right, counted by what all such edits share. step:
-    they all delete or replace the same step, or insert before it. interval: they all insert the same
-    action, but at different places. several: neither. earlier: percentage of the answers in column step whose
+    answers: failed answers whose plan a single edit makes right. step: every such edit deletes or replaces
+    the same step, or inserts before this step. interval: every such edit inserts the same action, at
+    different places. several: all other answers. earlier: percentage of the answers in column step whose
     edited step comes before the failed step.
     """
     for key, answers in repairs:

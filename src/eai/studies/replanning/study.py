@@ -97,7 +97,7 @@ class _ReplanningRunGroup:
         ]
 
     def list_task_contributions_to_metric(self, metric: str, attempts: int) -> list[TaskContribution]:
-        """Return the numerator and denominator of each task in a metric after some attempts, seed by seed."""
+        """Return for each seed and task the contribution to a metric after a number of attempts."""
         return [
             case
             for records in self.runs.values()
@@ -222,9 +222,9 @@ def _make_attempts_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
 def _make_feedback_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]:
     """Compare runs with feedback with runs without feedback.
 
-    Task success of runs without feedback (resampling), and of the runs with feedback, after as many
-    attempts on the same tasks and seeds. The difference is in percentage points. Both ask the same
-    question in the first attempt, so a difference after one attempt is due to chance.
+    Each row has the task success of runs without and with feedback after the same number of attempts, on the
+    same tasks and seeds. The difference is in percentage points. Both kinds of run ask the same question in
+    the first attempt, so a difference after one attempt is due to chance.
     """
     controls = {group.experiment: group for group in groups if group.options.feedback == "none"}
     for group in groups:
@@ -330,7 +330,7 @@ class _ReplanningRunOptions(VariationOptions):
 
     @property
     def study_option_chosen_by_user(self) -> str:
-        """Text that names the chosen options in messages; empty if they are those of a plain run."""
+        """Names of the options of this study, for messages; empty if the user chose none of them."""
         return "replanning.replans, slip or until" if self.replanning else ""
 
     @property
@@ -356,8 +356,8 @@ class _ReplanningRunOptions(VariationOptions):
     def replanning(self) -> ReplanningOptions | None:
         """The options of further attempts; None for a plain run (one attempt at each task, all actions work).
 
-        An option that has no effect beside the other options gets its value in a plain run. By default,
-        feedback explains failures. If attempts continue in the last state, an attempt ends by default when
+        An option that has no effect together with the other options gets its default. By default, feedback
+        explains failures. If attempts continue in the last state, an attempt ends by default when
         all goals are reached.
         """
         scripted = make_replanning_options_of_protocol(self.preset, self.slip, self.slip_seed, self.replans)
@@ -383,7 +383,7 @@ class _ReplanningRunOptions(VariationOptions):
         return options if options.executes_answers_as_episodes else None
 
     def make_recorded_settings(self, study_name: str) -> StudySettings | None:
-        """Return the options of further attempts and failing actions, as the records of a run store them."""
+        """Return the options of this study (further attempts, failing actions) for the records of a run."""
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
 
@@ -451,10 +451,10 @@ def _draw_success_by_attempt_figure(groups: Sequence[_ReplanningRunGroup], key: 
 
 @make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
 def _make_paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
-    """The paper's figures.
+    """Rates in the paper.
 
-    Percentages as the paper prints them. Read the notes at the head of this page before you compare them with
-    other tables.
+    Percentages as printed in the paper Embodied Agent Interface. Read the notes above the tables before you
+    compare them with other rates.
     """
     for paper in papers:
         columns = {column.metric: column for column in paper.columns if column.domain == domain}

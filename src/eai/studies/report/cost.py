@@ -56,7 +56,7 @@ def _make_csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:
 
 
 def _make_report_row(key: _CostKey, spent: Spending) -> dict[str, str]:
-    """Return a row of the report's cost table, as texts by heading."""
+    """Return a row of the report's cost table: for each column heading, the text of the cell."""
     (model, domain, ability), usage, answers = key, spent.usage, spent.answers
     bound = "≥ " if spent.unpriced_answers else ""
     return {

@@ -83,7 +83,7 @@ def _make_paper_agreement_row(
 
 
 def _list_paper_differences(table: PaperTable, summary: RunSummary) -> Iterator[tuple[float, str]]:
-    """Yield each difference from the paper's figures, in percentage points, with a text on both numbers."""
+    """Yield each difference from a rate in the paper, in percentage points, and a text with both rates."""
     model = map_files_to_paper_models()[summary.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (summary.key.ability.value, summary.key.domain):
@@ -208,9 +208,9 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _list_successes_if_run_is_one_epoch(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
-    """Yield the successes of one epoch, after the key of the run; nothing for a run that has no epochs.
+    """Yield the key of a run and the successes of its answers, if the summary is of one epoch of the run.
 
-    A run can ask every question several times; each time is an epoch.
+    A run can ask every question several times; each time is an epoch. The key has no number of the epoch.
     """
     metric, model = find_success_metric(summary.key.ability), strip_epoch(summary.key.model)
     if metric is not None and model != summary.key.model:

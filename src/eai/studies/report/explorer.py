@@ -59,7 +59,7 @@ _VIEWER = "http://127.0.0.1:7575/#/logs"
 
 
 Owner: TypeAlias = Literal["agent", "object", "other"]
-"""Kind of the object that a tile shows: the agent, an object that the task is about, or another object."""
+"""Kind of object in a diagram of a scene: the agent, an object of the task, or another object."""
 
 
 _Row: TypeAlias = "dict[str, Json]"
@@ -91,7 +91,7 @@ class ObjectRectangle:
 
 
 SceneDiagrams: TypeAlias = Sequence[Sequence[ObjectRectangle]]
-"""Pictures of the scene, at the start and after each tried step. Each is a list of its outermost tiles."""
+"""Diagrams of the scene, at the start and after each tried step: for each, its outermost rectangles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ class ExplorerData:
     """Collects runs for the explorer. Only compressed data of the collected runs stay in memory.
 
     Args:
-        background: function that returns the background of a domain, called once for each domain.
+        background: function that returns the data that all runs of a domain share, called once for a domain.
         outcomes: mapping from outcomes in logs of other projects to colours; the first outcome is a success.
             A page with such outcomes shows no rate of success.
     """
@@ -224,7 +224,7 @@ class ExplorerData:
         yield _encode_line(b"".join([*self._compressed_index, end]))
 
     def _begin_run(self, names: _RunNames, sort_key: tuple[int | str, ...] = (), log: Json = None) -> None:
-        """Add the names of a run, whose answers follow.
+        """Add the names of a run (protocol, domain, ability, model), to which the next answers belong.
 
         Before that, compress the collected answers if they are of another suite, or of `_MAX_RUNS_PER_CHUNK`
         runs.
@@ -260,7 +260,7 @@ class ExplorerData:
         verdict, error = record.verdict, record.verdict.error
         explanation, background = record.explanation or Explanation(), self._background(record.domain)
         fields = _make_ability_fields(record)
-        # an answer with operators shows them in field q, and its notes would repeat them
+        # field q has the operators of an answer, and notes would repeat these operators
         notes = () if "q" in fields else explanation.notes
         return _drop_empty_values(
             {
@@ -296,7 +296,7 @@ class ExplorerData:
         return self._find_picture_index("scenes", [self._store_tile(tile) for tile in tiles])
 
     def _store_tile(self, tile: ObjectRectangle) -> int:
-        """Store a tile and the tiles inside it as lists, and return the index of the tile in the chunk."""
+        """Store a rectangle and the rectangles inside, and return its index among the stored rectangles."""
         zones: list[Json] = [
             [label, [self._store_tile(item) for item in within]] for label, within in tile.zones.items()
         ]
@@ -394,7 +394,7 @@ def _make_operator_fields(verdict: OperatorVerdict) -> _Row:
 
 
 def _list_step_values(step: StepReport) -> Json:
-    """Return the fields of a step in the order that the page expects."""
+    """Return the fields of a step in the order that the JavaScript of ``explorer.html`` expects."""
     facts = [*step.added], [*step.removed]
     return [step.action, step.outcome, step.reason, step.earlier, *facts, step.hidden_changes]
 

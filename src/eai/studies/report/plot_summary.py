@@ -23,7 +23,7 @@ _LINE = 0.19
 """Height of a panel's line, which shows one metric, in inches."""
 
 _HEAD = 0.5
-"""Height of a panel's title and margins, without the panel's lines, in inches."""
+"""Height of a panel's title and margins, without the lines of its metrics (`_LINE`), in inches."""
 
 _FOOT = 0.75
 """Height of the page's title and legend, in inches."""

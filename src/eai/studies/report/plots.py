@@ -62,7 +62,7 @@ _MODEL_DISTANCE = 0.09
 """Horizontal distance between the points of models with intervals, as a share of a bin's width."""
 
 Bins = Mapping[int, TaskContributions]
-"""Successes of one model's tasks by index of the bin (a range of goals or plan lengths); no empty bins."""
+"""Successes of one model by bin, a range of numbers of goals or of plan lengths. No bin is empty."""
 
 
 _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
@@ -295,7 +295,7 @@ def _select_most_frequent_names(columns: Sequence[Mapping[str, Rate]]) -> list[s
 
 _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
-"""Width and height of a model's panel in the figure of the flow of answers, in inches."""
+"""Width and height of a model's panel in the plot of answers that pass each check, in inches."""
 _BETWEEN = (6.1, 180.0)
 """Horizontal and vertical distance between two models' panels, in the units of their two axes.
 

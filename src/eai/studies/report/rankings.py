@@ -163,7 +163,8 @@ class Ranking:
     def make_table(self) -> Table:
         """Return the ranking as a table. Only our numbers have intervals, because the paper prints none.
 
-        `Table.definition` is a caption without a final full stop: a writer adds words to its last sentence.
+        `Table.definition` is a caption without a final full stop, because the code that prints the table
+        extends the last sentence.
         """
         groups = [column.group for column in self.columns]
         columns = [
@@ -291,7 +292,7 @@ def make_run_rows(
     *,
     with_paper: bool = False,
 ) -> Iterator[RankedModel]:
-    """Yield a row for each model with a number in some column, with footnotes on missing answers.
+    """Yield a row for each model that has a number in at least one column, with notes on missing answers.
 
     Args:
         columns: the columns.
@@ -467,7 +468,7 @@ _LEFT_OUT = (
 
 
 def make_rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
-    """Return the tables of all runs, by protocol (scoring rules) and domain, in the order of the paper's.
+    """Return the tables of all runs by protocol (scoring rules) and domain, ordered as the paper's tables.
 
     Args:
         runs: the runs, sorted by the order of their keys.
@@ -487,8 +488,9 @@ def make_ranking(
 ) -> Ranking | None:
     """Return a table of runs of one domain and protocol (scoring rules), or None if it has no numbers.
 
-    The paper's rows appear only among runs under the paper's protocol. Under other protocols, the paper's
-    models have the scores of their published answers. Null models come last, without a rank.
+    Rows with printed rates of the paper appear only in the table of the paper's protocol. Under other
+    protocols, the paper's models have the scores that this package gives their published answers. Null models
+    (trivial built-in models) come last, without a rank.
 
     Args:
         spec: name and columns of the table.

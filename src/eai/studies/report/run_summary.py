@@ -53,7 +53,7 @@ class RunSummary:
 
 
 def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSummary]:
-    """Return the runs without options of studies. Only these are ranked and compared with the paper."""
+    """Return the runs whose questions no study varied. Only these are ranked and compared with the paper."""
     return [item for item in runs if item.key.is_run_without_study_or_rules]
 
 

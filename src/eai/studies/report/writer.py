@@ -216,7 +216,7 @@ def _flatten_numbers(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
 
 
 def _list_score_numbers(score: RankedScore) -> dict[str, Any]:
-    """Return a mapping with the value, fraction and interval of a number; unknown values are None."""
+    """Return the JSON fields of a score: percent, fraction and interval; None for an unknown value."""
     sure = score.certainty
     return {
         "percent": score.value,

@@ -48,7 +48,7 @@ OVERALL = "overall"
 """Name of the category of tasks that contains all tasks."""
 
 NOT_WRITTEN = "not_written"
-"""Outcome of a trial whose operator the task asks for but the answer does not have."""
+"""Outcome for an operator that the task asks for and the answer lacks."""
 
 _SOLVED = PlannerOutcome.SOLVED.value
 _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RUN), NOT_WRITTEN)
@@ -80,9 +80,10 @@ def replace_gold_operators_of_records(
     replaced_parts: Sequence[ReplacedPart],
     report_done: Callable[[int], None],
 ) -> Iterator[OperatorReplacementTrial]:
-    """Yield the trials (results of planning) of all records (stored verdicts on answers).
+    """Yield the results of planning with one gold operator replaced by the operator of a record.
 
-    Each suite is opened only once, so that equal operators of several models are tried only once.
+    Records are stored verdicts on answers. Each suite is opened only once, so that the planner is called only
+    once for equal operators of several models.
     """
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
@@ -285,7 +286,7 @@ class _SensitivityAnalysisOptions(Options):
 def _analyze_operator_sensitivity(
     records: StudyRecords, chosen: _SensitivityAnalysisOptions
 ) -> Iterator[Analysis]:
-    """Try the operators one by one. A planner takes minutes for a model.
+    """Replace one gold operator at a time by a model's operator, and plan. This takes minutes for a model.
 
     Raises:
         InputError: there are no operators, or no planner is chosen.
