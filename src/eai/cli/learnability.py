@@ -37,7 +37,7 @@ def print_learnability(
     *,
     as_json: bool,
 ) -> None:
-    """Print figures that tell whether the rewards of tasks can teach a model.
+    """Print numbers that show whether a model can learn from the rewards of tasks.
 
     The figures are the rewards of null models (trivial built-in models such as eai/random), and the groups of
     answers to one task whose rewards differ. Tasks that are longer than a model's context are listed.

@@ -1,7 +1,7 @@
 """Counts the tasks, goals, plans and objects of a data set (paper, Table 2).
 
-A profile holds the counted features of one task. For any benchmark the module counts the figures of the
-paper's Table 2, next to the figures that the paper prints.
+A profile holds the features of one task, such as the number of goals. For any benchmark, the module counts
+the numbers of the paper's Table 2, beside the numbers that the paper prints.
 """
 
 from __future__ import annotations
@@ -255,9 +255,9 @@ def _round_mean(numbers: Iterable[int]) -> float:
 
 
 def make_statistics_table(title: str, statistics: Sequence[_DataSetStatistic]) -> Table:
-    """Return the figures of a data set as a table.
+    """Return the counted numbers of a data set as a table.
 
-    The table has a column for the paper only if the paper has figures of the benchmark.
+    The table has a column for the paper only if the paper prints numbers of the benchmark.
     """
     columns: list[NamedCells] = [
         ("figure", [row.label for row in statistics]),

@@ -39,7 +39,7 @@ class PaperTable:
 
     Attributes:
         name: name of its file in the folder ``paper``.
-        rows: mapping from each model to a mapping from columns to figures in percent, None for an empty
+        rows: mapping from each model to a mapping from columns to rates in percent, None for an empty
             cell; in the paper's order.
         notes: mapping from pairs of a model and a column to remarks on the figure, a sentence or two each.
             The model is empty for remarks on a whole column.

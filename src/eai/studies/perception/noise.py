@@ -95,7 +95,7 @@ def perceive_with_noise(
 ) -> SceneGraph:
     """Return the scene graph of a task with errors added by noise. Equal arguments give equal graphs.
 
-    The noise never creates a circle of objects that support each other. It never places an object in relation
+    The noise never creates a cycle of objects that support each other. It never places an object in relation
     to an object without facts in the true scene graph, such as half of an uncut apple. A relation without a
     possible replacement is kept.
 

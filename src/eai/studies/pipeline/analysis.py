@@ -82,7 +82,7 @@ class _ModularAndPipelineRuns:
             unknown.
         conditions: task id -> for each condition of the task, its predicate and whether the stated goals lack
             the condition; empty if unknown.
-        paper: metric -> the paper's figures for the model's modular run and pipeline.
+        paper: mapping from metrics to the paper's rates for the model's modular run and pipeline.
     """
 
     modular: Sequence[Record]

@@ -434,7 +434,7 @@ def _analyze_replanning(records: StudyRecords, chosen: _ErrorCountingOptions) ->
 
 
 def _make_tables(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> tuple[list[Table], list[str]]:
-    """Return all tables, and remarks on the paper's figures, if the paper has figures for the domain."""
+    """Return all tables, and remarks on rates in the paper, if the paper has rates for the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]

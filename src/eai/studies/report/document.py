@@ -1,7 +1,7 @@
 """Write the report as one Markdown page: tables, certainty of main results, and agreement with the paper.
 
 Certainty is shown by intervals over names of tasks and over single tasks. Agreement is shown by differences
-between our numbers and the paper's figures for the paper's models, cell by cell.
+between our rates and the rates in the paper for the paper's models, cell by cell.
 """
 
 from __future__ import annotations

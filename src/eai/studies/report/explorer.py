@@ -292,15 +292,16 @@ class ExplorerData:
         attempts = [replace(part, attempts=(), origin=None) for part in parts]
         return [self._make_answer_fields(attempt) for attempt in attempts] if number > 1 else []
 
-    def _store_scene(self, tiles: Sequence[ObjectRectangle]) -> int:
-        return self._find_picture_index("scenes", [self._store_tile(tile) for tile in tiles])
+    def _store_scene(self, rectangles: Sequence[ObjectRectangle]) -> int:
+        return self._find_picture_index("scenes", [self._store_tile(rectangle) for rectangle in rectangles])
 
-    def _store_tile(self, tile: ObjectRectangle) -> int:
+    def _store_tile(self, rectangle: ObjectRectangle) -> int:
         """Store a rectangle and the rectangles inside, and return its index among the stored rectangles."""
         zones: list[Json] = [
-            [label, [self._store_tile(item) for item in within]] for label, within in tile.zones.items()
+            [label, [self._store_tile(item) for item in within]] for label, within in rectangle.zones.items()
         ]
-        return self._find_picture_index("tiles", [tile.name, tile.kind, tile.marks, tile.lines, zones])
+        fields = [rectangle.name, rectangle.kind, rectangle.marks, rectangle.lines, zones]
+        return self._find_picture_index("tiles", fields)
 
     def _find_picture_index(self, kind: str, picture: Json) -> int:
         """Return the index of a scene, or of an object's rectangle in it, in its list; a new one is added.
