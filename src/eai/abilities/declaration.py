@@ -284,15 +284,15 @@ def find_error_outcome(verdict: Verdict) -> AnswerOutcome | None:
     return None if verdict.error is None else AnswerOutcome(verdict.error.kind.value)
 
 
-def classify_answer_by_counts(counts: Confusion, *, all_parts_suffice: bool = True) -> AnswerOutcome:
+def classify_answer_by_counts(counts: Confusion, *, can_be_success: bool = True) -> AnswerOutcome:
     """Return the outcome of an answer whose parts, such as goals, are judged separately.
 
     Args:
         counts: numbers of right, wrong and missed parts.
-        all_parts_suffice: whether an answer with all parts and no wrong part is a success. If False, these
-            numbers alone never make it a success.
+        can_be_success: whether an answer with all parts and no wrong part is a success. If False, the answer
+            never counts as a success here.
     """
-    if all_parts_suffice and not counts.false_positives and counts.false_negatives <= 0:
+    if can_be_success and not counts.false_positives and counts.false_negatives <= 0:
         return AnswerOutcome.SUCCESS
     return AnswerOutcome.PARTLY_RIGHT if counts.true_positives else AnswerOutcome.GOAL_MISSED
 

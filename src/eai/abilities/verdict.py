@@ -417,15 +417,16 @@ ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
 """Contributions to a rate of success: 0 of 1 for a failure, and 1 of 1 for a full success."""
 
 
-def make_rate_contribution_of_answer(has_property: bool | float | None) -> Share:
+def make_rate_contribution_of_answer(share_with_property: bool | float | None) -> Share:
     """Return the contribution of one answer to a rate over all answers.
 
     Args:
-        has_property: whether the answer has the counted property; a number from 0 to 1 if it has it in part.
+        share_with_property: whether the answer has the counted property; a number from 0 to 1 if only a part
+            of the answer has the property.
     """
-    if not has_property:
+    if not share_with_property:
         return ZERO_SHARE
-    return FULL_SHARE if has_property == 1 else Share(float(has_property), 1)
+    return FULL_SHARE if share_with_property == 1 else Share(float(share_with_property), 1)
 
 
 def make_confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:

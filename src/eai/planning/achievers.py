@@ -215,14 +215,14 @@ class Achiever:
 
 
 def complete_bindings(
-    state: State, partial: _PartialBinding, usable: int, effort: SearchEffort | None = None
+    state: State, partial: _PartialBinding, usable_mask: int, effort: SearchEffort | None = None
 ) -> Iterator[FrameBinding]:
     """Yield the bindings of all variables that an incomplete binding allows in a state.
 
     Args:
         state: the state.
         partial: the incomplete binding, with the conditions that complete bindings must meet.
-        usable: the mask of the objects that actions may use.
+        usable_mask: the mask of the objects that actions may use.
         effort: counter of values tried for variables. If its limit is exceeded, no more bindings are yielded.
             None for no limit.
     """
@@ -232,7 +232,7 @@ def complete_bindings(
             return
     values: list[int] = []
     for step in join.steps:
-        mask = usable if step.is_parameter else state.scene.everything
+        mask = usable_mask if step.is_parameter else state.scene.everything
         for matching in step.independent:
             mask = matching(state, binding, mask)
         if not mask:
@@ -555,14 +555,14 @@ class _PartlyBoundAchiever:
         self._actions: dict[tuple[int, ...], _GroundAction] = {}
 
     def complete_bindings(
-        self, state: State, usable: int, effort: SearchEffort | None = None
+        self, state: State, usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
         """Yield the complete bindings of the achiever's variables in a state.
 
         Bindings meet the achiever's conditions that no action may establish.
         """
         return (
-            complete_bindings(state, self._partial, usable, effort)
+            complete_bindings(state, self._partial, usable_mask, effort)
             if self._cached_bindings is None
             else map(list, self._cached_bindings)
         )
@@ -574,17 +574,17 @@ class _PartlyBoundAchiever:
             failing += not holds(state, binding)
         return failing >= min_count
 
-    def make_candidate_actions(self, state: State, usable: int, effort: SearchEffort) -> GroundActions:
+    def make_candidate_actions(self, state: State, usable_mask: int, effort: SearchEffort) -> GroundActions:
         """Return the ground actions that may have the achiever's effect in a state.
 
         Args:
             state: the state.
-            usable: the mask of the objects that actions may use.
+            usable_mask: the mask of the objects that actions may use.
             effort: counter of values tried for variables. At its limit, no more actions follow.
         """
         if self._cached_bindings is not None and len(self._actions) == len(self._cached_bindings):
             return self._actions.values()
-        bindings = self.complete_bindings(state, usable, effort)
+        bindings = self.complete_bindings(state, usable_mask, effort)
         return _CandidateActions(self._get_action(tuple(binding), state.scene) for binding in bindings)
 
     def _get_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
@@ -605,13 +605,13 @@ class _AtomAchieverFinder:
     Args:
         achievers: the achievers of the domain.
         state: one of the states.
-        usable: the mask of the objects that actions may use.
+        usable_mask: the mask of the objects that actions may use.
     """
 
-    def __init__(self, achievers: AchieversByPredicate, state: State, usable: int) -> None:
+    def __init__(self, achievers: AchieversByPredicate, state: State, usable_mask: int) -> None:
         self._achievers = achievers
         self._state = state
-        self._usable = usable
+        self._usable = usable_mask
         self._fixed = achievers.get_static_parts_of_state(state)
         self._found: dict[tuple[GroundAtom, bool], Sequence[_PartlyBoundAchiever]] = {}
         self._operators: dict[Achiever, _PartlyBoundAchiever] = {}

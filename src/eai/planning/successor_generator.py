@@ -57,12 +57,12 @@ class SuccessorGenerator:
         return SearchNode(after, node.met + counts, node.depth + 1, node, (action,))
 
     def generate_applicable_actions(
-        self, node: PlanNode, bindings: SearchEffort | None = None
+        self, node: PlanNode, binding_effort: SearchEffort | None = None
     ) -> Iterator[Action]:
-        """Yield all actions that are possible in a node, until ``bindings`` exceeds its limit of values."""
+        """Yield all actions that are possible in a node, until ``binding_effort`` exceeds its limit."""
         for operator in self._domain.operators:
             yield from generate_applicable_of_operator(
-                self._domain, operator, node.state, self.objects, bindings
+                self._domain, operator, node.state, self.objects, binding_effort
             )
 
     def remove_needless_actions(
@@ -93,7 +93,7 @@ def generate_applicable_of_operator(
     operator: Operator,
     state: State,
     objects: Sequence[int],
-    bindings: SearchEffort | None = None,
+    binding_effort: SearchEffort | None = None,
 ) -> Iterator[Action]:
     """Yield the actions by an operator that are possible in a state.
 
@@ -102,13 +102,13 @@ def generate_applicable_of_operator(
         operator: the operator.
         state: the state.
         objects: the objects that actions may use, by index.
-        bindings: counter of values of parameters; each action counts as `ACTION_BINDINGS` values. If its
-            limit is exceeded, no more actions follow. None for no limit.
+        binding_effort: counter of values of parameters; each action counts as `ACTION_BINDINGS` values. If
+            the counter exceeds its limit, no more actions follow. None for no limit.
     """
-    bindings = bindings or SearchEffort()
+    binding_effort = binding_effort or SearchEffort()
     compiled = domain.compiled_operators[operator.name]
-    for arguments in domain.argument_finder_by_operator[operator.name](state, objects, bindings.spend):
-        if bindings.spend(ACTION_BINDINGS):
+    for arguments in domain.argument_finder_by_operator[operator.name](state, objects, binding_effort.spend):
+        if binding_effort.spend(ACTION_BINDINGS):
             return
         if not compiled.alternatives or compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)

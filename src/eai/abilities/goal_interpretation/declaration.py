@@ -69,7 +69,7 @@ def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
     """Return the outcome of a goal interpretation."""
     counts = add_confusions((verdict.counts or {}).values())
     return find_error_outcome(verdict) or classify_answer_by_counts(
-        counts, all_parts_suffice=bool(verdict.success)
+        counts, can_be_success=bool(verdict.success)
     )
 
 

@@ -84,7 +84,7 @@ def classify_outcome(verdict: OperatorVerdict) -> AnswerOutcome:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
     return find_error_outcome(verdict) or classify_answer_by_counts(
-        sum_counts(get_counts_by_category(verdict)), all_parts_suffice=unplanned
+        sum_counts(get_counts_by_category(verdict)), can_be_success=unplanned
     )
 
 

@@ -161,7 +161,7 @@ def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
     """Return the outcome of an answer: success, or the class of its error."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    return find_error_outcome(verdict) or classify_answer_by_counts(verdict.counts, all_parts_suffice=False)
+    return find_error_outcome(verdict) or classify_answer_by_counts(verdict.counts, can_be_success=False)
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:

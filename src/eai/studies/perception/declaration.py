@@ -102,7 +102,7 @@ def find_outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return find_error_outcome(verdict) or classify_answer_by_counts(
-        add_confusions(verdict.seen.predicates.values()), all_parts_suffice=False
+        add_confusions(verdict.seen.predicates.values()), can_be_success=False
     )
 
 
