@@ -373,5 +373,5 @@ def test_metrics_follow_from_the_credit() -> None:
 
 
 def test_a_verdict_without_an_ability_has_no_credit() -> None:
-    with pytest.raises(NotImplementedError, match="Verdict defines no inputs of the reward: define"):
+    with pytest.raises(NotImplementedError, match="Verdict does not define how answers are rewarded"):
         compute_reward_basis_of_verdict(Verdict())

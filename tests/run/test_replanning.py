@@ -175,7 +175,7 @@ def test_inspect_takes_the_same_options(
         ),
         (
             "--with replanning.replans=1 --ability goal_interpretation",
-            "further attempts are only made at plans",
+            "only plans can be attempted again",
         ),
     ],
 )

@@ -92,7 +92,7 @@ CASES = [
     ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
     (
         {**LINE, "hazards": ["shut"]},
-        "hazards: the last 1 goals must be goals over time, after at least one other goal",
+        "hazards: the list names 1 hazards, so the last 1 goals must be goals over time",
     ),
     ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: the last"),
     ({**LINE, "untold": True}, "untold: true needs a list in `hazards`"),

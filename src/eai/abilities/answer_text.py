@@ -276,7 +276,7 @@ def read_json(text: str, form: AnswerFormat[T]) -> ParsedAnswer[T] | Unreadable:
 
 
 class _AnswerReader(Generic[T]):
-    """Reads the value of a given form that an answer must contain."""
+    """Finds the value in an answer that has an expected format (`AnswerFormat`)."""
 
     def __init__(self, text: str, form: AnswerFormat[T]) -> None:
         self.form = form

@@ -37,7 +37,7 @@ class Edit:
     Attributes:
         kind: kind of the edit.
         step: number of the deleted or replaced step, or of the step after the inserted step, from 0;
-            None for a part of an answer without an order.
+            None for answers without an order of steps.
         action: the new step; empty if the edit only deletes.
         was: the deleted or replaced step as the answer has it; empty if the edit only inserts.
     """

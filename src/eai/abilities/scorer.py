@@ -98,7 +98,7 @@ class PlanScorer(Scorer):
 
         Args:
             text: the answer.
-            execute: executes the plan. The verdict calls it at most once.
+            execute: function that executes the plan. It is called at most once.
         """
 
     @abstractmethod
@@ -119,7 +119,7 @@ class PlanScorer(Scorer):
         Return None if the closeness is unknown, as for tasks with goals about the whole execution.
 
         Raises:
-            InputError: answers are scored by rules other than the paper's (``strict``).
+            InputError: answers are not scored by the paper's rules, which are named ``strict``.
         """
 
 

@@ -158,7 +158,7 @@ def find_repeated_ending(text: str) -> str:
 
 
 def _name_wrong_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
-    """Return the name of an answer's notation, or None for the requested and for unknown notations."""
+    """Return the name of the wrong notation of an answer; None if the notation is right or unknown."""
     if _OPERATOR.search(body):
         return "PDDL that is not quoted as a text" if _UNQUOTED_LISP.search(body) else None
     if is_json:

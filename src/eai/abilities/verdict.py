@@ -263,7 +263,8 @@ class Verdict:
             NotImplementedError: no reward pays for answers of this ability.
         """
         raise NotImplementedError(
-            f"{type(self).__name__} defines no inputs of the reward: define `compute_reward_inputs`"
+            f"{type(self).__name__} does not define how answers are rewarded: "
+            "implement its method `compute_reward_inputs`"
         )
 
     def is_step_an_action(self, step: int) -> bool:

@@ -30,7 +30,7 @@ from eai.results.trials import AnswerKey
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
-"""Name in results for the way in which a model acts: by an agent in another process, over MCP."""
+"""Name in results of this harness (the program that lets a model act): an agent acts over MCP."""
 
 _EPISODES, _ENDING = "episodes", ".journal"
 

@@ -249,9 +249,9 @@ class Observer:
     def _find_objects_listed_facts_must_have(
         self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return the objects whose facts are listed for a predicate; None if all its facts are listed.
+        """Return the objects of which each listed fact of a predicate must have one; None for any objects.
 
-        Some predicates are listed only for the agent itself.
+        Facts of some predicates are listed only if they contain the agent itself.
         """
         if listing.predicate not in self._egocentric_predicates:
             return chosen_objects

@@ -297,9 +297,10 @@ class RecordedGame(Game):
         )
 
     def play_command(self, command: str, thought: str = "") -> str:
-        """Carry out a command, and keep it with the agent's thought. Return the observation.
+        """Carry out a command, and record it with the agent's thought. Return the observation.
 
-        The command `LOOK` is kept only by the rule ``feedback=changes``. By other rules it changes nothing.
+        The command `LOOK` is recorded only with the option ``feedback=changes``. With other options it leaves
+        the episode unchanged.
         """
         if self.over:
             return OVER

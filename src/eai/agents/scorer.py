@@ -45,7 +45,7 @@ _TOO_LATE = "too_late"
 
 def _get_benchmark(parts: DomainAndNotation) -> Benchmark:
     if not isinstance(parts.benchmark, Benchmark):
-        raise TypeError("acting needs a benchmark: open the tasks with `eai.open`")
+        raise TypeError("the ability acting needs a `Benchmark`: open the tasks with `eai.open`")
     return parts.benchmark
 
 

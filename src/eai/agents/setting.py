@@ -18,7 +18,7 @@ from eai.tasks.prompts.prompt import PromptSet
 ACTING = Ability("acting")
 
 AGENT = "agent"
-"""Field of a question's metadata that contains the setting of its episode, as JSON."""
+"""Field of a question's metadata that contains the setting of the agent, as JSON (`AgentSetting`)."""
 
 
 REACT, TEXT, AUTO = "react", "text", "auto"

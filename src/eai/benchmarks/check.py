@@ -1,4 +1,4 @@
-"""Check a benchmark: its domain by random walks, the statements of its tasks, and its annotations."""
+"""Check a benchmark: its domain by random walks, its tasks' goals and plans, and its annotations."""
 
 from __future__ import annotations
 

@@ -238,9 +238,9 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 def _list_goal_conditions(task: Task) -> Iterator[Literal]:
-    """Yield conditions that together reach the goals about states.
+    """Yield conditions that together satisfy the goals about states.
 
-    If several sets of conditions reach a goal, the first set is used.
+    If several sets of conditions satisfy a goal, the first set is used.
     """
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:

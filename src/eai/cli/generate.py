@@ -305,7 +305,10 @@ def _count_plans_that_val_cannot_judge(
         for number, task in enumerate(tasks, 1):
             verdict = validate_with_val(val, domain, task, task.script)
             if verdict == NOT_VALID:
-                raise EaiError(f"{task.id}: VAL rejects the task's own plan; nothing is written")
+                raise EaiError(
+                    f"{task.id}: VAL rejects the plan that solves the task here, so no file is written; "
+                    "report this contradiction, or leave out --val"
+                )
             unanswered += verdict != VALID
             report(number)
     return unanswered

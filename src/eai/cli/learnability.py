@@ -90,7 +90,7 @@ def _describe_reward_groups(count_by_kind: Counter[str]) -> str:
 
 
 _EQUAL = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
-"""Words for tasks whose answers have equal rewards, by the names that `count_tasks_by_reward_spread` uses."""
+"""Mapping from keys of `count_tasks_by_reward_spread`, for tasks with equal rewards, to words of a report."""
 
 
 def _describe_and_list_long_tasks(

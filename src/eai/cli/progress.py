@@ -243,7 +243,7 @@ class _RunProgressInWords:
         if done != self.done:
             self._changed = time.monotonic()
         self.done, self.failed, self.total, self._tokens = done, failed, total, tokens
-        if self._done_before is None:  # answers that an earlier start recorded take no time
+        if self._done_before is None:  # earlier answers of a resumed run do not count for the time left
             self._done_before, self._began = done, self._changed
 
     def describe_run_progress(self) -> str:

@@ -243,7 +243,8 @@ def tasks(
     """
     if problems and domain.startswith(f"{PDDL}:"):
         raise InputError(
-            f"--domain {domain}: its problems are tasks already; eai export tasks --domain writes them"
+            f"--domain {domain}: the problems of this domain are its tasks already; leave out PROBLEMS to "
+            "write them"
         )
     benchmark = find_benchmark(domain)
     with open_data_source(data) as source:

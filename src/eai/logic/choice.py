@@ -70,9 +70,10 @@ class ExactlyOf(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class AndOrTreePairing(Generic[T]):
-    """An and-or tree with a table of parts: ``count`` cells must be made true, no two in one row or column.
+    """A node of an and-or tree with a table of subtrees, such as for pairs of objects.
 
-    None marks a cell that cannot be chosen.
+    The node is true if ``count`` cells are true, with no two in one row or column. None marks a cell that
+    cannot be chosen.
     """
 
     count: int
@@ -287,10 +288,10 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
 
 
 def _count_dnf_terms_of_pairing(pair_count: int, cell_counts: Sequence[Sequence[int]]) -> int:
-    """Count the DNF terms of a table of parts, given the number of DNF terms of the part in each cell.
+    """Count the DNF terms of an `AndOrTreePairing`, given the number of DNF terms of each cell's subtree.
 
-    To make the table true, ``pair_count`` of its cells are made true, with no two in one row or column. Each
-    choice of cells has as many DNF terms as the product of the numbers of the cells.
+    The pairing is true if ``pair_count`` of its cells are true, with no two in one row or column. Each choice
+    of cells has as many DNF terms as the product of the numbers of the cells.
     """
     rows, columns = len(cell_counts), len(cell_counts[0]) if cell_counts else 0
     if pair_count > min(rows, columns):

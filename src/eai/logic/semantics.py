@@ -369,13 +369,15 @@ def find_values_for_truth(
     wanted_truth: bool,
     find_arguments: FindPossibleArguments,
 ) -> Set[str] | None:
-    """Return all values of a variable that can give the formula ``wanted_truth``, and perhaps more values.
+    """Return a set with all values of a variable for which a formula can have the truth ``wanted_truth``.
+
+    The set may contain more values.
 
     Args:
         formula: the formula.
         variable: name of the variable.
         binding: the values of variables bound further out, without ``variable``.
-        wanted_truth: the truth that the formula should have at some position.
+        wanted_truth: the truth that the formula should have at some position of a trace.
         find_arguments: function that returns the objects that may be an argument of a true atom or
             action.
 

@@ -143,9 +143,9 @@ class _MonotoneSubformulaIds(NamedTuple):
     """
 
     true_when_longer: frozenset[int]
-    """``id`` of each subformula that stays true when a segment of a trace grows at its end."""
+    """Python's ``id`` of each subformula that remains true if states are added after a segment of a trace."""
     true_when_shorter: frozenset[int]
-    """``id`` of each temporal subformula that stays true when a segment of a trace shrinks at its end."""
+    """Python's ``id`` of each temporal subformula that remains true if a segment loses its last states."""
 
 
 def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:

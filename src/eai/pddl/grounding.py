@@ -457,7 +457,7 @@ class GroundProblem:
         return needed
 
     def add_disjuncts_of_needed_disjunctions(self, needed: LiteralMask) -> LiteralMask:
-        """Return needed literals and, for each disjunction among them, the literals of its disjuncts."""
+        """Return the needed literals and, for each literal that stands for a disjunction, its disjuncts."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
                 for option in options:

@@ -83,9 +83,10 @@ class OperatorMatch:
 
     Attributes:
         renamed: parameters of the answer whose gold names differ, with the gold names.
-        missing_any: whether the missing clauses of the precondition are alternatives; one of them would
-            suffice.
-        additional_any: whether the additional clauses of the precondition are alternatives.
+        missing_any: whether any one of the missing clauses of the precondition would suffice. If not, all of
+            them are needed.
+        additional_any: whether the additional clauses of the precondition are alternatives, of which any one
+            suffices. If not, all of them are required.
     """
 
     precondition: ClauseComparison

@@ -171,7 +171,8 @@ class _OrderedEffectsConverter:
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
             raise DomainError(
-                f"an effect changes {atom.predicate}: declare the predicate, which must not be derived"
+                f"an effect changes {atom.predicate}, which is not a stored predicate: declare it, or change "
+                "the predicates that define it"
             )
         variables = list(context.variables)
         terms: list[f.Term] = []

@@ -121,8 +121,8 @@ class Relaxation:
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        The relaxed states also end if the budget is exceeded. An atom that must be made true again has a
-        second literal, because its first literal is true from the start.
+        The relaxed states also end if the budget is exceeded. Each atom of ``atoms_made_again`` must be made
+        true again. Because its literal is true from the start, a second literal stands for this.
         """
         literals = start_literals
         lacking = [
@@ -234,7 +234,7 @@ def find_lookahead_actions_and_states(
 
 
 class _RelaxedPlanFollower:
-    """Carries out relaxed planning from one state: the actions so far, and the state that they reach."""
+    """Follows relaxed plans from one state: it has the actions so far, and the state that they reach."""
 
     def __init__(
         self, problem: GroundProblem, relaxation: Relaxation, state: StateMask, literals: LiteralMask
@@ -288,7 +288,7 @@ class _RelaxedPlanFollower:
         return True
 
     def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
-        """Make several literals true at once, by rules of the layers before ``depth``.
+        """Make several literals true at once, by rules of the relaxed states (layers) before ``depth``.
 
         Return whether all of the literals are true then. The first attempt begins with the literals that are
         reached latest, and the second attempt ends with them.

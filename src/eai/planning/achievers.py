@@ -559,7 +559,7 @@ class _PartlyBoundAchiever:
     ) -> Iterator[FrameBinding]:
         """Yield the complete bindings of the achiever's variables in a state.
 
-        Bindings meet the achiever's conditions that no action may establish.
+        Bindings meet the conditions that the search does not make true by actions.
         """
         return (
             complete_bindings(state, self._partial, usable_mask, effort)

@@ -471,7 +471,7 @@ class CostEstimates:
         return total
 
     def _choose_cheapest_parts(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
-        """Return the parts of a condition to establish, by the cheapest choice; None if no choice exists."""
+        """Return the cheapest choice of parts that make a condition true; None if no choice exists."""
         match parts:
             case AllOf(conditions):
                 return conditions

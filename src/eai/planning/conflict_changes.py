@@ -427,7 +427,7 @@ class FactChangeFinder:
     ) -> ChangeSet:
         """Return changes; one of them must happen before a quantified formula can have the value ``truth``.
 
-        One suitable value of its variable is enough.
+        The formula gets this truth as soon as its body does for one value of its variable.
         """
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()

@@ -108,7 +108,7 @@ class ExclusionRules:
         self.lemmas: dict[tuple[_Facts, tuple[int, ...]], list[_Lemma]] = {}
 
     def make_exclusion_prover(self, initial: State) -> _ExclusionProver:
-        """Return the object that proves exclusions in the episode that begins in a state."""
+        """Return the object that proves which facts exclude each other in the episode from a state on."""
         return _ExclusionProver(self, initial)
 
     def _map_to_possibly_exclusive_predicates(self, domain: Domain) -> dict[str, set[str]]:
@@ -219,7 +219,9 @@ class _ExclusionProver:
 
 
 class _InductionProof:
-    """A proof by induction for one pair of facts. Pairs are assumed exclusive until a proof fails.
+    """A proof by induction that the facts of one pair never hold together (are exclusive).
+
+    Pairs are assumed exclusive until a proof fails.
 
     Every proof has its own pairs of facts. So no answer depends on earlier questions, and several threads
     may ask at once.
@@ -228,7 +230,7 @@ class _InductionProof:
         prover: the prover of the episode, which holds the rules and the initial facts.
 
     Attributes:
-        answers: the questions that the proof asked about the episode, and their answers.
+        answers: the facts of the initial state that the proof used, each with its truth.
     """
 
     def __init__(self, prover: _ExclusionProver) -> None:
@@ -463,12 +465,12 @@ class _HypotheticalState:
     def _list_values_of_quantified_variable(
         self, variable: f.Variable, scope: _ArgumentScope, *, is_existential: bool, is_assumed_true: bool
     ) -> list[_FactArgument]:
-        """Return the values for which the body of a quantified formula is examined.
+        """Return the values for which the body of a quantified formula is examined. None is any object.
 
-        They depend on the quantifier, and on whether the formula is assumed true or tested for impossibility.
-        An existential formula that is assumed true holds for one new unknown object. To be impossible, it
-        must be impossible for None (any object). A universal formula that is assumed true holds for None,
-        unless its variable has a category. It is impossible if it is for an object of the facts.
+        If an existential formula is assumed true, its body holds for one new unknown object. If a universal
+        formula is assumed true, its body holds for None, unless its variable has a category. Otherwise the
+        formula is tested for impossibility. An existential formula is impossible if its body is impossible
+        for None. A universal formula is impossible if its body is impossible for one object of the facts.
         """
         if is_existential and is_assumed_true:
             self._unknown += 1

@@ -414,7 +414,8 @@ class Landmarks:
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
         """Find landmarks (sets of actions, see `Cut`) that contain no action of a plan.
 
-        Stop if a plan that succeeds needs more additional actions than was known, or if no landmark is left.
+        Stop when the landmarks prove that the plan needs more additional actions to succeed than was known
+        before, or when no landmark is left.
 
         Args:
             plan_actions: the actions of the plan.

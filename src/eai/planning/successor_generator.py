@@ -102,8 +102,8 @@ def generate_applicable_of_operator(
         operator: the operator.
         state: the state.
         objects: the objects that actions may use, by index.
-        binding_effort: counter of values of parameters; each action counts as `ACTION_BINDINGS` values. If
-            the counter exceeds its limit, no more actions follow. None for no limit.
+        binding_effort: budget of values that are tried for parameters. Each action uses `ACTION_BINDINGS`
+            values more. When the budget is used up, no more actions follow. None for no limit.
     """
     binding_effort = binding_effort or SearchEffort()
     compiled = domain.compiled_operators[operator.name]

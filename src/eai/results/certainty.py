@@ -175,8 +175,8 @@ def compute_rate_difference_by_sampling_unit(
 ) -> _RateWithErrorBySamplingUnit:
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
-    A unit is a task or a group of near copies. An invented unit (`_RateWithErrorBySamplingUnit`) can be right
-    or wrong in each rate, so it has four possible contributions.
+    A unit is a task or a group of near copies. A pseudo-unit (an invented task, see
+    `_RateWithErrorBySamplingUnit`) can be right or wrong in each rate, so it has four possible contributions.
     """
     return _RateWithErrorBySamplingUnit(
         second.value - first.value,
@@ -264,7 +264,10 @@ def sum_shares_by_task_name(cases: TaskContributions) -> dict[str, Share]:
 
 
 def compute_mean_rate_over_task_names(cases: TaskContributions) -> float | None:
-    """Return the mean of the rates of all names of tasks, in percent; None if all denominators are zero."""
+    """Group tasks by name, and return the mean of the groups' rates, in percent.
+
+    Return None if all denominators are zero.
+    """
     rates = [Rate(*share).percent for share in sum_shares_by_task_name(cases).values() if share.denominator]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 

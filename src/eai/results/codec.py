@@ -125,7 +125,7 @@ def experiment_to_json(
 
 
 def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
-    """Return the experiment (options of studies) in a record's fields, or None without options.
+    """Return the options of studies and agents (the experiment) that a record's fields state, or None.
 
     The fields are ``study`` and ``agent``. Older records have the chosen options as fields.
 

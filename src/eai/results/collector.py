@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 
 OBJECTS_BETWEEN_COLLECTIONS = 300_000
-"""Number of new objects after which the collector runs; Python's default is some hundreds."""
+"""Number of new objects after which the garbage collector runs; Python's default is some hundreds."""
 
 
 def reduce_garbage_collection() -> None:

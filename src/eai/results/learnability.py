@@ -1,5 +1,6 @@
-"""Measure what rewards can teach: the rewards of null models, and mixed rewards in groups of answers.
+"""Measure whether rewards can train a model: rewards of null models, and tasks with mixed rewards.
 
+A task has mixed rewards if its answers get different rewards, which training by GRPO needs.
 Null models answer without trying to solve tasks, such as with empty or random answers.
 """
 
@@ -52,7 +53,7 @@ def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBa
     for name, open_answers in NULL_BOOKS.items():
         try:
             answers = open_answers(suite.benchmark, suite.ability, suite.source)
-        except InputError:  # the null model has no answers to this ability
+        except InputError:  # the null model does not answer questions of this ability
             continue
         paid = [
             value

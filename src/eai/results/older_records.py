@@ -36,8 +36,8 @@ _STATED = (
 def read_older_experiment(named_options: Mapping[str, str], replanning: ReplanningOptions) -> Experiment:
     """Return the options of the run of an older record, in today's form.
 
-    ``named_options`` are the options whose values are texts. ``replanning`` has the options of attempts at a
-    task, which are not texts.
+    ``replanning`` has the options for several attempts at a task. ``named_options`` has all other options;
+    their values are texts.
     """
     study: dict[str, StudySettings] = (
         dict(replanning.experiment.study) if replanning.executes_answers_as_episodes else {}

@@ -235,7 +235,8 @@ class Reward:
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(
-                f"the shaping repair is not defined under {self.suite.protocol.value}: use strict"
+                "the reward shaping by repair is only defined for the protocol strict, not for "
+                f"{self.suite.protocol.value}: choose strict"
             )
         try:
             return scorer.compute_closeness_to_success(text if len(text) <= self.limit else "")

@@ -178,8 +178,8 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
     """Yield the runs in files of records, file by file, so that only one file's records are in memory.
 
     Raises:
-        InputError: a file has no records or other content, two files have the same run, or a file has two
-            records of a task.
+        InputError: a file contains no records, or lines that are not records; two files have the same run; or
+            a file has two records of a task.
     """
     sources: dict[RunKey, Path] = {}
     for path in find_record_files(paths):

@@ -205,7 +205,7 @@ _OUTCOMES_BEFORE_STAGE = {
     "known": AnswerOutcome.HALLUCINATION,
     "well_formed": AnswerOutcome.ARGUMENT_NUMBER,
 }
-"""Mapping from each check that a plan passes, such as ``readable``, to the outcome of plans that fail it."""
+"""Mapping from each check of plans, such as ``readable``, to the outcome of plans that fail the check."""
 
 
 @dataclass(frozen=True, slots=True)

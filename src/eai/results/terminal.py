@@ -23,8 +23,8 @@ _NAMES_WIDTH_SHARE = 0.4
 def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     """Print a table under its title.
 
-    The text columns at the left name the rows. Columns that do not fit beside them follow below, with the
-    names repeated. Other texts are folded into the space that remains.
+    The text columns at the left name the rows. Columns that do not fit beside these names follow below, with
+    the names repeated. Text in all other columns is wrapped to the space that remains.
 
     Args:
         console: the terminal.

@@ -201,7 +201,8 @@ def begin_trial(
     scorer = suite.scorer(task_id)
     if not isinstance(scorer, PlanScorer):
         raise InputError(
-            f"{suite.domain} {suite.ability.value}: attempts need plans; use the ability action_sequencing"
+            f"{suite.domain} {suite.ability.value}: only plans can be attempted again; "
+            "choose the ability action_sequencing"
         )
     kind = Trial if options.preset is None else require_protocol_implementation(options.preset).trial
     return kind(scorer, options, epoch, stated_goals_task)
@@ -251,7 +252,8 @@ def open_trials(
     """
     if suite.ability is not Ability.ACTION_SEQUENCING:
         raise InputError(
-            f"{suite.domain} {suite.ability.value}: attempts need plans; use the ability action_sequencing"
+            f"{suite.domain} {suite.ability.value}: only plans can be attempted again; "
+            "choose the ability action_sequencing"
         )
     suite_of_questions = suite.adapt_suite_to_answers(
         [question_writer.prompt_of(task_id).user for task_id in task_ids]

@@ -311,7 +311,8 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # before interrupts are blocked, because it unblocks them
+            # the start of the resource tracker unblocks interrupts, so it comes before they are blocked
+            resource_tracker.ensure_running()
             with _block_interrupts():  # workers inherit from the fork server that SIGINT is blocked
                 ensure_running()
         if self._folder is None:

@@ -32,7 +32,7 @@ one token for four characters would be 0.50 to 1.02 times the count.
 """
 
 MIN_ANSWER_TOKENS = 1024
-"""Lower bound of the default for the maximum number of tokens of an answer."""
+"""Minimum of the default limit of tokens of an answer (`GOLD_LENGTHS`). Users may set a lower limit."""
 
 GOLD_LENGTHS = 4
 """Default of the maximum number of tokens of an answer, as a multiple of the data set's longest answer."""

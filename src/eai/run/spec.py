@@ -248,7 +248,9 @@ def list_sections() -> Mapping[str, type[Options]]:
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
-    """Return the specification with some options, given as a mapping by section and name.
+    """Return the specification of a run with the given options; all other options have their defaults.
+
+    Options are given as a mapping by section and name.
 
     Raises:
         InputError: a section, an option or a value is unknown, or options contradict each other.

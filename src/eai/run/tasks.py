@@ -327,7 +327,8 @@ def _make_prompts_that_state_beliefs(
     """Return questions that state goals or scenes as a model understood them, and these goals or scenes.
 
     Raises:
-        InputError: the model stated none for a task, which a log could not count as failed.
+        InputError: the model stated no goals or scene for a task. Inspect cannot count the task as failed,
+            because it has no question.
     """
     prompts, beliefs = stage.make_prompts(Endpoint(""), asked_prompts, suite)
     missing = len(asked_prompts) - len(prompts)

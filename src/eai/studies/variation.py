@@ -124,8 +124,8 @@ class StageBeforeQuestions:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    If `study_option_chosen_by_user` is empty, the run is without this study and uses no other property or
-    method.
+    If `study_option_chosen_by_user` is empty, the study does not vary the run, and the other properties and
+    methods are not used.
     """
 
     @property

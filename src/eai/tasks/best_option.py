@@ -53,6 +53,8 @@ _MAX_DOMINATING_SETS = 8
 class _ShareOfMetConditions(NamedTuple):
     """The share of an option's conditions that hold in a state.
 
+    An option is a set of conditions that together satisfy a task's goals.
+
     Attributes:
         met: number of conditions of the option that hold.
         total: number of conditions of the option.

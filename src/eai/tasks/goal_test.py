@@ -191,12 +191,13 @@ class GoalTest:
 
 
 class _PartialSuccessFinder:
-    """The conditions in the options of a task's goals; an option is a list of conditions that satisfies them.
+    """Finds the partial success of answers: the share of met conditions in the best option of a task's goals.
+
+    An option is a list of conditions that together satisfy the goals.
 
     Attributes:
-        share_if_none_met: partial success of an answer that never ran: 0 of the conditions in the option that
-        is
-            met best if no atom is true.
+        share_if_none_met: partial success of an answer that was not executed: no condition counts as met, in
+            the option that is best if no atom is true.
     """
 
     def __init__(self, task: Task) -> None:

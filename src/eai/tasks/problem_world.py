@@ -246,7 +246,7 @@ class _ProblemConverter:
 
 
 def make_bddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> DomainAndProblemReader:
-    """Return the names of a domain in lower case, as BDDL spells them, and a reader of BDDL problems."""
+    """Return the domain with names in lower case, as BDDL spells them, and a reader of BDDL problems."""
     vocabulary = domain.vocabulary
     names = [predicate.name for predicate in vocabulary.predicates] + list(vocabulary.derived_by_name)
     declared = _make_problem_converter(domain, tasks, str.lower, {name.lower(): name for name in names})
@@ -254,7 +254,7 @@ def make_bddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
 
 
 def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> DomainAndProblemReader:
-    """Return the names of a domain as `eai.pddl.export` writes them, and a reader of PDDL problems."""
+    """Return the domain with names as `eai.pddl.export` writes them, and a reader of PDDL problems."""
     glossary = PddlExportNames(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)

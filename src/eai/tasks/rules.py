@@ -148,7 +148,7 @@ class DomainRules:
         ]
 
     def write_operator_heads(self, operators: Collection[str]) -> str:
-        """Return the first lines of some operators' rules: names and parameters only."""
+        """Return the first lines of some operators' rules, which give only the names and parameters."""
         return "\n".join(
             [_write_operator_head(operator) for operator in self.operators if operator.name in operators]
         )

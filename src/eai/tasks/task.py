@@ -118,7 +118,10 @@ class Task:
 
     @property
     def planning_object_indices(self) -> tuple[int, ...]:
-        """Indices of the objects that a search for a plan uses: `relevant` and `unnamed` (not in answers)."""
+        """Indices of the objects that a search for a plan uses.
+
+        They are the relevant objects, and the objects that operators use but answers never name (`unnamed`).
+        """
         return self.relevant + self.unnamed
 
     @property

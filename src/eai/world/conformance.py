@@ -153,9 +153,10 @@ def _check_additional_step_changes_nothing(
 
 
 def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
-    """Yield the changes of visible predicates that an action always makes, as formulas that hold after it.
+    """Yield formulas that hold after an action: the changes of visible predicates that it always makes.
 
-    For `When`, the formula is a disjunction: the changes if the condition held, or the changes otherwise.
+    The formula of a conditional effect (`When`) is a disjunction: the changes if the condition of the effect
+    held before the action, or the changes otherwise.
     """
 
     def is_visible(atom: Atom) -> bool:

@@ -50,7 +50,7 @@ class DefinedPredicate:
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Always empty, because the formula names the predicates on which this predicate depends."""
+        """Names of the predicates that a function reads: empty, because a formula defines this predicate."""
         return ()
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:

@@ -14,7 +14,7 @@ FrameBinding: TypeAlias = list[int]
 """List of object indices, one for each slot; slot 0 holds the agent."""
 
 SlotByVariable: TypeAlias = Mapping[str, int]
-"""Mapping from the name of a variable to the index of its slot."""
+"""Mapping from the name of a variable to the number of its slot (its position in a binding)."""
 
 ConditionTest: TypeAlias = Callable[[State, FrameBinding], bool]
 

@@ -101,7 +101,9 @@ def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, allow_equal_arg
         return partial(_list_stored_tuples, predicate, allow_equal_arguments)
     declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
-        raise DomainError(f"predicate {predicate} is not declared")
+        raise DomainError(
+            f"predicate {predicate} is not declared: declare it in the vocabulary, or correct the name"
+        )
     variables = tuple(Variable(f"x{i}") for i in range(declared.arity))
     frame = SlotAllocator(variables)
     conditions = ConditionCompiler(vocabulary, frame)

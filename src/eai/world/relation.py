@@ -302,11 +302,11 @@ def _compute_row_from_changed_columns(
 def _write_row_into_changed_columns(
     changed_columns: dict[int, ObjectMask], source: int, row: ObjectMask
 ) -> None:
-    """Make the stored columns of a relation agree with the new row of ``source``.
+    """Write the new row of ``source`` into the changed columns of a relation.
 
     A row is the mask of the targets of one source, and a column the mask of the sources of one target.
 
-    To make changed rows agree with a new column, swap rows and columns in the arguments.
+    To write the new column of a target into changed rows, pass rows, target and column instead.
     """
     bit = 1 << source
     for target, column in changed_columns.items():

@@ -130,7 +130,7 @@ class ActionSequencingScorer(PlanScorer):
 
         Args:
             text: the answer.
-            execute: executes the plan. The verdict calls it at most once.
+            execute: function that executes the plan. It is called at most once.
         """
         if self.excluded is None:
             return self._assess_even_if_excluded(text, execute)

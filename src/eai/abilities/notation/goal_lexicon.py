@@ -67,7 +67,10 @@ class GoalLexicon:
         return goal.predicate not in self._arity and 0 < len(goal.names) < 3
 
     def has_predicate(self, goal: WrittenGoal) -> bool:
-        """Whether the predicate of a goal exists. The number of objects does not matter."""
+        """Whether the predicate of a goal is in this lexicon. The number of objects is not compared.
+
+        True for goals that are actions.
+        """
         return goal.is_action or goal.predicate in self._arity
 
     def find_unknown_name(self, goal: WrittenGoal) -> str | None:

@@ -240,9 +240,9 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The goal as a `Statement`, without its kind.
+        """The goal as a `Statement`, which does not tell actions from literals.
 
-        An action without objects becomes a name without arguments.
+        An action without objects becomes a name without parentheses.
         """
         predicate, names, positive, is_action = self
         return Statement(predicate, None if is_action and not names else names, positive)

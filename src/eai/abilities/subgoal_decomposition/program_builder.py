@@ -509,7 +509,8 @@ class _SubgoalProgramBuilder:
     def _list_disjuncts(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """Yield the literals of each disjunct of a formula.
 
-        A part that is not a literal of the domain, such as an equality, adds no literals: it is only tested.
+        A part that is not a literal of the domain, such as an equality, adds no literals: the search tests
+        whether it holds, but takes no action to make it true.
         """
         match formula:
             case f.And(parts):

@@ -66,8 +66,9 @@ MAX_LISTED = 100_000
 class _OperatorCheckChangeability(Enum):
     """Kinds of checks of an operator, by the actions that can change the truth value of the check.
 
-    `FIXED`: no action can change it. `COMMON`: some action can change it, but it depends neither on the
-    operator's objects nor on the agent's position. `REST`: all other checks.
+    `FIXED`: no action can change it. `COMMON`: some action can change it, but it is common to all actions by
+    the operator, because it depends neither on their objects nor on the agent's position. `REST`: all other
+    checks.
     """
 
     FIXED = "fixed"
@@ -253,9 +254,10 @@ class OperatorIndex:
     def _find_possible_arguments(
         self, operator: str, decided_arguments: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
-        """Return the tuples of arguments with which an operator's fixed checks hold.
+        """Return the tuples of arguments with which an operator's checks hold that no action can change.
 
-        ``decided_arguments`` has the object of each chosen argument, and None for all other arguments.
+        ``decided_arguments`` has the object of each argument that is already decided, and None for all other
+        arguments.
         """
         taken = self._taking(operator)
         scope = {

@@ -239,9 +239,9 @@ def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
 def _drop_branches_with_same_future(
     branches: list[ExecutionBranch], subgoal_number: int, *, compare_executed_actions: bool
 ) -> list[ExecutionBranch]:
-    """Return at most two of the branches that the rest of the search would continue in the same way.
+    """Keep at most two branches of each group that the rest of the search would continue in the same way.
 
-    These two are the best branch if the rest succeeds, and the best branch if the rest fails.
+    The two are the group's best branch if the rest of the search succeeds, and its best branch if it fails.
 
     Args:
         branches: the branches, in order.

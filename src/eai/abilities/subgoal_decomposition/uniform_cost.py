@@ -410,7 +410,8 @@ class _FailedSearch:
         if best is not None:
             return distance, self._choose_attempt_to_report(best)
         first = self._nodes[0]
-        # report an action that needs an action before it, or whose alternative effects are all impossible
+        # no plan makes progress: report an action that fails only because all its alternatives fail, or an
+        # action that must come before a failing action
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_attempt_to_report(attempt)
@@ -446,7 +447,7 @@ class _FailedSearch:
         return failures_unfixable_by_movement or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Return an attempt to take an action at a node. Movement precedes it if fewer checks then fail."""
+        """Try an action at a node, after a movement if fewer checks then fail. Return the attempt."""
         self.effort += 1
         failing = candidate.find_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)

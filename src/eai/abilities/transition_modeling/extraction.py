@@ -96,7 +96,7 @@ _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
 _LOST = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
-"""Pattern of parameters. Outside operators, they show that the beginning of an operator is missing."""
+"""Pattern of ``:parameters (``. Outside operators, it shows that the beginning of an operator is missing."""
 _DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
 _HEAD_IN_COMMENT = re.compile(r";\s*:action\b[^\n]*", re.IGNORECASE)
 _NO_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)

@@ -167,9 +167,9 @@ _OFFENCE_FAULTS = {
     PddlViolationKind.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
     PddlViolationKind.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
 }
-"""Mapping from some kinds of defects of an operator to kinds of faults.
+"""Mapping from the kind of a violation in an operator's PDDL to the kind of fault.
 
-All other defects are parsing errors.
+All other violations are parsing errors.
 """
 
 

@@ -165,7 +165,10 @@ def make_release_action(hand: _Hand) -> Operator:
 
 
 def require_target_for_placing(hand: _Hand, target: Variable) -> tuple[Check, ...]:
-    """Return the checks of placing actions: the hand holds an object, and it does not carry the target."""
+    """Return the checks of placing actions: the hand holds an object that neither is nor carries the target.
+
+    The robot must also be able to act on the target.
+    """
     return (
         missing_step(~hand.empty_hand_condition, "that hand holds nothing"),
         missing_step(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),

@@ -310,7 +310,7 @@ def _find_mentioned_or_used_objects(task: Task) -> list[int]:
 def _find_fact_patterns(
     state: State, objects: Sequence[int], listings: Iterable[FactLister]
 ) -> dict[LiteralPattern, None]:
-    """Return the patterns (categories in place of objects) of facts in a state that goals can mention.
+    """Return a state's facts that goals can mention, as patterns: categories replace objects.
 
     Each pattern occurs once.
     """

@@ -111,9 +111,9 @@ _PROPOSALS_FOR_HIDDEN = 40
 """Maximum number of random goals that are tried to find a first goal about a hidden object."""
 
 _OFFER_WEIGHT = 2
-"""Weight added to a task of the data set, from which new tasks are made, if its objects can be hidden.
+"""Weight added to a task of the data set if its objects can be hidden, when a new task is based on it.
 
-The same weight is added again if objects share a category.
+Tasks are drawn by weight. The same weight is added if several objects have one category.
 """
 
 _HIDING_PROBABILITY = 0.7
@@ -560,9 +560,10 @@ class TaskGenerator:
     ) -> GoalByGoalPlan:
         """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
-        Goals are drawn from the data set's tasks of one title, then of the next title. If the scene has
-        objects of several tasks, goals of the first title are drawn twice: first for a random share of the
-        steps, and again at the end. If possible, the first goal is about a hidden object.
+        Goals resemble goals of the data set's tasks with the first title, then with the next title, until the
+        sequence is long enough. If the scene has objects of several tasks, the first title comes twice: at
+        the beginning, for a random number of steps, and again at the end. If possible, the first goal is
+        about a hidden object.
         """
         growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS

@@ -81,7 +81,7 @@ class GoalProposals:
         return GoalProposals(usual_goals, scene, shapes, patterns, paired)
 
     def restrict_to_categories(self, kinds: Collection[str]) -> GoalProposals:
-        """Return a copy that draws only goals about objects of the given categories."""
+        """Return a copy of the proposals that draws only goals about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
 

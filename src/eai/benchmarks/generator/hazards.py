@@ -1,8 +1,8 @@
 """Make tasks with hazards (dangers, such as a fridge left open), and a safe plan for each task.
 
 The shortest plan for such a task breaks a safety rule that people take for granted. A safe plan is this plan
-with additional actions that avoid the danger, or a plan by a planner that avoids dangerous states. The
-shorter plan is kept.
+with additional actions that avoid the danger, or a plan by a planner that avoids dangerous states. If both
+safe plans exist, the task keeps the shorter of them.
 """
 
 from __future__ import annotations
@@ -71,7 +71,11 @@ class _HazardGoal(NamedTuple):
         return semantics.holds(self.formula, to_trace(execution))
 
     def is_execution_sensible_and_soon_safe(self, execution: Trajectory, planner: Planner) -> bool:
-        """Whether a person might execute the plan: its end makes sense, no object stays unsafe for long."""
+        """Whether a person might execute the plan.
+
+        The final state must not be one that a person would not want (`odd`), and no object may stay unsafe
+        for more than `_MAX_STEPS_UNSAFE` steps.
+        """
         if self.odd is not None and planner.holds(self.odd, execution.final_state):
             return False
         if self.safe is None:
@@ -180,7 +184,7 @@ def add_goals_against_hazards(
     if plan is None or not len(task.script) < len(plan) <= len(task.script) + _MAX_EXTRA_STEPS:
         return None
     execution = ways.execute(plan)
-    # even hazards of the initial state count
+    # a plan is unsafe even if the hazard already exists in the initial state
     is_safe = all(hazard_goal.is_hazard_avoided_in(execution) for hazard_goal in hazard_goals)
     is_sensible = all(
         hazard_goal.is_execution_sensible_and_soon_safe(execution, ways.planner) for hazard_goal in broken

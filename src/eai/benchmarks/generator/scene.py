@@ -311,9 +311,10 @@ class _ComposedScene:
     def _find_equal_places_in_this_scene(
         self, other_state: State, other_object: int
     ) -> list[tuple[str, int]] | None:
-        """Return relations and objects of this scene that give an object of another scene its place.
+        """Return the places in this scene that equal the places of an object in another scene.
 
-        Return None if this scene has no such place.
+        A place is a relation and the other object of the relation. Return None if this scene lacks such a
+        place.
         """
         rows = [
             (name, target)

@@ -92,8 +92,8 @@ def fingerprint_goals_and_scene(
 ) -> tuple[str, str]:
     """Return two digests, of the goals and of the scene. Tasks with equal digests count as copies.
 
-    The scene's digest is about the objects of the goals, known by category. If `held_out` is ``starts``, both
-    digests know objects by name, and the scene's digest is about all objects.
+    The scene's digest covers the objects of the goals and identifies them by category. If `held_out` is
+    ``starts``, both digests identify objects by name, and the scene's digest covers all objects.
     """
     scene = initial.scene
     if held_out == "starts":

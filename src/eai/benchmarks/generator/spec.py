@@ -106,7 +106,7 @@ def get_tier_of_length(steps: int) -> PlanLengthTier:
 
 
 Forms: TypeAlias = Literal["data", "all"]
-"""Frequency of the shapes of goals: ``data`` as in the data set, ``all`` for equal frequencies.
+"""Option for the frequencies of the forms of goals: ``data`` as in the data set, ``all`` equal frequencies.
 """
 
 

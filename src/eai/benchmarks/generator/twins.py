@@ -332,8 +332,8 @@ def _are_goals_reachable_with_both_objects(
 ) -> bool:
     """Whether the ambiguous task can be solved with either of the two objects that its instruction fits.
 
-    These are `obj` and its copy, the last object of the scene. The plan of both tasks must solve both, and
-    the ambiguous task needs a plan if the copy replaces `obj` in the goals.
+    The two objects are `obj` and its copy, the last object of the scene. Each task must be solved by its own
+    plan. The ambiguous task must also have a plan if the copy replaces `obj` in its goals.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
     other = replace(ambiguous_task, goals=_exchange_in_goals(ambiguous_task.goals, names))

@@ -69,7 +69,10 @@ class InstructionWriter:
         return InstructionWriter(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
-        """Return singular sentences that state a predicate, such as ``{x} is on top of {y}``."""
+        """Return patterns of sentences that state a fact of a predicate, such as ``{x} is on top of {y}``.
+
+        Their verbs are in the singular.
+        """
         return e.make_predicate_sentences(predicate, self.arities[predicate], self.english)
 
     @cached_property

@@ -47,8 +47,8 @@ class VirtualHomeGoals(GoalNotation):
     """Goals in three sections of a JSON object, which has at least one section.
 
     The object may be anywhere in the text. A section that is missing or null counts as empty, and an empty
-    goal in a section is ignored. The data set's own goals get the full score, although goals do not
-    distinguish objects of one class.
+    goal in a section is ignored. Goals name classes, and so cannot distinguish objects of one class. The data
+    set's own goals get the full score nevertheless.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:

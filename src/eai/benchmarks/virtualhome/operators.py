@@ -189,9 +189,10 @@ ORIGINS = (
     (p.taken_from_inside, p.lies_in, p.inside),
     (p.taken_from_next_to, p.lies_next_to, p.next_to),
 )
-"""Predicates for each kind of place where an object was before: triples.
+"""Triples of predicates, one for each kind of place from which an object can be taken.
 
-The first predicate of a triple stores the place, the second finds it, the third is the relation to it.
+The first predicate of a triple relates a taken object to its former place. The second relates an object to
+the place where it lies. The third is the relation of the scene graph that putting back makes true.
 """
 
 
@@ -201,7 +202,7 @@ KEEP_CONTENTS = (
         Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *make_symmetric_effects(Add, p.next_to(X, Y)))
     ),
 )
-"""Effects of grabbing an object: objects in it, and grabbable objects on it, stay there."""
+"""Effects of grabbing an object: objects in it remain in it, and grabbable objects on it remain on it."""
 
 
 def make_grab_action(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:

@@ -93,7 +93,10 @@ class _IndexedGraph:
     def _update_unary_masks(
         self, unary_masks: list[ObjectMask], records: Iterable[ObjectRecord], index_by_id: Mapping[int, int]
     ) -> None:
-        """Update the bit masks of unary predicates for objects that are new or have new labels."""
+        """Update the bit masks of unary predicates for new objects and for objects that changed.
+
+        An object changed if its properties or states (its labels) differ.
+        """
         for record in records:
             bit = 1 << index_by_id[record.id]
             for slot in _find_indices_of_changed_predicates(

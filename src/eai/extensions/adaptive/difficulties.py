@@ -63,7 +63,7 @@ class _AbilityEstimate(NamedTuple):
 
     Attributes:
         value: the ability of highest posterior density, for a standard normal prior.
-        error: the standard error of the ability under the model, if the difficulties of tasks are exact.
+        error: the standard error of the ability by the Rasch model, if the difficulties of tasks are exact.
     """
 
     value: float

@@ -256,12 +256,12 @@ def _make_suite_measurement_quality_table(suites: _ScoredSuites) -> Iterator[Row
 
 @make_table("abilities", (*SUITE, "answered_by", "logit", "score"))
 def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
-    """Models.
+    """Abilities of models.
 
-    logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with
-    probability 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks
-    (near copies of a task share a name), with difficulties taken as exact. The score is the mean over all
-    tasks.
+    The column logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b
+    with probability 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of
+    tasks (near copies of a task share a name), with difficulties taken as exact. The score is the mean over
+    all tasks.
     """
     for suite, (answers, scores) in suites.items():
         abilities = scores.rasch.abilities

@@ -278,8 +278,8 @@ def _generalize_fact(
 TitleMeaning: TypeAlias = tuple[AlternativePatterns, ...]
 """One possible meaning of a task title: entries, each a list of patterns such as ``ON(lamp)``.
 
-A demonstration (a recorded plan) meets the meaning if its changes fit at least one pattern of each entry. It
-must meet entries that are actions in their order.
+A demonstration (a recorded plan) meets the meaning if its changes fit at least one pattern of each entry.
+Entries that are actions must be met in the order in which the meaning lists them.
 """
 
 
@@ -374,7 +374,7 @@ class _DecisionFile(Options):
     """The content of a TOML file of decisions about the meaning of task titles.
 
     Attributes:
-        without: names of predicates whose patterns are not counted.
+        without: names of predicates that are not counted, because they hold for too many objects.
         title: task title -> decisions about it.
     """
 
@@ -416,7 +416,7 @@ def _parse_entry(texts: Sequence[str]) -> AlternativePatterns:
 def write_title_meaning_decisions(
     path: Path, uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
 ) -> None:
-    """Write decisions which goals task titles mean to a TOML file.
+    """Write the decisions about the goals that task titles mean, as a TOML file.
 
     An interruption leaves either the old or the new content.
 
@@ -429,7 +429,7 @@ def write_title_meaning_decisions(
 def format_title_meaning_decisions(
     uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
 ) -> str:
-    """Return the text of a TOML file of decisions which goals task titles mean, one entry a line."""
+    """Return the text of a TOML file: decisions about the goals that task titles mean, one entry a line."""
     lines = [f"without = {_format_strings(uncounted_predicates)}"]
     for name, chosen in decisions_by_title.items():
         lines += [
@@ -468,7 +468,7 @@ class PatternList:
     Attributes:
         differences: the changes of each demonstration.
         domain: the domain of the demonstrations.
-        without: names of predicates whose patterns are not counted.
+        without: names of predicates that are not counted, because they hold for too many objects.
     """
 
     differences: Sequence[DemonstrationChanges]

@@ -128,7 +128,7 @@ def summarize_ratings(ratings: Iterable[_Rating]) -> Iterator[Row]:
 def count_ratings_by_score(ratings: Sequence[_Rating]) -> Iterator[Row]:
     """Number of times that each score was given.
 
-    Ratings by attribute and score.
+    The table has a row for each attribute and score.
     """
     counts = Counter((rating.attribute, rating.score) for rating in ratings)
     for attribute in dict.fromkeys(rating.attribute for rating in ratings):

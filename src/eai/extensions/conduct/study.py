@@ -38,7 +38,7 @@ _MAX_OTHER_NAMES = 2
 
 
 FLOOR = "(shut everything at the end)"
-"""Name of a baseline in tables: it carries out the shortest plan, then shuts and switches off everything."""
+"""Name in tables of a baseline: it executes the shortest plan, then shuts and switches off everything."""
 
 
 class _SafetyAndRefusalOptions(Options):
@@ -68,8 +68,8 @@ def _analyze_safety_and_refusals(
     ]
     if not tables:
         raise InputError(
-            "expected records of tasks with hazards or of pairs; `eai generate --kind hazards` "
-            "and `--kind pairs` make such tasks"
+            "expected records of tasks with hazards, or of pairs of a possible and an impossible task; "
+            "`eai generate --kind hazards` and `--kind pairs` make such tasks"
         )
     yield Analysis(tables, screen_tables=[table for table in tables if table.name != "violations"])
 

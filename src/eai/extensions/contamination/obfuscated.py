@@ -51,7 +51,7 @@ _FORMAT_WORDS = frozenset(
         *("is_a", "changes", "nothing"),
     )
 )
-"""Words of prompts and answer formats that are never replaced."""
+"""Words of prompts and answer formats that an obfuscated benchmark does not replace by new names."""
 
 UNCHANGING = "Facts that no action changes:"
 """Heading of the facts that obfuscated prompts list and that plain prompts put into sentences."""

@@ -123,7 +123,9 @@ def _make_episode(
     outcome = _find_outcome(trial.reward)
     expected = {EpisodeOutcome.WON: "success", EpisodeOutcome.NOT_GRADED: "error"}.get(outcome, "failed")
     if trial.state != expected:
-        raise InputError(f"{place}: state {trial.state} contradicts the reward, which means {expected}")
+        raise InputError(
+            f"{place}: state {trial.state} contradicts the reward: expected the state {expected}"
+        )
     ending = _ENDINGS.get(trial.exception, Ending.CANNOT_TELL)
     if trial.exception is None and trial.reward is None:
         ending = Ending.CANNOT_TELL

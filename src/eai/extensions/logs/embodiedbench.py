@@ -35,7 +35,7 @@ _KINDS = {
     r"|\[open_api_failed\].*isOpen=True|\[already_(?:open|closed|on|off)\]",
     FaultKind.AFFORDANCE: r"openable=False|\[not_(?:pickupable|receptacle|openable|toggleable|sliceable)\]",
 }
-"""Kinds of error, and regular expressions for reasons of failures that prove them."""
+"""Mapping from a kind of error to a regular expression for the stated reasons of failures of this kind."""
 
 
 class _PlanLine(BaseModel):

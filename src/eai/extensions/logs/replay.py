@@ -44,10 +44,11 @@ class _Replay:
 def replay_steps(
     episode: LoggedEpisode, commands: Sequence[str | None], task: Task, benchmark: Benchmark
 ) -> LoggedEpisode:
-    """Return an episode with kinds of errors and progress, as a replay in a task shows them.
+    """Return an episode with the kinds of errors and the progress that a replay of its actions shows.
 
-    The replay ends before the first action with another result than in the log. Nothing is proven about this
-    action and all later ones. If the log states no outcome, a replay to the end shows the outcome.
+    The replay ends before the first action whose result differs from the result in the log. This action and
+    all later actions get no kind of error. If the log states no outcome, a replay to the end shows the
+    outcome.
 
     Args:
         episode: the episode.

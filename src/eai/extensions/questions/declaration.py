@@ -173,7 +173,7 @@ def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
 
 
 _QUESTION_FILE_START = re.compile(rb'\{"id":(?!.*?"base":)')
-"""Regular expression for the beginning of a question file. A task file begins with `id`, then `base`."""
+"""Regular expression for the first line of a question file: `id` without `base`. Task files have both."""
 
 
 def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
@@ -196,7 +196,7 @@ def _get_prompt_and_answer(parts: DomainAndNotation, asked: _AskedQuestion) -> Q
 
 
 def _get_features(asked: _AskedQuestion) -> TaskFeatures:
-    """Return the features of a question for analyses. Their name is the question's task.
+    """Return the features of a question for analyses, with the question's task as name.
 
     Analyses treat questions with one name as dependent on each other.
     """

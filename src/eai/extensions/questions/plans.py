@@ -60,7 +60,7 @@ _MAX_STATES = 150
 """Maximum number of states to which the actions listed in a question lead. Beyond it, no question is made."""
 
 _MAX_STATE_GRAPHS = 4
-"""Maximum number of different lists of actions in the questions about one task."""
+"""Maximum number of state graphs for the questions about one task: one for each list of actions."""
 
 _MAX_FACTS_PER_ANSWER = 4
 """Maximum number of reachable facts in a question, and maximum number of unreachable facts."""
@@ -438,7 +438,7 @@ class _GoalSeveralActionsAway:
     """A goal that takes several actions to reach.
 
     Attributes:
-        graph: the listed actions, and all states that these actions lead to.
+        graph: the actions that the question lists, and all states that these actions lead to.
         goals: the facts that must hold together.
         goal_states: indices of the states that satisfy the goal, nearest to the start first.
         distance: number of actions in a shortest plan.

@@ -33,7 +33,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, compare_states
 
 _MAX_PATH_ACTIONS = 24
-"""Maximum number of actions in the path of a task."""
+"""Maximum number of actions in a task's path: its plan, or random actions if it has no plan."""
 
 _RANDOM_ACTIONS = 6
 """Number of random actions that replace the plan in the path (executable actions) of a task without a plan.

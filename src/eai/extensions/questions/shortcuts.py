@@ -164,10 +164,11 @@ class SurfaceCueCounts:
         self._bias = 0
 
     def compute_shortcut_bias_above_limit(self, question: ClosedQuestion) -> int:
-        """Return by how much the bias after a question would exceed the tolerated bias, or 0.
+        """Return the excess of the shortcut bias over the tolerated bias if a question were added, or 0.
 
-        The bias is 0 if no shortcut beats a random guess. It is the sum of the squared balances of all cues
-        (how much more often statements with a cue were right than chance predicts).
+        The bias is the sum of the squared balances of all cues. The balance of a cue is the number of right
+        statements with the cue, minus the number that chance predicts. The bias is 0 if no shortcut beats a
+        random guess.
         """
         step = self._compute_change_of_shortcut_bias(question)
         if step <= 0:

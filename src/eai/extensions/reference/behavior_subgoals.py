@@ -232,9 +232,10 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _make_planners_with_index_of_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the functions that find actions for the literals, each after the index of its first literal.
+        """Return pairs: the index of a literal, and the function that finds actions for this literal.
 
-        A function is for one literal, or for two successive literals that one action makes true.
+        A function may also be for two successive literals that one action makes true; its index is the index
+        of the first literal.
         """
         atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []

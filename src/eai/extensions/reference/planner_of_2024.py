@@ -40,7 +40,7 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
-"""Atom that an effect adds where the operator adds an atom with an unbound variable."""
+"""Placeholder that replaces an atom with an unbound variable in the effects that add it."""
 
 Names = frozenset[str]
 

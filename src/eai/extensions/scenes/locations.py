@@ -118,7 +118,10 @@ class ObjectLocations:
         return max(self.floors, key=lambda floor: (many[floor], -floor))
 
     def is_held(self, thing: int) -> bool:
-        """Whether a hand holds an object or its carrier. Pictures omit the contents of held objects."""
+        """Whether a hand holds an object, directly or in or on another object.
+
+        Pictures do not show the objects in or on a held object.
+        """
         return self.find_bottom_of_pile(thing) in self.hands.values()
 
     def find_bottom_of_pile(self, thing: int) -> int:

@@ -1,4 +1,4 @@
-"""Render scenes with bodies as PNG pictures, with numbered boxes on request, and as animated GIFs."""
+"""Render scenes of 3D bodies as PNG pictures, with numbered boxes on request, and as animated GIFs."""
 
 from __future__ import annotations
 

@@ -298,7 +298,10 @@ def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], ha
 
 
 def _select_boxes_near(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
-    """Return an area, and the low and high corners of the boxes that overlap it or are within 1 cm of it."""
+    """Return the given area, with the corners of the boxes that overlap it or are within 1 cm of it.
+
+    Each such box has a low corner and a high corner.
+    """
     near = ((low < area[1] + 0.01) & (high > area[0] - 0.01)).all(1)
     return area, low[near], high[near]
 

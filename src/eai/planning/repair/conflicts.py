@@ -71,7 +71,8 @@ class PlanStateCache:
     def take_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
         """Return the moment (`PlanMoment`) after a step, or None if the step is impossible.
 
-        The second number of the moment rises if the step executes the next operator that the goal lists.
+        The moment's number of executed goal operators rises if the step executes the next operator that the
+        goal lists.
         """
         number, taken = moment
         after, executed = self.get_next_state_and_executed(number, action)
@@ -116,16 +117,16 @@ class PlanStateCache:
             missed = self._missed[state_number] = tuple(lacking)
         return missed
 
-    def compute_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
+    def compute_path(self, plan: EditedPlan, earlier_path: PlanPath, first_entry: int) -> PlanPath:
         """Execute a plan, and return its path (`PlanPath`): the moments up to the first impossible step.
 
         Args:
             plan: the plan.
-            begin: moments of this plan, known up to the entry ``at``.
-            at: the number of the first entry to execute.
+            earlier_path: moments of this plan, known up to the entry ``first_entry``.
+            first_entry: the number of the first entry to execute.
         """
-        moments = [*begin[: at + 1]]
-        for _, action in plan[at:]:
+        moments = [*earlier_path[: first_entry + 1]]
+        for _, action in plan[first_entry:]:
             after = moments[-1] if action is None else self.take_step(moments[-1], action)
             if after is None:
                 break

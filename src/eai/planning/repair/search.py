@@ -548,9 +548,10 @@ class _RepairSearch:
     def _queue_insertions_and_find_max_cost(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None]
     ) -> int:
-        """Queue the plan with each action inserted at a position, if its repair needs no more edits.
+        """Queue the plan with each action inserted at a position, if the node's minimum of edits may suffice.
 
-        Return the highest number of edits that the repair needs after the insertion of any of the actions.
+        A plan whose repair needs more edits than `min_repair_edits` of the node is not queued. Return the
+        highest number of edits that the repair needs after the insertion of any of the actions.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])

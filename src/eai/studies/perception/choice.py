@@ -172,9 +172,10 @@ class SceneOptions(VariationOptions):
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
     def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
-        """Return, in order, the abilities whose questions describe a scene; only named ones, if any.
+        """Return, in order, the abilities whose questions describe a scene.
 
-        The ability ``scene_graph`` must be named, and the scene be shown only in pictures.
+        If the user names abilities, return only these. The ability ``scene_graph`` is included only if the
+        user names it and only pictures show the scene.
 
         Raises:
             InputError: the questions of a named ability describe no scene.

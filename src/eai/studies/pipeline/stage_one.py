@@ -53,7 +53,9 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
 ) -> ModelBeliefsInPrompts:
-    """Return the goals that questions shall state, from the answers of a file or folder.
+    """Read the goals that a model's answers state. Later questions state them instead of the true goals.
+
+    The answers are in a file or folder.
 
     Raises:
         InputError: questions of the ability state no goals, or there are no answers.
@@ -211,7 +213,7 @@ def find_interpreted_goals(
     if not stage.found_beliefs[key].beliefs.keys() & set(stage.task_ids[suite.domain]):
         raise InputError(
             f"goals {goals}: no task of the run has an answer to goal interpretation; "
-            "choose tasks or answers that belong together"
+            "choose tasks that the answers cover, or answers to the tasks of the run"
         )
     return stage.found_beliefs[key]
 

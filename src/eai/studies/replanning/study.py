@@ -347,8 +347,7 @@ class _ReplanningRunOptions(VariationOptions):
         for ability in requested:
             if ability is not Ability.ACTION_SEQUENCING:
                 raise InputError(
-                    f"--ability {ability.value}: further attempts are only made at plans; "
-                    "choose action_sequencing"
+                    f"--ability {ability.value}: only plans can be attempted again; choose action_sequencing"
                 )
         return [Ability.ACTION_SEQUENCING]
 

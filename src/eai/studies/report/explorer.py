@@ -304,9 +304,10 @@ class ExplorerData:
         return self._find_picture_index("tiles", fields)
 
     def _find_picture_index(self, kind: str, picture: Json) -> int:
-        """Return the index of a scene, or of an object's rectangle in it, in its list; a new one is added.
+        """Return the index of a picture in its list, to which a new picture is added.
 
-        The chunk of the collected runs has one list of scenes and one of rectangles.
+        A picture is a scene or an object's rectangle in a scene. Each chunk of the page's data has one list
+        of scenes and one list of rectangles.
         """
         indices = self._pictures[kind]
         return indices.setdefault(_encode_json(picture), len(indices))

@@ -34,7 +34,7 @@ _BEFORE_REASONS = ("impossible where", "not yet possible while", "needless where
 _SIGN_OF_CHANGE = {"becomes true": "", "becomes false": "not "}
 
 _MIN_HOLDERS = 3
-"""Minimum number of objects that must have a property so that one line states it of ``all`` objects."""
+"""Minimum number of objects with a property for which a prompt states the property of ``all`` in one line."""
 
 _SIGNS = (
     (" -> ", "NAME(parameter:kind): conditions -> changes, in this order, no others; there \"not p\" makes p"
@@ -46,7 +46,7 @@ _SIGNS = (
     ("is_a(", "is_a(x, k): x is of kind k."),
     (" or ", "\"and\" binds before \"or\", \"or\" before \"implies\"."),
 )  # fmt: skip
-"""Pairs: a sign that can occur in shortened rules, and a text that explains the sign."""
+"""Pairs: a sign of the short notation for rules of actions, and a text that explains the sign."""
 
 
 _LIST_SIGNS = (
@@ -61,9 +61,9 @@ _LIST_SIGNS = (
 
 
 def explain_signs_of_short_lists(state: str) -> str:
-    """Return explanations of the symbols that occur in short lists of facts, as one text.
+    """Return explanations of the signs (such as ``*``) that occur in a short list of facts, as one text.
 
-    Each explanation follows a space.
+    A space precedes each explanation.
     """
     return "".join([f" {words}" for sign, words in _LIST_SIGNS if sign in state])
 
