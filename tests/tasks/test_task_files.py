@@ -92,7 +92,8 @@ CASES = [
     ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
     (
         {**LINE, "hazards": ["shut"]},
-        "hazards: the list names 1 hazards, so the last 1 goals must be goals over time",
+        "hazards: expected one goal over time (about the whole execution) for each of the 1 listed hazards, as "
+        "the last goals of the task, after at least one other goal",
     ),
     ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: the last"),
     ({**LINE, "untold": True}, "untold: true needs a list in `hazards`"),
