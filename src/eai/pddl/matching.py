@@ -85,8 +85,8 @@ class OperatorMatch:
         renamed: parameters of the answer whose gold names differ, with the gold names.
         missing_any: whether any one of the missing clauses of the precondition would suffice. If not, all of
             them are needed.
-        additional_any: whether the additional clauses of the precondition are alternatives, of which any one
-            suffices. If not, all of them are required.
+        additional_any: whether any one of the additional clauses of the precondition suffices. If not, all
+            of them are required.
     """
 
     precondition: ClauseComparison
