@@ -176,8 +176,8 @@ class PossibleFacts:
     ) -> bool:
         """Whether an atom of a defined predicate may ever have the truth value ``truth``.
 
-        A recursive definition is evaluated as a least fixpoint. If the evaluation needs the result for the
-        same atom and truth value again, it assumes that the atom never becomes true, but may become false.
+        A recursive definition is evaluated as a least fixpoint. The evaluation may need its own result, for
+        the same atom and truth value. It then assumes that the atom never becomes true, but may become false.
         The outermost evaluation is repeated until it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
