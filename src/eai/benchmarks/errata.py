@@ -254,7 +254,7 @@ def read_errata(text: str) -> Errata:
             fields = ", ".join(entry.corrections) or "none"
             raise DataError(
                 f"{_FILE}: {entry.id}: expected one correction, found {fields}; "
-                "give exactly one of the fields that the head of the file lists"
+                "give exactly one of the fields that the top of the file lists"
             )
     corrections = [{**entry.model_dump(mode="json"), "wrong": "", "evidence": ""} for entry in entries]
     digest = hashlib.sha256(json.dumps(corrections, sort_keys=True).encode()).hexdigest()

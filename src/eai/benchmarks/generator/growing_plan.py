@@ -240,7 +240,7 @@ class _ExecutedPlan:
     Attributes:
         plan: the plan.
         trajectory: the states of its execution.
-        new_facts: fact that the plan makes true -> numbers of the states in which the fact holds.
+        new_facts: fact that the plan makes true -> indices of the states in which the fact holds.
     """
 
     plan: Sequence[Action]

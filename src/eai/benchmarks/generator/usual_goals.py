@@ -208,7 +208,7 @@ class UsualGoals:
         operators: names of the operators that plans use.
         uses: uses of objects in plans; empty if the data set has no plans.
         place_relations: names of the relations that state places of objects.
-        taken_categories: categories of objects that plans take in hand.
+        taken_categories: categories of objects that plans pick up.
         used_categories: categories of objects that plans use by actions other than movement and taking.
         part_relations: names of the relations between a part and its whole, which never change.
         countable_categories: categories over which new goals may quantify, because a task has several objects

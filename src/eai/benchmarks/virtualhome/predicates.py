@@ -78,7 +78,7 @@ def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> ObjectMask
 
 
 def find_related_candidates(state: State, predicate: str, source: int, candidates: ObjectMask) -> ObjectMask:
-    """Return those candidates to which a relation leads from the source.
+    """Return the candidates that are targets of a relation from the source.
 
     Candidates and result are bit masks.
     """
