@@ -107,7 +107,7 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
         (lambda: given([LIGHT]), "eai.given: expected Task, found list"),
         (
             lambda: Benchmark("toy", toy.DOMAIN, [LIGHT]),
-            "benchmark toy: expected a function that opens tasks, such as eai.given(task, ...), "
+            "benchmark toy: expected a function that returns tasks, such as eai.given(task, ...), "
             "found a value of the type list",
         ),
     ],

@@ -55,13 +55,13 @@ def read_short_format_texts(package: str) -> Mapping[str, str]:
 
 
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
-"""Opens the scorers of a benchmark's tasks for an ability: returns a mapping from task id to scorer.
+"""Function that returns the scorers of a benchmark's tasks for an ability: task id -> scorer.
 
 The function can be pickled.
 """
 
 OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
-"""Opens the demonstrations (plans that people wrote) in an archive as tasks.
+"""Function that returns the demonstrations (plans that people wrote) in an archive as tasks.
 
 Raises DataError if the archive is absent or damaged.
 """
@@ -94,18 +94,18 @@ class DataSet:
             goals replace it.
         task_id_of: returns the task id for an identifier in a file of answers; None if the task is known not
             to be in the data set.
-        own_tasks: ability -> function that opens the tasks of this ability, for abilities with other tasks
+        own_tasks: ability -> function that returns the tasks of this ability, for abilities with other tasks
             than the benchmark. By default, the tasks of transition modeling are operators of the domain.
         asks: ability -> function that tells whether a task is asked for this ability. By default, all tasks
             are.
         only_by_name: ability -> reason why commands leave the ability out unless the user names it.
         own_figures: returns counts for `eai data stats` that cannot be computed from the tasks.
-        open_public: opens the tasks with published right answers; by default all tasks of the benchmark.
-        open_demonstrations: opens demonstrations (plans that people wrote) in an archive; None if the
+        open_public: returns the tasks with published right answers; by default all tasks of the benchmark.
+        open_demonstrations: returns the demonstrations (plans that people wrote) in an archive; None if the
             benchmark reads no such archive.
         problem_of: returns a problem of the published planning domain, with ground goals of a task as its
             goals; None if problems are exported from the domain's declaration.
-        open_bddl: opens the objects and predicates for reading BDDL problems; by default those of the domain.
+        open_bddl: returns the domain and the reader of BDDL problems; by default those made from `domain`.
         planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
         labels: goal predicate or action -> labels of tasks with such a goal, such as ``transport``, separated
             by spaces (`eai.benchmarks.labels`). A key may add a word of the first argument's category, as in
@@ -136,7 +136,7 @@ class Benchmark:
     Attributes:
         name: name of the benchmark in stored verdicts.
         domain: the domain, with the rules that the paper describes.
-        open_tasks: opens the tasks. `eai.tasks.source.given` makes this function for tasks declared in a
+        open_tasks: returns the tasks. `eai.tasks.source.given` makes this function for tasks declared in a
             program.
         notation: how answers are written, and the names of objects and predicates.
         data: the published data.
@@ -155,8 +155,8 @@ class Benchmark:
         if not callable(self.open_tasks):
             type_name = type(self.open_tasks).__name__
             raise InputError(
-                f"benchmark {self.name}: expected a function that opens tasks, such as eai.given(task, ...), "
-                f"found a value of the type {type_name}"
+                f"benchmark {self.name}: expected a function that returns tasks, such as "
+                f"eai.given(task, ...), found a value of the type {type_name}"
             )
 
     @property

@@ -187,7 +187,7 @@ class Errata:
 
         Args:
             ability: the ability of the questions.
-            load_operators: opens the tasks of transition modeling, which name the operators for which
+            load_operators: returns the tasks of transition modeling, which name the operators for which
                 questions must ask.
         """
         if not self.find_corrected_tasks(ability):

@@ -298,7 +298,7 @@ def _open_gold_answers_made_from_plans(
     planner, join = Planner(benchmark.domain), get_part_joiner(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans
 
-    def write(task: Task, plan: Sequence[Action]) -> Sequence[str]:
+    def write_answer_parts(task: Task, plan: Sequence[Action]) -> Sequence[str]:
         if ability is Ability.SUBGOAL_DECOMPOSITION:
             return tuple(benchmark.subgoals().write(task, plan))
         return plans.write(plan, task.scene)
@@ -309,9 +309,11 @@ def _open_gold_answers_made_from_plans(
         if may_decline and (declining := write_expected_declining_answer(task, plans)) is not None:
             return WrittenAnswer((declining,), "".join)
         if scripts and (task.script or task.unsolvable is not None):
-            return WrittenAnswer(tuple(write(task, task.script)), join)
+            return WrittenAnswer(tuple(write_answer_parts(task, task.script)), join)
         search = find(task, planner, limits)
-        return WrittenAnswer(tuple(write(task, search.plan)), join, explain_missing_plan(search.end))
+        return WrittenAnswer(
+            tuple(write_answer_parts(task, search.plan)), join, explain_missing_plan(search.end)
+        )
 
     return TaskSet(tasks, make_answer, tasks.sha256)
 

@@ -28,7 +28,7 @@ class ProtocolImplementation:
     """A protocol (rules for scoring) as its differences from the protocol ``strict``, the paper's text.
 
     Attributes:
-        open_suite: opens a suite whose answers are read, tested and counted as the protocol says. Raises
+        open_suite: returns scorers that read, test and count answers by the rules of the protocol. Raises
             InputError for a benchmark that the protocol does not score.
         replanning: returns the options with which the paper's published program asks for further plans after
             a failed plan. Arguments: the probability that an action fails at random, the seed of these
@@ -38,7 +38,7 @@ class ProtocolImplementation:
             published runs.
         count_errors_as_published: returns the verdicts on all plans for one task, with errors counted as in
             that program. Its arguments are the verdicts and the maximum number of plans after the first.
-        adapt_suite_to_answers: returns a function that opens a suite for all answers of a model together;
+        adapt_suite_to_answers: given all answers of a model, returns a function in place of `open_suite`.
             None if other answers do not influence how an answer is read.
     """
 

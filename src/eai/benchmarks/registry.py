@@ -1,7 +1,7 @@
 """Find benchmarks by name, as an object of a Python module, as PDDL files or as task files.
 
 A distribution registers a benchmark by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a
-function without arguments that returns one. Functions that open other references, such as ``pddl:...``, are
+function without arguments that returns one. Functions for other references, such as ``pddl:...``, are
 imported on first use.
 """
 
@@ -225,7 +225,7 @@ def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Be
     Args:
         base: the base benchmark.
         name: name that is added to the base benchmark's name.
-        open_tasks: opens the tasks.
+        open_tasks: returns the tasks.
     """
     from eai.benchmarks.errata import NO_ERRATA
 

@@ -41,7 +41,7 @@ class Suite:
         ability: the ability.
         protocol: the protocol, which is the set of rules for scoring.
         scorers: task id -> scorer of answers, in the order of the data set.
-        reopen: opens the same suite again, for example in another process.
+        reopen: opens an equal suite, for example in another process.
         tasks: task id -> task of the benchmark; empty for a suite that is made only of scorers.
         source: the source of the data, the planner, and whether errata are used.
     """
@@ -56,7 +56,7 @@ class Suite:
     source: Source = field(default_factory=Source)
 
     def __reduce__(self) -> tuple[Callable[[bytes], Suite], tuple[bytes]]:
-        """Pickle a suite as the call that opens it again, because functions of domains cannot be pickled."""
+        """Pickle a suite as a call that opens an equal suite; functions of domains cannot be pickled."""
         if not self.is_openable_by_reference:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
         return _open_once, (pickle.dumps(self.reopen),)
@@ -185,8 +185,8 @@ def open_suite(
         protocol: the rules for scoring.
         source: the source of the data; the user's default store if None. Only the default protocol uses
             errata; other protocols score the published data.
-        opener: opens the scorers; the protocol's opener if None. `Suite.adapt_suite_to_answers` passes
-            another opener.
+        opener: function that returns the scorers; that of the protocol if None.
+            `Suite.adapt_suite_to_answers` passes another function.
 
     Raises:
         DataError: the data cannot be obtained.

@@ -200,10 +200,10 @@ def _get_instance_name(task: Task, index: int) -> str:
 
 
 open_tasks = open_tasks_once_per_store(open_behavior_tasks)
-"""Opens the 100 tasks of BEHAVIOR."""
+"""Returns the 100 tasks of BEHAVIOR."""
 
 open_operators = open_tasks_once_per_store(open_behavior_operators)
-"""Opens BEHAVIOR's 100 tasks of transition modeling."""
+"""Returns BEHAVIOR's 100 tasks of transition modeling."""
 
 
 GOAL_LABELS: Mapping[str, str] = {

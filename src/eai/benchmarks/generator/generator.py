@@ -200,7 +200,7 @@ class TaskGenerator:
         source: the source of the benchmark's data.
         is_given_away: function that tells whether a task and a task of another split (training, validation or
             test set) have a plan in common (`eai.benchmarks.generator.sets.make_shared_plan_test`).
-        reopen: opens an equal generator, for example in another process.
+        reopen: makes an equal generator, for example in another process.
 
     Raises:
         InputError: the specification limits the difficulty, but no difficulties are known for this benchmark.
@@ -213,7 +213,7 @@ class TaskGenerator:
     reopen: Callable[[], TaskGenerator] | None = None
 
     def __reduce__(self) -> tuple[Callable[[], TaskGenerator], tuple[()]]:
-        """Pickle a generator as the call that opens it again; functions of domains cannot be pickled."""
+        """Pickle a generator as a call that makes an equal one; functions of domains cannot be pickled."""
         if self.reopen is None:
             raise InputError(
                 f"{self.spec.like}: only a generator from open_generator can be pickled; use open_generator"

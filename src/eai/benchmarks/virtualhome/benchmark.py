@@ -249,10 +249,10 @@ def make_wording(ability: Ability) -> SuiteWording:
 
 
 open_tasks = open_tasks_once_per_store(open_virtualhome_tasks)
-"""Opens the 342 tasks of VirtualHome."""
+"""Returns the 342 tasks of VirtualHome."""
 
 open_operators = open_tasks_once_per_store(open_virtualhome_operators)
-"""Opens VirtualHome's 296 tasks of transition modeling."""
+"""Returns VirtualHome's 296 tasks of transition modeling."""
 
 
 GOAL_LABELS: Mapping[str, str] = {
