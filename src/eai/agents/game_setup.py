@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _PAIR_ACTIONS = 50
 """Maximum number of actions in impossible and ambiguous tasks, and in their solvable variants.
 
-The number is equal in all, so that it does not show which task can be solved."""
+The number is the same for all of these tasks, so that it does not show which task can be solved."""
 
 _EXTRA_ACTIONS = 8
 """Number of actions for looking around, added to the allowed multiple of the shortest plan."""

@@ -253,7 +253,7 @@ class DomainRules:
 
 
 def explain_rule_notation(rules: str) -> str:
-    """Return explanations of the signs that occur in the text of some rules."""
+    """Return explanations of the symbols that occur in the text of some rules."""
     return " ".join([words for sign, words in _EXPLANATIONS if sign in rules])
 
 

@@ -25,12 +25,12 @@ from eai.world.domain import Domain
 from eai.world.relation import iterate_bits
 
 MAX_DRAWS = 20
-"""Maximum number of times that conditions of a goal are drawn to make a problem from a task."""
+"""Maximum number of random choices of goal conditions that are tried to make a problem from a task."""
 
 _MAX_LISTED_OPTIONS = 10_000
-"""Maximum number of ways to meet a goal from which one is drawn.
+"""Maximum number of ways to meet a goal from which one is drawn at random.
 
-Later ways, in a fixed order, are never drawn.
+The ways have a fixed order; those after this number are never drawn.
 """
 
 

@@ -53,7 +53,7 @@ def make_question_about_facts_after_action(
 ) -> QuestionContent | None:
     """Ask which facts hold after an action. The open form asks which facts the action changes.
 
-    Return None if no possible action is found. If the drawn action changes nothing, usually return None too
+    Return None if no possible action is found. If the random action changes nothing, usually return None too
     (with probability 1 - `_NO_EFFECT_PROBABILITY`).
     """
     moment = _draw_transition(setting, rng)
@@ -74,7 +74,7 @@ def make_question_about_action_for_fact(
 ) -> QuestionContent | None:
     """Ask which single action makes a false fact true or a true fact false.
 
-    Return None if no possible action is found, the drawn action changes nothing, or there are too many
+    Return None if no possible action is found, the random action changes nothing, or there are too many
     actions to try.
     """
     moment = _draw_transition(setting, rng)
@@ -99,7 +99,7 @@ def make_question_about_action_with_given_changes(
 ) -> QuestionContent | None:
     """Ask which single action changed exactly the facts that the question lists.
 
-    Return None if no possible action is found, the drawn action changes nothing, or there are too many
+    Return None if no possible action is found, the random action changes nothing, or there are too many
     actions to try.
     """
     moment = _draw_transition(setting, rng)
@@ -149,7 +149,7 @@ def make_why_not_question(
     """Ask which requirements of an action are not met.
 
     Return None if no operator with several requirements has enough objects for its parameters, or if no
-    drawn action has an unmet requirement.
+    random action has an unmet requirement.
     """
     state = rng.choice(setting.states)
     candidates = [

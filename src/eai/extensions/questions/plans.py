@@ -172,8 +172,8 @@ def make_counterfactual_question(
 ) -> QuestionContent | None:
     """Ask for the outcome of a working plan after a step is left out, added, or swapped with the next.
 
-    Return None if the task's path does not reach the goals, if no drawn change has the wanted outcome, or if
-    the added step is the one that fails.
+    Return None if the task's path (its executable actions) does not reach the goals, if no random change has
+    the wanted outcome, or if the added step fails.
     """
     if not setting.path_reaches_goals:
         return None
@@ -256,7 +256,7 @@ def _make_plan_with_one_change(
     """Return the task's path (its executable actions) with one random change, and which change was made.
 
     The change is described by its position, an index from 0 in the path, and an English text. Return None if
-    the drawn kind of change is impossible at the drawn position.
+    the random kind of change is impossible at the random position.
     """
     steps = list(enumerate(setting.path, 1))
     position = rng.randrange(len(steps))
@@ -341,7 +341,7 @@ def _corrupt_plan(
 def _make_path_with_detours_and_states(
     setting: QuestionSetting, rng: random.Random
 ) -> tuple[list[Action], list[State]]:
-    """Return a task's path with up to three unneeded actions inserted, and the states along this path."""
+    """Return a task's executable actions with up to three unneeded actions added, and the reached states."""
     plan, states = list(setting.path), list(setting.states)
     length = len(plan) + rng.randint(0, _MAX_DETOURS)
     for _ in range(_MAX_PLAN_CHANGES):
@@ -453,9 +453,9 @@ class _GoalSeveralActionsAway:
 def _draw_distant_goal(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> _GoalSeveralActionsAway | None:
-    """Draw a goal: facts that become true together only after several actions.
+    """Choose a goal at random: facts that become true together only after several actions.
 
-    Several goals are drawn. The wanted length of the plan depends on the question's ``number``. The shortest
+    Several goals are tried. The wanted length of the plan depends on the question's ``number``. The shortest
     plan of the returned goal has about this length.
     """
     graph = _draw_cached_state_graph(setting, rng)
@@ -489,7 +489,7 @@ def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> St
 
 
 def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Choose actions at random, some from the task's path, and explore the states that the actions lead to.
+    """Choose actions at random, some from the task's plan, and explore the states that the actions lead to.
 
     The result is None if too few actions are found, or if the states are too many.
     """

@@ -238,7 +238,7 @@ def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tup
 
 
 def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
-    """Search a plan for a task. Return no steps if the task has no goals or a goal seems unreachable."""
+    """Search for a plan of a task. Return no steps if the task has no goals or a goal seems unreachable."""
     goals = [goal.formula for goal in task.goals]
     if goals and all(
         planner.looks_reachable(task.initial, goal, task.planning_object_indices) for goal in goals

@@ -69,13 +69,13 @@ _MAX_OCCURRENCES = 5
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
 """Names of the shortcuts: rules that answer without knowledge of the world.
 
-For questions with choices, a shortcut takes this choice:
+To questions with choices, a shortcut gives this answer:
 ``names``: the choice that shares most names with the other choices. ``longest``: the longest choice.
 ``text``: the choice with most names that occur in the question's text. ``unchanged``: a fact that holds
 before the actions. ``operator``: the choice whose operator or predicate was right most often in earlier
 questions.
 
-For yes-no questions, a shortcut takes the answer that was right more often for similar earlier statements.
+To yes-no questions, a shortcut gives the answer that was right more often for similar earlier statements.
 Similar means: the same operator (``operator``), number of names in the text (``text``), length class
 (``longest``), or value before the actions (``unchanged``). ``names`` guesses.
 """

@@ -17,7 +17,7 @@ extraction, in order of application:
 * line ends are deleted before JSON is read, so a comment outside JSON swallows the rest;
 * single quotes become double quotes;
 * text that is not JSON is searched as it is;
-* parameters, precondition and effect are searched independently, so each may belong to a later operator;
+* parameters, precondition and effect are looked for independently, so each may belong to a later operator;
 * an operator that lacks one of these three ends the search;
 * a name ends at the first character that is not a word character;
 * an unbalanced condition or effect becomes the unreadable text ``(()``;

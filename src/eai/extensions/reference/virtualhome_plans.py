@@ -3,11 +3,11 @@
 Defects of its goal test:
 
 - The loop over relation goals ends at the first goal that holds (``scene_evaluate_wID``): at most one counts.
-- Action goals are searched as substrings in the text of all actions. If a goal has alternatives, the first
-  one in its list that occurs counts, not the one that occurs earliest in the plan
+- The text of all actions is searched for the action goals, as substrings. If a goal has alternatives, the
+  first alternative in its list that occurs counts, not the alternative that occurs earliest in the plan
   (``check_order_with_or_score``). The search ends at the first goal without a match.
-- Action goals are searched in the order of a set of strings, which changes from run to run. Verdicts use the
-  order of hash seed 0: alphabetical order for the 13 tasks with two action goals.
+- The search takes action goals in the order of a set of strings, which changes from run to run. Verdicts use
+  the order of hash seed 0: alphabetical order for the 13 tasks with two action goals.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class _VirtualHomeGoalTest(GoalTest):
 
     Args:
         task: the task.
-        in_data_set_order: whether action goals are searched in the order of the data set.
+        in_data_set_order: whether the plan is searched for action goals in the order of the data set.
     """
 
     def __init__(self, task: Task, *, in_data_set_order: bool = False) -> None:
@@ -81,7 +81,7 @@ class _VirtualHomeGoalTest(GoalTest):
     ) -> Sequence[int]:
         """Return the indices of the action goals that count as met.
 
-        The goals are searched in order. Those before the first goal that the plan does not match are met.
+        The plan is searched for the goals in order. Those before the first goal without a match are met.
         """
         text = " ".join(actions)
         position = 0

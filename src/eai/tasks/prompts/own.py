@@ -207,7 +207,7 @@ def write_initial_state(wording: SuiteWording, belief: BelievedTask) -> str:
 
 
 def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTemplates) -> list[str]:
-    """Return explanations of the signs in the goals of tasks: actions, quantifiers and temporal operators.
+    """Return explanations of the symbols in the goals of tasks: actions, quantifiers and temporal operators.
 
     Args:
         name: name of the template that explains goals about actions, usually the name of an ability.
