@@ -93,7 +93,7 @@ def export_prompts(
     a response file. eai score scores it like a model's (with --allow-missing, because other tasks were not
     asked), and eai compare compares it with a model's records on the same tasks.
 
-    Any other FILE has a row for each task that can pay a reward, for TRL, verl, SkyRL and OpenRLHF. Each file
+    Any other FILE has a row for each task that has a reward, for TRL, verl, SkyRL and OpenRLHF. Each file
     of a folder of task files is a split.
 
     Example: eai export prompts --domain virtualhome --ability action_sequencing --out prompts.json

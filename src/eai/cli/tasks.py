@@ -98,7 +98,7 @@ def check(
         schema: Print the JSON Schema of a line of a task file instead.
         references: Also search shorter plans, and add missing ones to the task files.
         learnable: Print whether rewards can teach a model, instead of mistakes.
-        shaping: How answers are paid.
+        shaping: Definition of the reward.
         records: Records of a model's run with several answers to each task (--epochs), or folders of them.
         context: Number of tokens of the model's context.
     """

@@ -35,8 +35,8 @@ class _TrivialBaselineRewards(NamedTuple):
     """The rewards of a null model, which does not try to solve tasks.
 
     Attributes:
-        mean: mean reward over all tasks that can pay a reward.
-        full: share of these tasks that pay the full reward.
+        mean: mean reward over all tasks that have a reward.
+        full: share of these tasks with the full reward.
     """
 
     mean: Rate

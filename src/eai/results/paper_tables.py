@@ -134,7 +134,7 @@ def _to_list(value: str | list[str]) -> list[str]:
 def _find_cells_contradicted_by_other_tables(
     table: PaperTable,
 ) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
-    """Yield a note for each cell whose figure differs between two of the paper's tables of all 18 models."""
+    """Yield a note for each cell whose rate differs between two of the paper's tables of all 18 models."""
     full = read_paper_protocol_and_tables().tables_of_all_models
     if table.name not in (*full, *read_paper_protocol_and_tables().same_quantity):
         return

@@ -26,7 +26,7 @@ TrainingRow: TypeAlias = dict[str, Any]
 
 
 def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[TrainingRow]:
-    """Yield a row for each task that pays a reward, in the order of the data set.
+    """Yield a row for each task that has a reward, in the order of the data set.
 
     Further columns name the task for verl (``data_source``, ``reward_model``) and SkyRL (``env_class``,
     ``reward_spec``).
