@@ -57,7 +57,7 @@ def write_prompts(
         ability: Ability that the prompts ask for.
         out: Output file.
         chosen: Function that selects prompts from a mapping by task id; None for all prompts. Its argument
-            ``of`` is the text by which its error message names the benchmark and the ability.
+            ``suite_name`` is the text by which its error message names the benchmark and the ability.
         goals: File with a model's answers to goal interpretation. The prompts state the goals in these
             answers, and tasks without an answer have no prompt. If None, prompts state the tasks' own goals.
         as_json: Whether the summary is printed as JSON.
@@ -71,7 +71,7 @@ def write_prompts(
     files = benchmark.official_files(ability, source) if is_plain and is_whole else None
     if files is None:
         asked = _open_prompts(library, benchmark, ability, goals)
-        asked = chosen(asked, of=f"{benchmark.name} {ability.value}") if chosen else asked
+        asked = chosen(asked, suite_name=f"{benchmark.name} {ability.value}") if chosen else asked
         if is_page:
             page: str = load_from_extension("answer_form", f"--out {out}")(benchmark, ability, asked, source)
             write_files_atomically({out: page})
@@ -110,9 +110,16 @@ T = TypeVar("T")
 
 
 def choose_tasks(
-    entries: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str
+    entries: Mapping[str, T], tasks: str, sample: int | None, seed: int, suite_name: str
 ) -> dict[str, T]:
-    """Return the part of a mapping by task id for tasks that ``tasks`` names, or for a random sample.
+    """Return the entries of some tasks, or of a random sample of these tasks.
+
+    Args:
+        entries: the entries by task id.
+        tasks: ids of tasks, separated by commas; empty for all tasks.
+        sample: number of tasks to draw; None for all of them.
+        seed: seed of the sample.
+        suite_name: name of the benchmark and the ability in the error message.
 
     Raises:
         InputError: A task does not exist.
@@ -120,7 +127,8 @@ def choose_tasks(
     named = split_names(tasks) or list(entries)
     for task_id in named:
         if task_id not in entries:
-            raise InputError(f"--tasks: {task_id!r} is not a task of {of}{did_you_mean(task_id, entries)}")
+            hint = did_you_mean(task_id, entries)
+            raise InputError(f"--tasks: {task_id!r} is not a task of {suite_name}{hint}")
     draw = Random(seed)  # noqa: S311 - a sample, not a secret
     some = set(named if sample is None else draw.sample(named, min(sample, len(named))))
     return {task_id: entries[task_id] for task_id in dict.fromkeys(named) if task_id in some}
