@@ -29,7 +29,7 @@ from eai.extensions.scenes.camera import Camera, CameraView
 from eai.extensions.scenes.scene import MujocoScene
 from eai.planning.search import Limits
 from eai.results.rate import Rate
-from eai.studies.perception.belief import apply_scene_graphs, open_scene_graph_vocabulary
+from eai.studies.perception.belief import apply_scene_graphs, make_scene_graph_vocabulary
 from eai.studies.perception.scene_graph import SceneGraph, make_scene_graph
 
 VIEWS: tuple[CameraView, ...] = ("head", "near")
@@ -111,7 +111,7 @@ def find_seen_facts(scene: MujocoScene, suite: Suite) -> Seen:
     """Return the facts whose objects are all visible in a question's pictures. Floors count as visible."""
     with Camera(scene, shadows=False) as camera:
         pixels = Counter(int(i) for view in VIEWS for i in camera.render_object_indexes(view).ravel())
-    task, words = scene.task, open_scene_graph_vocabulary(suite.benchmark)
+    task, words = scene.task, make_scene_graph_vocabulary(suite.benchmark)
     names = words.list_object_names(task)
     seen = {names[i] for i in scene.locations.bodies if pixels[i] >= LEAST}
     known = seen | {names[i] for i in scene.locations.floors}

@@ -17,7 +17,7 @@ from functools import partial
 from bench.record import add_write_option, write_figures
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse, read_formula
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
@@ -142,7 +142,7 @@ def main() -> None:
     for count in (8, 30):
         text = " then ".join(f"next_to(cup.{i % 10}, cup.{i % 7})" for i in range(count))
         spent = measure_milliseconds(partial(read_formula, text, SIGNATURE, "release"), 100)
-        printed = measure_milliseconds(partial(print_ltl, parse(text)), 100)
+        printed = measure_milliseconds(partial(format_ltl, parse(text)), 100)
         print(f"{f'{count} subgoals':>24}: read in {spent:.3f} ms, printed in {printed:.3f} ms")
     if arguments.write:
         write_figures("logic", {"CPU ms for the slowest formula on 1,000 states": round(slowest, 1)})

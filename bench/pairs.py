@@ -78,7 +78,7 @@ def _describe_in_prompt(task: Task, benchmark: Benchmark) -> str:
     """Return the part of a prompt that describes the task."""
     wording = benchmark.wording(Ability.ACTION_SEQUENCING)
     return "".join(
-        (wording.describe_objects(task), wording.describe_initial(task), wording.describe_goals(task))
+        (wording.describe_objects(task), wording.describe_initial_state(task), wording.describe_goals(task))
     )
 
 

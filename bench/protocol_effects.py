@@ -21,7 +21,7 @@ from eai.benchmarks.errata import load_errata
 from eai.benchmarks.reference_wheel import convert_published_id
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import make_operators
-from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlanNotation
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
 from eai.extensions.reference import virtualhome_quirks
@@ -73,7 +73,7 @@ class Rules:
 def make_rules(protocol: Protocol) -> Rules:
     """Return rules in which all parts follow one protocol."""
     simulator = (
-        virtualhome.domain_in_paper_order()
+        virtualhome.make_domain_in_paper_order()
         if protocol is STRICT
         else virtualhome_quirks.make_domain_with_all_quirks()
     )
@@ -108,7 +108,7 @@ class Judge:
     def scorers(self) -> Mapping[Protocol, ActionSequencingScorer]:
         return {
             STRICT: ActionSequencingScorer(
-                self.task, virtualhome.domain_in_paper_order(), VirtualHomePlans()
+                self.task, virtualhome.make_domain_in_paper_order(), VirtualHomePlanNotation()
             ),
             REFERENCE: VirtualHomeActionSequencingScorer(self.task, with_ids=self.with_ids),
         }

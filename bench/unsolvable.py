@@ -121,7 +121,9 @@ def main() -> int:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.holds(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and rules.make_exclusion_prover(task.initial).are_exclusive(_list_required_facts(task)):
+        if not never and rules.make_fact_exclusion_prover(task.initial).are_exclusive(
+            _list_required_facts(task)
+        ):
             never, shown = list(task.goals), "its facts exclude each other"
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)

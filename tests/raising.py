@@ -8,7 +8,7 @@ from dataclasses import replace
 from agents.switches import SWITCHES, tasks
 from eai import given
 from eai.abilities.notation.notation import Notation
-from eai.abilities.notation.plans import JsonPlans, WrittenPlan
+from eai.abilities.notation.plans import JsonPlanNotation, WrittenPlan
 from eai.abilities.verdict import Unreadable
 
 BOOM = "BOOM!"
@@ -16,7 +16,7 @@ BOOM = "BOOM!"
 NAME = "raising:RAISING"
 
 
-class _RaisingPlans(JsonPlans):
+class _RaisingPlans(JsonPlanNotation):
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         if "BOOM" in text:
             raise OverflowError("cannot convert float infinity to integer")

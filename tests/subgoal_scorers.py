@@ -11,7 +11,7 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoalNotation
 from eai.tasks.task import Task
 
 
@@ -19,7 +19,7 @@ def virtualhome_subgoals(
     limits: ExplorationLimits | None = None,
 ) -> Callable[[Task], SubgoalDecompositionScorer]:
     """Return a function that makes the scorer of a VirtualHome task."""
-    domain, notation = virtualhome.domain_with_hand_switch(), VirtualHomeSubgoals()
+    domain, notation = virtualhome.domain_with_hand_switch(), VirtualHomeSubgoalNotation()
     refinement = SubgoalRefiner(domain)
     return lambda task: SubgoalDecompositionScorer(task, domain, notation, refinement, limits=limits)
 
@@ -28,6 +28,6 @@ def behavior_subgoals(
     limits: ExplorationLimits | None = None,
 ) -> Callable[[BehaviorTask], SubgoalDecompositionScorer]:
     """Return a function that makes the scorer of a BEHAVIOR task."""
-    domain, notation = behavior.domain_in_paper_order(), BehaviorSubgoalNotation()
+    domain, notation = behavior.make_domain_in_paper_order(), BehaviorSubgoalNotation()
     refinement = SubgoalRefiner(domain)
     return lambda task: SubgoalDecompositionScorer(task, domain, notation, refinement, limits=limits)

@@ -40,7 +40,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import NO_ROW, score_run
 from eai.results.codec import hash_text
-from eai.results.learnability import NULL_BOOKS
+from eai.results.learnability import OPEN_NULL_MODEL_ANSWERS
 from eai.results.options import ScoringOptions
 from eai.results.paper_tables import (
     NULL_MODELS,
@@ -228,7 +228,7 @@ def score_null_models(
     metrics = list(compute_metric_rates([], suite.ability))
     models: dict[str, Any] = {}
     for model in only:
-        book = NULL_BOOKS[model](suite.benchmark, suite.ability, suite.source)
+        book = OPEN_NULL_MODEL_ANSWERS[model](suite.benchmark, suite.ability, suite.source)
         responses = tuple([Response(task_id, book[task_id].text) for task_id in suite.task_ids])
         models[model] = score_answers(suite, ResponseFile(model, responses), metrics)
     return {

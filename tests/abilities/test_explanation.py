@@ -21,7 +21,7 @@ from eai.abilities.explanation import (
 from eai.abilities.reports import report_goal_parts, report_steps
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
-from eai.logic.rewriting import rename_variables
+from eai.logic.rewriting import standardize_variable_names
 from eai.results.codec import dataclass_to_json
 from eai.tasks.goal_text import write_goal
 from eai.tasks.task import Task
@@ -128,13 +128,17 @@ def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))
     near = Atom("NEXT_TO", (Constant("character.65"), name))
     reports = report_goal_parts(Then((closed, near, opened)), course)
-    assert [part.time_met_text for part in reports] == ["at the start", "after step 2", "after step 4"]
+    assert [part.description_of_time_met for part in reports] == [
+        "at the start",
+        "after step 2",
+        "after step 4",
+    ]
     reports = report_goal_parts(Then((near, Occurs("OPEN", (name,)), opened)), course)
-    assert [part.time_met_text for part in reports] == ["after step 2", "", ""], (
+    assert [part.description_of_time_met for part in reports] == ["after step 2", "", ""], (
         "it is opened in the state of part 1"
     )
     reports = report_goal_parts(Then((closed, Occurs("OPEN", (name,)), Occurs("OPEN") | opened)), course)
-    assert [part.time_met_text for part in reports] == ["at the start", "at step 4", "after step 4"]
+    assert [part.description_of_time_met for part in reports] == ["at the start", "at step 4", "after step 4"]
 
 
 def test_steps_after_a_slip_are_reported_with_their_changes() -> None:
@@ -237,7 +241,7 @@ def test_the_names_in_a_goal_are_read_from_its_text(formula: Atom | Occurs | Or,
 def test_a_quantified_goal_is_a_text_that_can_be_read(condition: str, text: str) -> None:
     formula = read_condition(condition)
     assert write_goal(formula) == text
-    assert parse(text) == rename_variables(formula)
+    assert parse(text) == standardize_variable_names(formula)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from statistics import mean
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
-from eai.abilities.notation.plans import JsonPlans
+from eai.abilities.notation.plans import JsonPlanNotation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.suite import open_suite
@@ -122,7 +122,7 @@ def test_a_goal_without_requirements_is_one_condition() -> None:
 def test_an_answer_that_never_ran_meets_none_of_the_shortest_option() -> None:
     two = And((LIT, Atom("holding", (Constant("red"),))))
     given = task(ALL_IN_SHED, Or((two, Atom("holding", (Constant("blue"),)))))
-    scorer = ActionSequencingScorer(given, toy.DOMAIN, JsonPlans())
+    scorer = ActionSequencingScorer(given, toy.DOMAIN, JsonPlanNotation())
     for text in ("no plan", '[{"action": "FLY", "object": "red"}]', '[{"action": "GO"}]'):
         verdict = scorer.score(text)
         assert isinstance(verdict, PlanVerdict)
@@ -134,7 +134,7 @@ def test_an_answer_that_never_ran_meets_none_of_the_shortest_option() -> None:
 
 
 def test_a_plan_counts_up_to_the_step_that_fails() -> None:
-    scorer = ActionSequencingScorer(task(ALL_IN_SHED, LIT), toy.DOMAIN, JsonPlans())
+    scorer = ActionSequencingScorer(task(ALL_IN_SHED, LIT), toy.DOMAIN, JsonPlanNotation())
     steps = [("GO", "shed"), ("PRESS", "lamp"), ("LIFT", "red")]
     verdict = scorer.score(json.dumps([{"action": name, "object": thing} for name, thing in steps]))
     assert isinstance(verdict, PlanVerdict)

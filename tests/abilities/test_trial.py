@@ -114,7 +114,7 @@ def find_seed(numbers: Sequence[int], length: int) -> int:
     """Return a seed with which exactly these draws slip, with a slip probability of one half."""
     for seed in range(10_000):
         luck = SlipSampler(0.5, "both", seed=seed, epoch=1)
-        if [i for i in range(length) if luck.draw_slip()] == list(numbers):
+        if [i for i in range(length) if luck.draw_whether_next_action_slips()] == list(numbers):
             return seed
     raise AssertionError
 

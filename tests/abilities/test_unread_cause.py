@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.answer_text import MAX_LENGTH
 from eai.abilities.explanation import Explanation
-from eai.abilities.notation.plans import JsonPlans
+from eai.abilities.notation.plans import JsonPlanNotation
 from eai.abilities.protocol import Ability
 from eai.abilities.unread_cause import find_cause_of_unreadability, find_repeated_ending, mark_as_cut_off
 from eai.abilities.verdict import ErrorReport, PlanVerdict
@@ -107,7 +107,7 @@ def test_a_cause_takes_time_in_proportion_to_the_text(piece: str) -> None:
     text = f"so {piece * (MAX_LENGTH // len(piece) - 3)} it"
     started = process_time()
     find_cause_of_unreadability(text, ACTIONS, lambda: None)
-    JsonPlans().read(text, ACTIONS)
+    JsonPlanNotation().read(text, ACTIONS)
     assert process_time() - started < 20
 
 

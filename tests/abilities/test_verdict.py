@@ -9,10 +9,10 @@ import pytest
 
 import eai
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.protocol import find_protocols
+from eai.abilities.protocol import find_protocol_entry_points
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, SummaryCounts, Verdict
+from eai.abilities.verdict import ConfusionCounts, ErrorReport, PlanVerdict, SummaryCounts, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.share import Share, TalliesByGoalKind
 from eai.world.fault import FaultKind
@@ -28,7 +28,7 @@ ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("ja
         PlanVerdict(None, ERROR, (), False, True, 2, TALLIES, (True, False)),
         PlanVerdict(goals=TALLIES, counted=SummaryCounts(True, TALLIES, {FaultKind.PARSING: 2})),
         SubgoalVerdict(category=SubgoalCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), tried_actions=7),
-        GoalVerdict(counts={"state": Confusion(1, 2, 3)}, missing=("on(a, b)",)),
+        GoalVerdict(counts={"state": ConfusionCounts(1, 2, 3)}, missing=("on(a, b)",)),
         OperatorVerdict(success=True, planner=PlannerOutcome.SOLVED, plan=("open a",)),
     ],
 )
@@ -47,7 +47,7 @@ EXCLUDING = {
 
 def test_only_tasks_and_the_rules_of_other_protocols_exclude() -> None:
     source = Path(eai.__file__).parent
-    of_protocols = tuple(point.module.rpartition(".")[0] for point in find_protocols().values())
+    of_protocols = tuple(point.module.rpartition(".")[0] for point in find_protocol_entry_points().values())
     made = [
         path.relative_to(source).as_posix()
         for path in sorted(source.rglob("*.py"))

@@ -97,7 +97,7 @@ def test_each_game_after_a_seed_has_the_slips_of_the_next_epoch() -> None:
         environment.reset(seed=7 if epoch == 0 else None)
         slipped = [environment.step("PRESS(lamp)")[4]["slipped"] for _ in range(8)]
         luck = SlipSampler(0.5, "both", seed=7, epoch=epoch)
-        assert slipped == [luck.draw_slip() for _ in range(8)]
+        assert slipped == [luck.draw_whether_next_action_slips() for _ in range(8)]
 
 
 @pytest.mark.parametrize("mode", ["sync", "async"])

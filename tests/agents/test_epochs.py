@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from agents.switches import SWITCHES, WON
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.abilities.experiment import Experiment
 from eai.agents.declaration import average_episodes, compute_share_by_metric
 from eai.agents.play import EpisodeFactory
@@ -25,7 +25,7 @@ from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import find_response_files
 from eai.results.runs import read_runs
-from eai.results.summary import break_down_records, compute_metric_rates, make_cases_by_metric
+from eai.results.summary import break_down_records, compute_metric_rates, make_contributions_by_metric
 from eai.results.tidy import TidyTables
 from eai.results.trials import Answer
 from eai.tasks.prompts.prompt import Prompt
@@ -50,7 +50,7 @@ def settled(folder: Path, *won: str) -> SuiteResult:
             for command in ("LOOK", *(WINNING[task_id] if letter == "w" else ()), "DONE"):
                 play.play_command(command)
             text = play.write_as_json_text("stopped")
-            given[task_id, epoch] = Answer(task_id, epoch, "", "", text, "", "stop", (), Usage())
+            given[task_id, epoch] = Answer(task_id, epoch, "", "", text, "", "stop", (), AnswerUsage())
     prompts = {task_id: Prompt("?") for task_id in WINNING}
     obtained = ModelAnswers("m", "m", prompts, given, failures, len(won))
     return score_answers(obtained, folder, suite, ScoringOptions())
@@ -93,7 +93,7 @@ def test_an_episode_that_crashed_is_lost_and_counted_apart(tmp_path: Path) -> No
 
 def test_episodes_of_one_task_are_not_independent_units(tmp_path: Path) -> None:
     def units(result: SuiteResult) -> tuple[int, float]:
-        certainty = compute_rate_intervals(make_cases_by_metric(result.records, ACTING)["success"])
+        certainty = compute_rate_intervals(make_contributions_by_metric(result.records, ACTING)["success"])
         assert certainty is not None
         return certainty.tasks, certainty.by_task.high - certainty.by_task.low
 

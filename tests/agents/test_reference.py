@@ -12,8 +12,8 @@ from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
 from eai.agents.reference import (
     add_reference_plans,
+    describe_wrong_recorded_plans,
     find_reference_solution,
-    find_wrong_reference_plans,
     make_setup,
 )
 from eai.agents.rules import STANDARD, GameRules
@@ -94,12 +94,12 @@ def test_other_goals_have_no_recorded_plans() -> None:
 
 def test_plans_that_are_too_long_are_found_by_a_search() -> None:
     padded = replace(RECORDED, shortest_plan=act(*PADDED, *WON), reference_plan=act(*PADDED, *PADDED, *WON))
-    assert list(find_wrong_reference_plans(padded, SWITCHES, searches=False)) == []
-    assert list(find_wrong_reference_plans(padded, SWITCHES, searches=True)) == [
+    assert list(describe_wrong_recorded_plans(padded, SWITCHES, searches=False)) == []
+    assert list(describe_wrong_recorded_plans(padded, SWITCHES, searches=True)) == [
         "shortest: expected at most 3 steps, as a search finds, found 6",
         "reference: expected at most 5 steps, as a search finds, found 8",
     ]
-    assert list(find_wrong_reference_plans(RECORDED, SWITCHES, searches=True)) == []
+    assert list(describe_wrong_recorded_plans(RECORDED, SWITCHES, searches=True)) == []
 
 
 def test_a_setup_without_limits_has_none_even_if_the_limit_was_read_before() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from agents.switches import SWITCHES
 from eai import Benchmark
-from eai.agents.agents import blind_agent, random_agent
+from eai.agents.agents import make_blind_agent, random_agent
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING, AgentSetting
 from eai.base.store import Store
@@ -24,7 +24,7 @@ def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Res
     task_ids = [i for i in suite.task_ids if suite.tasks[i].unplannable_reason is None][::sample]
     for epoch in range(number):
         play = arena.begin_episode(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
-        agent = (random_agent, blind_agent)[epoch % 2](play, epoch)
+        agent = (random_agent, make_blind_agent)[epoch % 2](play, epoch)
         while not play.over:
             play.play_command(agent())
         yield Response(play.task.id, play.write_as_json_text("stopped"))

@@ -13,7 +13,7 @@ from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD, Observe
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.short_lists import spell_out
 from eai.tasks.source import Source
 from eai.world.episode import Episode
@@ -46,7 +46,7 @@ def test_incremental_observations_equal_new_ones(
     for _ in range(40):
         operator = rng.choice(benchmark.domain.operators)
         possible = list(
-            generate_applicable_of_operator(benchmark.domain, operator, episode.state, task.relevant)
+            generate_applicable_actions_of_operator(benchmark.domain, operator, episode.state, task.relevant)
         )
         if not possible:
             continue

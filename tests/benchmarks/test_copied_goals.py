@@ -19,7 +19,7 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.tasks.goal_text import make_task
 from eai.tasks.task import Task
 from world import toy
@@ -58,5 +58,5 @@ def task(*goals: Formula) -> Task:
 )
 def test_each_part_of_a_goal_is_copied_as_a_subgoal(goals: list[Formula], copied: str) -> None:
     parts = write_goal_parts_as_subgoals(task(*goals), SubgoalNotation(toy.DOMAIN))
-    written = "; ".join(map(print_ltl, parts))
+    written = "; ".join(map(format_ltl, parts))
     assert written.replace("(", "").replace(")", "") == copied.replace("(", "").replace(")", "")

@@ -22,7 +22,7 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScore
 from eai.abilities.transition_modeling.extraction import ResultCache, read_operators
 from eai.abilities.verdict import Unreadable
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import WrittenAnswer, open_answers_of_planner, open_gold_answers
+from eai.benchmarks.gold_answers import AnswerInParts, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -33,24 +33,24 @@ from sweeps import sweep
 DOMAINS = TESTS / "pddl" / "domains"
 BLOCKS = f"pddl:{DOMAINS / 'gripper' / 'domain.pddl'},{DOMAINS / 'gripper'}"
 
-Damage = Callable[[WrittenAnswer, random.Random], str]
+Damage = Callable[[AnswerInParts, random.Random], str]
 
 
-def cut_end(answer: WrittenAnswer, lots: random.Random) -> str:
+def cut_end(answer: AnswerInParts, lots: random.Random) -> str:
     return answer.text[: lots.randrange(1, len(answer.text))]
 
 
-def remove_sign(answer: WrittenAnswer, lots: random.Random) -> str:
+def remove_sign(answer: AnswerInParts, lots: random.Random) -> str:
     position = lots.choice([match.start() for match in re.finditer(r"[^\w\s]", answer.text)])
     return answer.text[:position] + answer.text[position + 1 :]
 
 
-def remove_letter(answer: WrittenAnswer, lots: random.Random) -> str:
+def remove_letter(answer: AnswerInParts, lots: random.Random) -> str:
     position = lots.choice([match.start() for match in re.finditer(r"\w", answer.text)])
     return answer.text[:position] + answer.text[position + 1 :]
 
 
-def malform_step(answer: WrittenAnswer, lots: random.Random) -> str:
+def malform_step(answer: AnswerInParts, lots: random.Random) -> str:
     parts = list(answer.parts)
     number = lots.randrange(len(parts))
     parts[number] = lots.choice(
@@ -65,14 +65,14 @@ def malform_step(answer: WrittenAnswer, lots: random.Random) -> str:
     return replace_parts(answer, parts)
 
 
-def remove_brackets(answer: WrittenAnswer, lots: random.Random) -> str:
+def remove_brackets(answer: AnswerInParts, lots: random.Random) -> str:
     parts = list(answer.parts)
     number = lots.randrange(len(parts))
     parts[number] = re.sub(r"[\[\](){}]", "", parts[number])
     return replace_parts(answer, parts)
 
 
-def misspell_key(answer: WrittenAnswer, lots: random.Random) -> str:
+def misspell_key(answer: AnswerInParts, lots: random.Random) -> str:
     keys = list(re.finditer(r'"(\w[\w ]*)"(?=\s*:)|(?<=:)\w+', answer.text)) or list(
         re.finditer(r"\w+", answer.text)
     )
@@ -81,13 +81,13 @@ def misspell_key(answer: WrittenAnswer, lots: random.Random) -> str:
     return answer.text[:position] + lots.choice(["x", "_", ""]) + answer.text[position + 1 :]
 
 
-def append_text(answer: WrittenAnswer, lots: random.Random) -> str:
+def append_text(answer: AnswerInParts, lots: random.Random) -> str:
     return answer.text + lots.choice(
         ["\n\nThis plan reaches the goal.", "}", "]", " Note: [1] holds.", "\n```"]
     )
 
 
-def replace_parts(answer: WrittenAnswer, parts: list[str]) -> str:
+def replace_parts(answer: AnswerInParts, parts: list[str]) -> str:
     """Return the gold answer with changed parts."""
     text = answer.text
     for old, new in zip(answer.parts, parts, strict=True):
@@ -96,10 +96,10 @@ def replace_parts(answer: WrittenAnswer, parts: list[str]) -> str:
     return text
 
 
-def write_lines(answer: WrittenAnswer) -> WrittenAnswer:
+def write_lines(answer: AnswerInParts) -> AnswerInParts:
     """Return a plan as JSON lines: one object a line, without a list around them."""
     parts = [part if part.startswith("{") else f"{{{part}}}" for part in answer.parts]
-    return WrittenAnswer(tuple(parts), "\n".join)
+    return AnswerInParts(tuple(parts), "\n".join)
 
 
 DAMAGES: tuple[Damage, ...] = (

@@ -17,7 +17,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DataError, InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark, DataSet
-from eai.benchmarks.errata import ErrataUse, _Erratum, load_all_errata, read_errata
+from eai.benchmarks.errata import ApplicableErrata, _Erratum, load_all_errata, read_errata
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -352,7 +352,7 @@ def test_only_the_default_protocol_uses_errata(data_store: Store, domain: str, a
         is_default = protocol is Protocol.STRICT
         assert suite.errata.version == (version if is_default else "")
         used = suite.errata.find_errata_of_task(ability, suite.task_ids[0])
-        assert used == (ErrataUse(version) if is_default else None)
+        assert used == (ApplicableErrata(version) if is_default else None)
 
 
 HEAD = """

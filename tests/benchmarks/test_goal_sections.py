@@ -53,7 +53,8 @@ def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
     assert len(prompts) == 342
     for task_id, prompt in prompts.items():
         assert (
-            section.rewrite_section(prompt.user, BelievedTask(virtualhome_tasks[task_id], "")) == prompt.user
+            section.replace_goals_in_question(prompt.user, BelievedTask(virtualhome_tasks[task_id], ""))
+            == prompt.user
         )
 
 
@@ -94,7 +95,7 @@ def test_models_goals_reproduce_the_published_goal_sections(
     for row in rows_with_section:
         task_id = row["identifier"]
         for answer in (json.dumps(row["goals_used"]), answers[task_id]):
-            question = section.rewrite_section(
+            question = section.replace_goals_in_question(
                 prompts[task_id].user, BelievedTask(behavior_tasks[task_id], answer)
             )
             assert find_section(section, question) == row["goal_section"]

@@ -12,7 +12,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import (
-    WrittenAnswer,
+    AnswerInParts,
     make_noisy_answer,
     open_answers_of_planner,
     open_gold_answers,
@@ -26,7 +26,7 @@ from suites import answer_book, planned_book
 from sweeps import every
 
 BOOK = {
-    task_id: WrittenAnswer(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join) for task_id in "12"
+    task_id: AnswerInParts(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join) for task_id in "12"
 }
 DOMAINS = TESTS / "pddl" / "domains"
 SUBGOALS = Ability.SUBGOAL_DECOMPOSITION

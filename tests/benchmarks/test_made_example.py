@@ -104,8 +104,8 @@ def test_objects_are_listed_once_with_all_their_kinds(taxis: Benchmark) -> None:
 
 
 def test_a_public_benchmark_keeps_the_examples_of_its_data_set() -> None:
-    assert find_benchmark("virtualhome").is_worded_by_declaration is False
-    assert toys().is_worded_by_declaration
+    assert find_benchmark("virtualhome").has_declared_prompt_names is False
+    assert toys().has_declared_prompt_names
 
 
 def test_a_vocabulary_without_predicates_has_no_example() -> None:

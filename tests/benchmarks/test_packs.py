@@ -31,7 +31,7 @@ from eai.benchmarks.packs import (
     validate_packs,
 )
 from eai.benchmarks.reference_wheel import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES
-from eai.benchmarks.virtualhome.benchmark import list_unexpected_figures
+from eai.benchmarks.virtualhome.benchmark import list_unexpected_counts
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords
 from eai.tasks.source import Source
@@ -267,7 +267,7 @@ def find_problems(store: Store, packs: Sequence[DataPack]) -> list[str]:
 
 def check_counts(packs: Sequence[DataPack], **counts: int) -> list[DataPack]:
     """Return the packs with other expected counts for VirtualHome."""
-    return [replace(packs[0], check=partial(list_unexpected_figures, expected_counts=counts)), *packs[1:]]
+    return [replace(packs[0], check=partial(list_unexpected_counts, expected_counts=counts)), *packs[1:]]
 
 
 def test_a_fetched_store_is_valid(store: Store, packs: Sequence[DataPack]) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.protocol import Protocol, find_protocols
+from eai.abilities.protocol import Protocol, find_protocol_entry_points
 from eai.benchmarks import protocols
 
 
-@pytest.mark.parametrize("name", find_protocols())
+@pytest.mark.parametrize("name", find_protocol_entry_points())
 def test_protocols_are_found_by_name(name: str) -> None:
     assert Protocol(name) in Protocol.list_names()
     assert isinstance(protocols.find_implementation(name), protocols.ProtocolImplementation)

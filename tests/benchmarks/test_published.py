@@ -13,7 +13,11 @@ from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.base.store import Store
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.prompt_library import PromptLibrary
-from eai.benchmarks.published import TransitionTasks, open_behavior_operators, open_virtualhome_operators
+from eai.benchmarks.published import (
+    TransitionTasks,
+    open_behavior_operators,
+    open_virtualhome_transition_tasks,
+)
 from eai.benchmarks.reference_wheel import PROMPTS, SCENE_PREFIX
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -30,7 +34,7 @@ def count_categories(tasks: TransitionTasks) -> dict[str, int]:
 
 
 def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: Store) -> None:
-    assert count_categories(open_virtualhome_operators(Source(data_store))) == {
+    assert count_categories(open_virtualhome_transition_tasks(Source(data_store))) == {
         "object_states": 178,
         "object_affordance": 167,
         "object_orientation": 28,
@@ -48,7 +52,7 @@ def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: Store) -
 
 
 def test_no_task_has_the_category_of_tools(data_store: Store) -> None:
-    tasks = open_virtualhome_operators(Source(data_store))
+    tasks = open_virtualhome_transition_tasks(Source(data_store))
     assert PredicateCategory.OBJECT_TOOLS in next(iter(tasks.values())).domain.categories.values()
     assert all(PredicateCategory.OBJECT_TOOLS not in task.categories for task in tasks.values())
 

@@ -19,7 +19,7 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.check import check_domain
 from eai.pddl.planning import PlannerChoice
 from eai.pddl.reader import read_action
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.results.summary import compute_metric_rates
 from eai.tasks.source import Source
 from eai.world.execution import execute_plan
@@ -42,7 +42,7 @@ def test_each_possible_action_is_drawn_about_equally_often(lamps: str) -> None:
     possible = [
         action
         for operator in domain.operators
-        for action in generate_applicable_of_operator(domain, operator, task.initial, indices)
+        for action in generate_applicable_actions_of_operator(domain, operator, task.initial, indices)
     ]
     rng, drawn = random.Random(0), Counter[object]()
     for _ in range(200 * len(possible)):

@@ -26,7 +26,7 @@ from eai.benchmarks.gold_answers import (
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
-from eai.results.trials import TrialSet, begin_trial, open_trials, replay_attempts_at_task
+from eai.results.trials import SuiteConversations, begin_trial, open_trials, replay_attempts_at_task
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 from made_answers import made_answers
@@ -49,7 +49,7 @@ def open_plan_suite(name: str, store: Store, protocol: Protocol = Protocol.STRIC
     return open_suite(name, ACTIONS, protocol, source=Source(store))
 
 
-def open_published_trials(name: str, store: Store, experiment: ReplanningOptions) -> TrialSet:
+def open_published_trials(name: str, store: Store, experiment: ReplanningOptions) -> SuiteConversations:
     """Return the trials of all tasks with the published prompts."""
     suite, library = open_plan_suite(name, store), PromptLibrary("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
@@ -134,7 +134,9 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
     ).try_answer(gold)
 
 
-def run_policy(trials: TrialSet, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
+def run_policy(
+    trials: SuiteConversations, task_id: str, policy: Callable[[Prompt, int], str]
+) -> Sequence[Attempt]:
     """Return the attempts of a policy, which gets the question and the number of the attempt."""
     conversation = trials.start_conversation(task_id)
     while not conversation.is_over:

@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import RAISED, Confusion
+from eai.abilities.verdict import RAISED, ConfusionCounts
 from eai.agents.setting import ACTING
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
@@ -24,7 +24,7 @@ COUNTED_TASKS = {
 }
 """Number of tasks that count under `strict`, if some do not."""
 
-_EXPECTED_LITERALS = {"precondition": Confusion(0, 0, 19), "effect": Confusion(0, 0, 19)}
+_EXPECTED_LITERALS = {"precondition": ConfusionCounts(0, 0, 19), "effect": ConfusionCounts(0, 0, 19)}
 """Counts of the gold literals of the first BEHAVIOR task."""
 
 

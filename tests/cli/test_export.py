@@ -9,7 +9,7 @@ import pytest
 import eai as library
 from by_path import ROOT
 from command_line import Command
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.base.store import Store
 from eai.results.epochs import ModelAnswers, score_answers
 from eai.results.options import ScoringOptions
@@ -44,7 +44,7 @@ def records(data_store: Store, tmp_path: Path) -> Path:
                 "",
                 "stop",
                 (),
-                Usage(),
+                AnswerUsage(),
             )
             for task_id, parts in answers.items()
         }

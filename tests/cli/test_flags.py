@@ -12,7 +12,7 @@ from by_path import ROOT
 from command_line import Command
 from eai.base.store import Store
 from eai.cli import app
-from eai.run.spec import list_option_defaults
+from eai.run.spec import get_default_text_by_option
 from processes import eai as run_eai
 
 PAGE = ROOT / "docs" / "run-options.md"
@@ -28,7 +28,7 @@ def test_the_flags_are_few() -> None:
 def test_all_options_are_listed_where_the_documentation_has_them(eai: Command) -> None:
     listed = eai("run", "--with", "help")
     assert listed.status == 0
-    assert all(f"| `{key}` |" in listed.out for key in list_option_defaults())
+    assert all(f"| `{key}` |" in listed.out for key in get_default_text_by_option())
     assert "|  |\n" not in listed.out, "each has a meaning"
     assert listed.out in PAGE.read_text(encoding="utf-8"), "put the output of eai run --with help there"
 

@@ -12,9 +12,9 @@ from eai.cli import progress
 from eai.cli.progress import (
     LONGEST_SILENCE,
     PATIENCE,
-    count_scoring_progress,
+    make_scoring_progress_display,
     show_data_progress,
-    show_making_progress,
+    show_generation_progress,
     show_run_progress,
     show_scoring_progress,
 )
@@ -183,7 +183,7 @@ def test_without_a_terminal_lines_show_what_is_made_and_refused_and_how_fast(
     monkeypatch: pytest.MonkeyPatch, clock: Clock
 ) -> None:
     screen = make_screen(monkeypatch)
-    with show_making_progress("generating behavior", 40, quiet=False) as report:
+    with show_generation_progress("generating behavior", 40, quiet=False) as report:
         for made, refused, clock.seconds in (
             (0, 3, 101),
             (2, 8, 110),
@@ -196,7 +196,7 @@ def test_without_a_terminal_lines_show_what_is_made_and_refused_and_how_fast(
         "generating behavior: 2/40, 8 refused, 0.2/s, about 3 min left",
         "generating behavior: 2/40, 90 refused, 0.0/s, about 22 min left",
     ]
-    with show_making_progress("generating behavior", 40, quiet=True) as report:
+    with show_generation_progress("generating behavior", 40, quiet=True) as report:
         report(40, 0)
     assert screen.getvalue().count("\n") == 2
 
@@ -206,7 +206,7 @@ def test_a_terminal_shows_what_is_made_and_refused(width: int, monkeypatch: pyte
     screen = io.StringIO()
     console = Console(file=screen, width=width, force_terminal=True, color_system=None)
     monkeypatch.setattr(progress, "get_error_console", lambda: console)
-    with show_making_progress("generating behavior-1k-challenge-2025", 1000, quiet=False) as report:
+    with show_generation_progress("generating behavior-1k-challenge-2025", 1000, quiet=False) as report:
         report(1, 0)
         report(1000, 12_345)
     assert "1000/1000" in screen.getvalue()
@@ -217,7 +217,7 @@ def test_without_a_terminal_the_first_hundred_answers_give_the_time_for_all_file
     monkeypatch: pytest.MonkeyPatch, clock: Clock
 ) -> None:
     screen = make_screen(monkeypatch)
-    show_file = count_scoring_progress(30_000, 0, quiet=False)
+    show_file = make_scoring_progress_display(30_000, 0, quiet=False)
     for title, seconds in (("scoring a", 40), ("scoring b", 20)):
         with show_file(title) as add_answers:
             for _ in range(60):
@@ -231,7 +231,7 @@ def test_without_a_terminal_the_first_hundred_answers_give_the_time_for_all_file
 
 def test_kept_answers_take_no_time(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
     screen = make_screen(monkeypatch)
-    with count_scoring_progress(342, 200, quiet=False)("scoring") as add_answers:
+    with make_scoring_progress_display(342, 200, quiet=False)("scoring") as add_answers:
         clock.seconds += 10
         add_answers(2)
     assert screen.getvalue() == "scoring: 202/342, about 12 min left\n"
@@ -239,7 +239,7 @@ def test_kept_answers_take_no_time(monkeypatch: pytest.MonkeyPatch, clock: Clock
 
 def test_a_terminal_shows_the_time_left_for_all_files(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
     screen = make_screen(monkeypatch, force_terminal=True, color_system=None)
-    show_file = count_scoring_progress(300, 0, quiet=False)
+    show_file = make_scoring_progress_display(300, 0, quiet=False)
     for title in ("scoring behavior goal_interpretation m", "scoring behavior action_sequencing m"):
         with show_file(title) as add_answers:
             clock.seconds += 50
@@ -251,6 +251,6 @@ def test_a_terminal_shows_the_time_left_for_all_files(monkeypatch: pytest.Monkey
 
 def test_json_shows_no_progress_of_scoring(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = make_screen(monkeypatch, force_terminal=True)
-    with count_scoring_progress(1, 0, quiet=True)("scoring") as add_answers:
+    with make_scoring_progress_display(1, 0, quiet=True)("scoring") as add_answers:
         add_answers(1)
     assert screen.getvalue() == ""

@@ -40,7 +40,7 @@ from differential.verdict_fields import examples, fields
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.behavior.tasks import open_tasks, read_listed_relations
+from eai.benchmarks.behavior.tasks import open_tasks, read_initial_relations
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.reference.protocol import open_virtualhome
 from eai.pddl.planning import PlannerChoice
@@ -131,7 +131,7 @@ def scenes_for(ability: Ability, task_ids: set[str]) -> dict[str, Any]:
     for task_id in sorted(task_ids):
         task = tasks[task_id]
         as_listed = ability is Ability.SUBGOAL_DECOMPOSITION and task.initial_as_published != task.initial
-        found[task_id] = described(task, read_listed_relations(task.record) if as_listed else None)
+        found[task_id] = described(task, read_initial_relations(task.record) if as_listed else None)
     return found
 
 

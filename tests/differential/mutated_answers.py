@@ -17,7 +17,7 @@ from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.gold_answers import AnswersByTask, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome import tasks as virtualhome
-from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoalNotation
 from eai.world.state import Scene
 
 Maker: TypeAlias = Callable[[Dice, str], str]
@@ -41,7 +41,7 @@ def _in_homes(ability: Ability, book: AnswersByTask) -> Maker:
     def words(task_id: str) -> Words:
         scene = tasks[task_id].scene
         near = [scene.objects[i].name for i in tasks[task_id].relevant]
-        signature = VirtualHomeSubgoals(SUBGOAL_ACTIONS).make_formula_lexicon(scene).signature
+        signature = VirtualHomeSubgoalNotation(SUBGOAL_ACTIONS).make_formula_lexicon(scene).signature
         return Words(signature, [thing.name for thing in scene.objects], near)
 
     match ability:

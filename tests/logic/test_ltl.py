@@ -33,7 +33,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl import Dialect, parse, read_formula
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.signature import Signature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
 from sweeps import examples
@@ -57,7 +57,7 @@ def failure_of(text: str, dialect: Dialect) -> ParseError | None:
 @given(formulas(beyond_paper=False))
 @settings(max_examples=examples(120))
 def test_the_dialects_agree_on_the_papers_formulas(formula: Formula) -> None:
-    text = print_ltl(formula).replace("notable", "able")
+    text = format_ltl(formula).replace("notable", "able")
     assert read(text, "release") == read(text, "ltlf")
 
 
@@ -168,7 +168,7 @@ def test_the_release_dialect_rejects_formulas_beyond_the_paper(text: str) -> Non
 )
 def test_a_constant_may_stand_in_brackets_after_a_prefix(text: str, formula: Formula) -> None:
     assert read(text, "ltlf") == formula
-    assert parse(print_ltl(formula)) == formula
+    assert parse(format_ltl(formula)) == formula
 
 
 def test_the_release_dialect_has_no_constants() -> None:

@@ -13,7 +13,7 @@ from eai.logic.formula import (
     Then,
 )
 from eai.logic.ltl import parse, read_formula
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.signature import Signature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
 from sweeps import examples
@@ -24,7 +24,7 @@ SIGNATURE = Signature(PREDICATES, ACTIONS)
 @given(formulas())
 @settings(max_examples=examples(120))
 def test_reading_a_printed_formula_gives_the_formula(formula: Formula) -> None:
-    assert read_formula(print_ltl(formula), SIGNATURE) == (formula, ())
+    assert read_formula(format_ltl(formula), SIGNATURE) == (formula, ())
 
 
 @pytest.mark.parametrize(
@@ -45,10 +45,10 @@ def test_reading_a_printed_formula_gives_the_formula(formula: Formula) -> None:
     ],
 )
 def test_only_needed_brackets_are_printed(text: str) -> None:
-    assert print_ltl(parse(text)) == text
+    assert format_ltl(parse(text)) == text
 
 
 def test_a_connective_with_one_part_is_printed_as_the_part() -> None:
     p, q = Atom("p"), Atom("q")
-    assert print_ltl(And((Or((p,)), Then((Or((p, q)),))))) == "p() and (p() or q())"
-    assert print_ltl(Then(())) == "true"
+    assert format_ltl(And((Or((p,)), Then((Or((p, q)),))))) == "p() and (p() or q())"
+    assert format_ltl(Then(())) == "true"

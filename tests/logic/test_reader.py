@@ -12,7 +12,7 @@ from eai.logic.formula import (
     Formula,
 )
 from eai.logic.ltl import Dialect, parse
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.semantics import explain_truth
 from eai.logic.trace import Trace
 from eai.logic.traversal import MAX_DEPTH
@@ -58,7 +58,7 @@ def test_the_deepest_formulas_can_be_compared_hashed_shown_and_stored(
     assert formula == read(text)
     assert hash(formula) == hash(read(text))
     assert repr(formula).count("Atom") >= 1
-    assert read(print_ltl(formula)) == formula
+    assert read(format_ltl(formula)) == formula
     assert pickle.loads(pickle.dumps(formula)) == formula  # noqa: S301
 
 

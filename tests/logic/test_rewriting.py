@@ -27,12 +27,12 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl import parse
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import (
     rename_objects,
-    rename_variables,
     rewrite_leaves,
     rewrite_state_subformulas,
+    standardize_variable_names,
     substitute_terms,
 )
 
@@ -74,7 +74,7 @@ def test_objects_change_their_names_everywhere_and_variables_keep_them(
 def test_a_bound_variable_is_renamed_and_keeps_its_category() -> None:
     lamp = Variable("l", "lamp")
     formula = ForAll(lamp, And((Atom("lit", (lamp,)), Equals(lamp, Variable("l")))))
-    assert print_ltl(rename_variables(formula)) == "forall x: lamp. (lit(x) and x = x)"
+    assert format_ltl(standardize_variable_names(formula)) == "forall x: lamp. (lit(x) and x = x)"
 
 
 def formula(text: str) -> Formula:

@@ -10,7 +10,7 @@ import pytest
 
 from eai.base.errors import DataError
 from eai.base.store import Store
-from eai.benchmarks.published import open_behavior_operators, open_virtualhome_operators
+from eai.benchmarks.published import open_behavior_operators, open_virtualhome_transition_tasks
 from eai.pddl.check import check_problem
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlanningTask
@@ -38,9 +38,9 @@ def made(task: TransitionTask) -> PlanningTask:
 
 def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
     source = Source(data_store)
-    tasks = [*open_virtualhome_operators(source).values()][::6] + [*open_behavior_operators(source).values()][
-        ::4
-    ]
+    tasks = [*open_virtualhome_transition_tasks(source).values()][::6] + [
+        *open_behavior_operators(source).values()
+    ][::4]
     checked = 0
     for task in tasks:
         planning = made(task)
@@ -53,7 +53,7 @@ def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
 
 
 def test_a_plan_without_its_first_step_is_refused(val: Path, data_store: Store) -> None:
-    tasks = open_virtualhome_operators(Source(data_store)).values()
+    tasks = open_virtualhome_transition_tasks(Source(data_store)).values()
     task = next(task for task in tasks if "switch_on" in task.operators)
     planning = made(task)
     plan = search(planning.domain, planning.problem, Limits()).plan

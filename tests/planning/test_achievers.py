@@ -50,15 +50,18 @@ def test_an_effect_whose_variable_hides_another_is_left_out() -> None:
 def test_variables_that_the_atom_leaves_open_get_values() -> None:
     go, carry = AchieversByPredicate(toy.DOMAIN).find_achievers("at", adding=True)
     shed, red = SCENE.index["shed"], SCENE.index["red"]
-    scopes = [go.map_variables_to_objects(binding) for binding in go.complete_bindings(START, {}, EVERYTHING)]
+    scopes = [
+        go.map_variables_to_objects(binding)
+        for binding in go.generate_complete_bindings(START, {}, EVERYTHING)
+    ]
     assert scopes == [{"x": SCENE.index["hall"]}, {"x": shed}], "what is no place is left out at once"
-    (binding,) = carry.complete_bindings(START, {"y": red, "x": shed}, EVERYTHING)
+    (binding,) = carry.generate_complete_bindings(START, {"y": red, "x": shed}, EVERYTHING)
     assert carry.get_operator_arguments(binding) == (shed,)
     (failing,) = [i for i, (_, holds) in enumerate(carry.conditions) if not holds(START, binding)]
     subgoal, atom = carry.ground_condition(failing, binding, SCENE)
     assert (subgoal.formula, subgoal.scope["y"]) == (toy.holding(Y), red)
     assert atom == GroundAtom("holding", (red,), True)
-    assert list(go.complete_bindings(START, {}, 0)) == []
+    assert list(go.generate_complete_bindings(START, {}, 0)) == []
 
 
 def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,7 +73,7 @@ def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch)
     def found() -> list[list[list[int]]]:
         achievers = [Achiever(schema, scorer.domain.vocabulary) for schema in schemas]
         return [
-            [[*b] for b in each.complete_bindings(state, {"x": scorer.task.relevant[0]}, everything)]
+            [[*b] for b in each.generate_complete_bindings(state, {"x": scorer.task.relevant[0]}, everything)]
             for each in achievers
         ]
 
@@ -107,7 +110,7 @@ def matched(
 ) -> list[tuple[Achiever, list[list[int]]]]:
     """Return the achievers of an atom that have matches, with these matches."""
     found = [
-        (m.achiever, [[*b] for b in m.complete_bindings(state, ALL)])
+        (m.achiever, [[*b] for b in m.generate_complete_bindings(state, ALL)])
         for m in matches.find_achievers_of_atom(atom)
     ]
     return [(achiever, bindings) for achiever, bindings in found if bindings]
@@ -118,7 +121,9 @@ def matched_anew(
 ) -> Iterator[tuple[Achiever, list[list[int]]]]:
     for achiever in heuristic.achievers.find_achievers(atom.predicate, adding=atom.truth):
         scope = achiever.match_atom_arguments(atom.arguments, HOUSE)
-        bindings = [] if scope is None else [[*b] for b in achiever.complete_bindings(state, scope, ALL)]
+        bindings = (
+            [] if scope is None else [[*b] for b in achiever.generate_complete_bindings(state, scope, ALL)]
+        )
         if bindings:
             yield achiever, bindings
 
@@ -148,7 +153,7 @@ def test_changing_a_yielded_binding_does_not_change_cached_ones() -> None:
     matches = AdditiveHeuristic(DOMAIN).achievers.get_atom_achiever_finder(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
     (match,) = matches.find_achievers_of_atom(held)
-    before = [[*binding] for binding in match.complete_bindings(state, ALL)]
-    for binding in match.complete_bindings(state, ALL):
+    before = [[*binding] for binding in match.generate_complete_bindings(state, ALL)]
+    for binding in match.generate_complete_bindings(state, ALL):
         binding.clear()
-    assert [[*binding] for binding in match.complete_bindings(state, ALL)] == before != []
+    assert [[*binding] for binding in match.generate_complete_bindings(state, ALL)] == before != []

@@ -1,7 +1,11 @@
 from __future__ import annotations
 
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
-from eai.planning.effect_schema import find_written_predicates, make_effect_schemas, make_schema_of_execution
+from eai.planning.effect_schema import (
+    find_predicates_changed_by_effects,
+    make_effect_schemas,
+    make_execution_schema,
+)
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing_step
 from eai.world.vocabulary import Predicate
@@ -46,10 +50,10 @@ def test_otherwise_means_that_the_condition_does_not_hold() -> None:
 
 
 def test_an_operator_can_be_taken_for_its_own_sake() -> None:
-    assert make_schema_of_execution(PLACE).checks == tuple(check.condition for check in PLACE.checks)
+    assert make_execution_schema(PLACE).checks == tuple(check.condition for check in PLACE.checks)
 
 
 def test_changed_predicates_include_effects_whose_variable_hides_another() -> None:
     hiding = Operator("O", (X,), (), (Let(X, held(X), (Add(open_(X)),)), Delete(held(X))))
     assert [schema.atom for schema in make_effect_schemas(hiding)] == [held(X)]
-    assert list(find_written_predicates(hiding.effects)) == ["open", "held"]
+    assert list(find_predicates_changed_by_effects(hiding.effects)) == ["open", "held"]

@@ -42,7 +42,7 @@ def literal(text: str) -> GroundAtom:
 )
 def test_literals_that_no_state_meets_are_excluded(literals: list[str], excluded: bool) -> None:
     assert (
-        ExclusionRules(toy.DOMAIN).make_exclusion_prover(INITIAL).are_exclusive(map(literal, literals))
+        ExclusionRules(toy.DOMAIN).make_fact_exclusion_prover(INITIAL).are_exclusive(map(literal, literals))
         is excluded
     )
 
@@ -52,12 +52,12 @@ def test_literals_of_the_initial_state_or_of_other_actions_are_not_excluded() ->
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
     rules = ExclusionRules(toy.DOMAIN)
-    assert rules.make_exclusion_prover(INITIAL).are_exclusive(both)
-    assert not rules.make_exclusion_prover(started).are_exclusive(both)
+    assert rules.make_fact_exclusion_prover(INITIAL).are_exclusive(both)
+    assert not rules.make_fact_exclusion_prover(started).are_exclusive(both)
     snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
     assert (
         not ExclusionRules(toy.DOMAIN.replace_operators(snatch))
-        .make_exclusion_prover(INITIAL)
+        .make_fact_exclusion_prover(INITIAL)
         .are_exclusive(both)
     )
 
@@ -65,12 +65,12 @@ def test_literals_of_the_initial_state_or_of_other_actions_are_not_excluded() ->
 def test_a_pair_is_proved_once_for_all_episodes_and_objects() -> None:
     rules = ExclusionRules(toy.DOMAIN)
     at = [literal(f"at {words}") for words in ("robot hall", "robot shed")]
-    assert rules.make_exclusion_prover(INITIAL).are_exclusive(at)
+    assert rules.make_fact_exclusion_prover(INITIAL).are_exclusive(at)
     proofs = sum(map(len, rules.lemmas.values()))
     for places in ("lamp", "shed"), ("red", "lamp"):
         start = INITIAL.scene.state([("at", (INDEX["robot"], INDEX[places[0]]))])
         elsewhere = [literal(f"at robot {place}") for place in places]
-        assert rules.make_exclusion_prover(start).are_exclusive(elsewhere)
+        assert rules.make_fact_exclusion_prover(start).are_exclusive(elsewhere)
     assert sum(map(len, rules.lemmas.values())) == proofs > 0
 
 
@@ -85,7 +85,7 @@ def test_a_proof_is_reused_only_for_objects_with_the_properties_that_it_used(abs
     kinds = {"cloth": "rag", "towel": "rag", "foam": "sponge"}
     scene = Scene(vocabulary, [WorldObject(name, kind) for name, kind in kinds.items()])
     rules = ExclusionRules(Domain("wash", vocabulary, (soak, airing)))
-    prover = rules.make_exclusion_prover(scene.state([("sponge", (scene.index["foam"],))]))
+    prover = rules.make_fact_exclusion_prover(scene.state([("sponge", (scene.index["foam"],))]))
     excluded = {
         name: prover.are_exclusive([GroundAtom(each, (scene.index[name],), True) for each in ("wet", "dry")])
         for name in ("cloth", "foam", "towel", "foam")
@@ -109,7 +109,7 @@ def reachable(domain: Domain) -> set[State]:
 
 
 def test_no_reachable_state_meets_excluded_literals() -> None:
-    exclusion, states = ExclusionRules(toy.DOMAIN).make_exclusion_prover(INITIAL), reachable(toy.DOMAIN)
+    exclusion, states = ExclusionRules(toy.DOMAIN).make_fact_exclusion_prover(INITIAL), reachable(toy.DOMAIN)
     facts = sorted({fact for state in states for fact in state.facts()})
     literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]
     excluded = [pair for pair in combinations(literals, 2) if exclusion.are_exclusive(pair)]

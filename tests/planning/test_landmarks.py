@@ -43,7 +43,7 @@ def repairer_and_gold(
 def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     """Return the landmarks found for a plan, and the minimum number of steps that it lacks."""
     landmarks, least = repairer.make_landmarks(plan), -1
-    while (now := landmarks.count_min_actions(landmarks.find_missed_cuts_mask(plan))) > least:
+    while (now := landmarks.count_min_actions_for_cuts(landmarks.find_missed_cuts_mask(plan))) > least:
         least = now
         landmarks.add_cuts_missed_by(frozenset(plan), SearchEffort(2_000))
     return landmarks, least
@@ -83,7 +83,7 @@ def test_an_empty_plan_also_lacks_the_steps_that_lead_to_the_goals() -> None:
         repairer, gold = case
         _, at_least = lacking(repairer, ())
         assert 1 <= at_least <= len(gold)
-        assert repairer.prove_min_plan_length(SearchEffort(20_000)) >= at_least
+        assert repairer.compute_proved_min_plan_length(SearchEffort(20_000)) >= at_least
 
 
 def test_a_chain_of_dependent_steps_has_many_landmarks() -> None:

@@ -9,7 +9,7 @@ from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEndReason, SearchResult
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.world.action import Action
 from eai.world.execution import attempt_action, execute_plan
 from eai.world.history import History
@@ -119,7 +119,7 @@ def reachable(goal: PlanningGoal) -> bool:
         if taken == len(goal.actions) and all(toy.DOMAIN.holds(c, state) for c in goal.conditions):
             return True
         for operator in toy.DOMAIN.operators:
-            for action in generate_applicable_of_operator(toy.DOMAIN, operator, state, EVERYTHING):
+            for action in generate_applicable_actions_of_operator(toy.DOMAIN, operator, state, EVERYTHING):
                 compiled = toy.DOMAIN.compiled_operators[action.operator]
                 subgoal = goal.actions[taken] if taken < len(goal.actions) else ()
                 after = compiled.apply(state, compiled.bind(state, action.arguments))

@@ -77,8 +77,10 @@ def check_states(world: World, random: Random) -> None:
             GroundAtom(atom.predicate, tuple([initial.scene.index[t.name] for t in atom.arguments]), truth)
             for atom, truth in pair
         ]
-        excluded = rules.make_exclusion_prover(start).are_exclusive(ground)
-        assert excluded == ExclusionRules(domain).make_exclusion_prover(start).are_exclusive(ground), pair
+        excluded = rules.make_fact_exclusion_prover(start).are_exclusive(ground)
+        assert excluded == ExclusionRules(domain).make_fact_exclusion_prover(start).are_exclusive(ground), (
+            pair
+        )
         if excluded:
             for state in reachable(world, first):
                 assert not all(world.executor.holds(a, state, {}) == truth for a, truth in pair), pair
@@ -123,7 +125,7 @@ def check_repairs(world: World, random: Random) -> bool:
     task = world.task
     repairer = Repairer(Planner(world.domain), task.initial, to_planning_goal(task), task.relevant)
     shortest = world.distances.get(world.initial)
-    assert shortest is None or repairer.prove_min_plan_length(SearchEffort(20_000)) <= shortest
+    assert shortest is None or repairer.compute_proved_min_plan_length(SearchEffort(20_000)) <= shortest
     exact = False
     for plan in [(), *[draw_plan(world, random) for _ in range(4)]]:
         fewest = world.edits(plan)

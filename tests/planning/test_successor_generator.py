@@ -1,7 +1,11 @@
 from __future__ import annotations
 
 from eai.planning.search import SearchNode
-from eai.planning.successor_generator import PlanNode, SuccessorGenerator, generate_applicable_of_operator
+from eai.planning.successor_generator import (
+    PlanNode,
+    SuccessorGenerator,
+    generate_applicable_actions_of_operator,
+)
 from eai.world.action import Action
 from world import toy
 
@@ -36,7 +40,9 @@ def test_a_node_has_its_path_and_the_action_goals_taken_on_it() -> None:
 def test_all_applicable_actions_are_found() -> None:
     applicable = [action("GO", "shed"), action("LIFT", "red")]
     assert list(SUCCESSORS.generate_applicable_actions(START)) == applicable
-    assert list(generate_applicable_of_operator(toy.DOMAIN, toy.GO, START.state, [INDEX["hall"]])) == []
+    assert (
+        list(generate_applicable_actions_of_operator(toy.DOMAIN, toy.GO, START.state, [INDEX["hall"]])) == []
+    )
 
 
 def test_a_needless_action_is_left_out_with_the_actions_that_depend_on_it() -> None:

@@ -6,7 +6,7 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 from hypothesis import strategies as st
 
-from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
@@ -61,7 +61,15 @@ st.register_type_strategy(str, TEXTS)
 st.register_type_strategy(Protocol, st.sampled_from([*Protocol.list_names()]))
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(Share, st.builds(Share, HALVES, COUNTS))
-for kind in (ClauseComparison, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, GoalPartReport):
+for kind in (
+    ClauseComparison,
+    OperatorReport,
+    ErrorReport,
+    AnswerUsage,
+    StepReport,
+    GoalReport,
+    GoalPartReport,
+):
     st.register_type_strategy(kind, with_every_field(kind))
 st.register_type_strategy(
     SummaryCounts,

@@ -10,7 +10,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.results.summary import compute_rates_by_attempt, count_max_attempts, drop_later_attempts
+from eai.results.summary import compute_rates_by_attempt, drop_later_attempts, find_max_attempts_per_task
 from eai.world.fault import FaultKind
 from experiments import experiment
 from results.verdicts import SUCCEEDED, failed, record
@@ -57,7 +57,7 @@ def test_a_limit_on_attempts_does_not_change_a_record_without_attempts() -> None
     ],
 )
 def test_the_maximum_number_of_attempts_follows_from_the_replans(records: list[Record], most: int) -> None:
-    assert count_max_attempts(records) == most
+    assert find_max_attempts_per_task(records) == most
     assert len(compute_rates_by_attempt(records)) == most
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.results.paper_tables import PaperColumn, read_paper_table
-from eai.results.summary import choose_and_weigh_averaged_metrics, compute_average_performance
+from eai.results.summary import compute_average_performance, compute_weights_of_averaged_metrics
 
 OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
 """Averages that do not follow from the paper's own columns."""
@@ -29,7 +29,7 @@ def test_paper_averages_follow_from_its_columns(domain: str) -> None:
 
 
 def test_average_weights_equal_those_of_the_papers_equation() -> None:
-    assert choose_and_weigh_averaged_metrics() == {
+    assert compute_weights_of_averaged_metrics() == {
         (Ability.GOAL_INTERPRETATION, "overall.f1"): 0.25,
         (Ability.SUBGOAL_DECOMPOSITION, "task_success"): 0.25,
         (Ability.ACTION_SEQUENCING, "task_success"): 0.25,
@@ -39,7 +39,9 @@ def test_average_weights_equal_those_of_the_papers_equation() -> None:
 
 
 def test_the_rate_of_working_plans_replaces_planner_success_if_known() -> None:
-    values: dict[tuple[Ability, str], float | None] = dict.fromkeys(choose_and_weigh_averaged_metrics(), 40.0)
+    values: dict[tuple[Ability, str], float | None] = dict.fromkeys(
+        compute_weights_of_averaged_metrics(), 40.0
+    )
     assert compute_average_performance(values) == pytest.approx(40)
     works = Ability.TRANSITION_MODELING, "overall.plan_works"
     assert compute_average_performance({**values, works: 0.0}) == pytest.approx(35)

@@ -19,9 +19,9 @@ from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
-    classify_clause,
+    find_predicates_and_their_categories,
 )
-from eai.abilities.verdict import Confusion, PlanVerdict
+from eai.abilities.verdict import ConfusionCounts, PlanVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
@@ -58,9 +58,9 @@ def test_verdicts_of_each_ability_have_their_outcomes() -> None:
         Ability.TRANSITION_MODELING,
     )
     some, all_, none = (
-        GoalVerdict(counts={"state": Confusion(*c)}) for c in ((1, 1, 0), (2, 0, 0), (0, 1, 1))
+        GoalVerdict(counts={"state": ConfusionCounts(*c)}) for c in ((1, 1, 0), (2, 0, 0), (0, 1, 1))
     )
-    right = OperatorVerdict(counts={"effect": {"object_states": Confusion(2, 0, 0)}})
+    right = OperatorVerdict(counts={"effect": {"object_states": ConfusionCounts(2, 0, 0)}})
     for verdict, ability, expected in (
         (replace(SUCCEEDED, excluded="why"), actions, AnswerOutcome.EXCLUDED),
         (SUCCEEDED, actions, AnswerOutcome.SUCCESS),
@@ -132,7 +132,8 @@ def test_operators_are_broken_down_by_f1() -> None:
     verdict = OperatorVerdict(
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side),),
         clauses={
-            part: classify_clause(part, {}) for part in (*side.matched, *side.additional, *side.missing)
+            part: find_predicates_and_their_categories(part, {})
+            for part in (*side.matched, *side.additional, *side.missing)
         },
     )
     written = record("1", verdict, ability=Ability.TRANSITION_MODELING)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.abilities.declaration import get_declaration
 from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, Statement, StepReport
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
@@ -16,11 +16,11 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
+    AnswerSpan,
     AnswerSpanKind,
-    Confusion,
+    ConfusionCounts,
     ErrorReport,
     PlanVerdict,
-    Span,
     SummaryCounts,
     Verdict,
 )
@@ -51,7 +51,7 @@ PLAN = PlanVerdict(
         ("soap.1002",),
     ),
     repairs=("code_fence", "single_quotes"),
-    spans=(Span(8, 40, AnswerSpanKind.REPAIRED),),
+    spans=(AnswerSpan(8, 40, AnswerSpanKind.REPAIRED),),
     executable=False,
     success=False,
     additional_steps=2,
@@ -62,8 +62,8 @@ PLAN = PlanVerdict(
 SIDE = ClauseComparison(("closed",), ("near",), ("can_open",))
 OPERATORS = OperatorVerdict(
     success=False,
-    counts={"precondition": {"object_states": Confusion(1, 0, 2)}, "effect": {}},
-    literals={"precondition": Confusion(2, 0, 3)},
+    counts={"precondition": {"object_states": ConfusionCounts(1, 0, 2)}, "effect": {}},
+    literals={"precondition": ConfusionCounts(2, 0, 3)},
     planner=PlannerOutcome.UNSOLVABLE,
     operators=(
         OperatorReport(
@@ -172,7 +172,7 @@ def test_a_record_of_a_plan_has_these_fields() -> None:
     [
         (PlanVerdict(), {"status": "scored", "excluded_reason": None, "error": None, "repairs": []}),
         (PlanVerdict(excluded="no goal"), {"status": "excluded", "excluded_reason": "no goal"}),
-        (GoalVerdict(counts={"state": Confusion(1, 2, 3)}), {"counts": {"state": [1, 2, 3]}}),
+        (GoalVerdict(counts={"state": ConfusionCounts(1, 2, 3)}), {"counts": {"state": [1, 2, 3]}}),
         (GoalVerdict(hallucinated=("sofaa",)), {"hallucinated": ["sofaa"], "category": None}),
         (SubgoalVerdict(category=SubgoalCategory.RUNTIME), {"category": "runtime", "counts": None}),
         (SubgoalVerdict(errors=(FaultKind.AFFORDANCE,)), {"errors": ["affordance"]}),
@@ -208,7 +208,9 @@ def test_a_verdict_is_written_as_json_fields(verdict: Verdict, expected: dict[st
 
 
 def test_repairs_made_before_scoring_stand_first_and_are_distinguished() -> None:
-    origin = AnswerOrigin("0" * 64, stop_reason="stop", usage=Usage(1, 2), answer_repairs=("reasoning",))
+    origin = AnswerOrigin(
+        "0" * 64, stop_reason="stop", usage=AnswerUsage(1, 2), answer_repairs=("reasoning",)
+    )
     written = replace(record(PLAN), origin=origin)
     line = record_to_json(written)
     assert line["repairs"] == ["reasoning", "code_fence", "single_quotes"]

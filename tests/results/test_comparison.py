@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.results.certainty import TaskContribution
 from eai.results.comparison import compare_runs, compute_permutation_p_value, compute_sign_flip_p
 from eai.results.rate import Rate
@@ -47,7 +47,7 @@ def test_runs_of_one_task_are_compared() -> None:
 
 def test_f1_is_compared_by_exchanges() -> None:
     def run(hits: int) -> list[Verdict]:
-        return [GoalVerdict(counts={"state": Confusion(hits, 3 - hits, i % 2)}) for i in range(20)]
+        return [GoalVerdict(counts={"state": ConfusionCounts(hits, 3 - hits, i % 2)}) for i in range(20)]
 
     first, second = (
         [record(str(i), v, ability=Ability.GOAL_INTERPRETATION) for i, v in enumerate(run(hits))]

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.base.errors import InputError
 from eai.results.cost import (
     PriceList,
     Spending,
     _CostReportedInBenchmarkPaper,
     _TokenPrice,
-    map_cost_units_to_rate_cases,
+    make_success_cost_cases_by_unit,
     read_benchmark_paper_cost,
     sum_spending,
 )
@@ -32,35 +32,35 @@ output = 10.5
 """
 
 
-def answer(usage: Usage | None) -> Record:
+def answer(usage: AnswerUsage | None) -> Record:
     return replace(record("1_1", SUCCEEDED), origin=AnswerOrigin(usage=usage))
 
 
 def test_spending_counts_only_answers_with_known_tokens() -> None:
     records = [
-        answer(Usage(100, 10, 4, 0.5)),
-        answer(Usage(200, 20)),
+        answer(AnswerUsage(100, 10, 4, 0.5)),
+        answer(AnswerUsage(200, 20)),
         answer(None),
         replace(answer(None), origin=None),
     ]
-    assert sum_spending(records) == Spending(2, Usage(300, 30, 4, 0.5), Usage(200, 20), 1)
+    assert sum_spending(records) == Spending(2, AnswerUsage(300, 30, 4, 0.5), AnswerUsage(200, 20), 1)
     assert sum_spending(records).tokens == 330
     assert sum_spending(records[2:]) == Spending()
 
 
 def test_unknown_numbers_of_tokens_are_not_zero() -> None:
-    assert Usage().tokens is None
-    assert Usage(seconds=2.0) + Usage() == Usage(None, None, seconds=2.0)
-    found = sum_spending([answer(Usage()), answer(Usage(100, 10))])
+    assert AnswerUsage().tokens is None
+    assert AnswerUsage(seconds=2.0) + AnswerUsage() == AnswerUsage(None, None, seconds=2.0)
+    found = sum_spending([answer(AnswerUsage()), answer(AnswerUsage(100, 10))])
     assert (found.answers, found.tokens) == (1, 110)
-    assert sum_spending([answer(Usage())]).tokens is None
-    assert map_cost_units_to_rate_cases([answer(Usage()), answer(Usage(100, 10))]) == {}
+    assert sum_spending([answer(AnswerUsage())]).tokens is None
+    assert make_success_cost_cases_by_unit([answer(AnswerUsage()), answer(AnswerUsage(100, 10))]) == {}
 
 
 def test_a_price_applies_only_to_answers_without_one() -> None:
-    found = sum_spending([answer(Usage(100, 10, cost=0.5)), answer(Usage(1_000_000, 2_000_000))])
+    found = sum_spending([answer(AnswerUsage(100, 10, cost=0.5)), answer(AnswerUsage(1_000_000, 2_000_000))])
     assert found.apply_price(_TokenPrice(input=3, output=10)) == Spending(
-        2, Usage(1_000_100, 2_000_010, cost=23.5)
+        2, AnswerUsage(1_000_100, 2_000_010, cost=23.5)
     )
     assert found.apply_price(None) == found
     assert (found + found).unpriced_answers == 2
@@ -71,7 +71,7 @@ def test_a_price_list_needs_a_date_and_a_source(tmp_path: Path) -> None:
     file.write_text(PRICES)
     found = PriceList.read_file(file)
     assert (str(found.date), found.source) == ("2026-11-01", "a page")
-    assert found.models["of/one"].compute_dollars(Usage(500_000, 100_000)) == pytest.approx(2.05)
+    assert found.models["of/one"].compute_dollars(AnswerUsage(500_000, 100_000)) == pytest.approx(2.05)
 
 
 @pytest.mark.parametrize(

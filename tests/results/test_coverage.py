@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.errata import ErrataUse
+from eai.benchmarks.errata import ApplicableErrata
 from eai.results.coverage import TaskCoverage, combine_coverage
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.totals import RunTotals
@@ -95,7 +95,7 @@ OUT = replace(SUCCEEDED, excluded="its goal holds from the beginning")
 
 
 def used(task_id: str, *entries: str, excluded: bool = False, version: str = "3") -> Record:
-    return replace(record(task_id, OUT if excluded else SUCCEEDED), errata=ErrataUse(version, entries))
+    return replace(record(task_id, OUT if excluded else SUCCEEDED), errata=ApplicableErrata(version, entries))
 
 
 def test_without_errata_there_is_no_effect() -> None:

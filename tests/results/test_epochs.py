@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.benchmarks.errata import ErrataUse
+from eai.benchmarks.errata import ApplicableErrata
 from eai.cli.console import format_count, format_dollars
 from eai.cli.table import result_to_json
 from eai.results.epochs import ModelAnswers, find_majority_index, normalise_answer, score_answers
@@ -78,7 +78,7 @@ def test_plans_that_are_not_json_have_no_meaning() -> None:
 
 @pytest.mark.parametrize("epochs", [1, 2, 3])
 def test_each_epoch_is_scored_in_a_folder_of_its_own(tmp_path: Path, epochs: int) -> None:
-    task_id, usage = TASK_IDS[0], Usage(7, 2)
+    task_id, usage = TASK_IDS[0], AnswerUsage(7, 2)
     texts = [f"{text} answer to {task_id}" for text in ("one", "another", "third")][:epochs]
     given = {
         (task_id, epoch): Answer(task_id, epoch, "0" * 64, "0" * 64, text, "", "stop", (), usage)
@@ -104,10 +104,10 @@ def test_each_epoch_has_its_own_reason_for_a_missing_answer(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("errata", "told"), [(None, None), (ErrataUse("2.0", ("e1",)), ("2.0", [TASK_IDS[0]]))]
+    ("errata", "told"), [(None, None), (ApplicableErrata("2.0", ("e1",)), ("2.0", [TASK_IDS[0]]))]
 )
 def test_the_effect_of_errata_is_stated_only_if_errata_were_used(
-    tmp_path: Path, errata: ErrataUse | None, told: tuple[str, list[str]] | None
+    tmp_path: Path, errata: ApplicableErrata | None, told: tuple[str, list[str]] | None
 ) -> None:
     obtained = ModelAnswers("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, {}, 1)
     result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions(allow_missing=False))

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from eai.results.latex import format_latex_table
 from eai.results.markdown import format_markdown_table
-from eai.results.table import NO_NUMBER, Column, Estimate, Label, Table
+from eai.results.table import NO_NUMBER, Column, Estimate, Table, TextCell
 
 TABLE = Table(
     "t",
@@ -15,8 +15,8 @@ TABLE = Table(
         Column("run", "Run", "Success", digits=1),
     ),
     (
-        (1, Label("a_b", notes=(2,)), Estimate(50.0, 40.0, 60.04, best=True), Estimate(1.25)),
-        (None, Label("c", origin="paper"), NO_NUMBER, Estimate(2.0, notes=(1, 2))),
+        (1, TextCell("a_b", notes=(2,)), Estimate(50.0, 40.0, 60.04, best=True), Estimate(1.25)),
+        (None, TextCell("c", origin="paper"), NO_NUMBER, Estimate(2.0, notes=(1, 2))),
     ),
     notes=("one", "two"),
 )

@@ -4,7 +4,7 @@ import re
 
 from eai.results.model_cards import make_model_table
 from eai.results.paper_tables import map_files_to_paper_models
-from eai.results.table import Label
+from eai.results.table import TextCell
 
 
 def test_every_model_of_the_paper_has_one_card() -> None:
@@ -20,6 +20,6 @@ def test_a_card_has_a_date_and_a_source_for_a_known_size() -> None:
         assert all(row[name] for name in ("creator", "identifier", "host"))
         assert re.fullmatch(r"202[34]-\d\d-\d\d", str(row["release"]))
         size = row["parameters"]
-        assert isinstance(size, Label)
+        assert isinstance(size, TextCell)
         assert (str(size) == "unknown") == (not size.notes)
         assert all(1 <= note <= len(cards.notes) for note in size.notes)

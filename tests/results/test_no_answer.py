@@ -11,7 +11,7 @@ from eai.abilities.verdict import Verdict
 from eai.cli.table import make_rates_table
 from eai.results.codec import record_to_json
 from eai.results.record import Record
-from eai.results.summary import make_cases_by_metric
+from eai.results.summary import make_contributions_by_metric
 from eai.results.terminal import print_table
 from eai.results.totals import RunTotals
 from studies.report.samples import action_run, goal_run, operator_run, subgoal_run
@@ -36,8 +36,8 @@ def test_a_run_without_answers_has_no_rates_and_no_intervals(name: str) -> None:
     records = unanswered_run(name)
     totals = RunTotals.from_records(records)
     assert {rate.percent for rate in totals.rates.values()} == {None}
-    assert not any(make_cases_by_metric(records, records[0].ability).values())
-    assert set(make_cases_by_metric(records, records[0].ability)) == set(totals.rates)
+    assert not any(make_contributions_by_metric(records, records[0].ability).values())
+    assert set(make_contributions_by_metric(records, records[0].ability)) == set(totals.rates)
     assert "no answer to any of" in str(
         replace(totals.coverage, tasks=totals.coverage.asked).remark_on_missing_answers
     )

@@ -11,7 +11,7 @@ from by_path import ROOT, module_at
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import ConfusionCounts
 from eai.base.files import read_toml
 from eai.pddl.planning import PlannerChoice
 from eai.results import paper_tables
@@ -98,9 +98,9 @@ def test_goal_interpretation_of_behavior_equals_the_papers_figures(model: str, o
 _PARTS = {"state": "state_goal", "relation": "relation_goal", "all": "overall"}
 
 
-def _confusion(part: dict[str, int]) -> Confusion:
+def _confusion(part: dict[str, int]) -> ConfusionCounts:
     keys = ("num_satisfied_conditions", "num_false_positive_conditions", "num_unsatisfied_conditions")
-    return Confusion(*(part[key] for key in keys))
+    return ConfusionCounts(*(part[key] for key in keys))
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -108,7 +108,7 @@ def test_operators_of_behavior_equal_the_papers_figures(model: str, oracle: Orac
     verdicts = [
         OperatorVerdict(
             counts={
-                side: {name.replace("-", "_"): Confusion(*c) for name, c in row["verdict"][key].items()}
+                side: {name.replace("-", "_"): ConfusionCounts(*c) for name, c in row["verdict"][key].items()}
                 for side, key in _SIDES.items()
             }
         )

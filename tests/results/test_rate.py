@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.verdict import (
-    Confusion,
+    ConfusionCounts,
     add_confusions,
     make_confusion_shares,
     make_rate_contribution_of_answer,
@@ -33,7 +33,7 @@ def test_total_sums_numerators_and_denominators() -> None:
 
 @given(st.lists(st.tuples(counts, counts, counts), min_size=1))
 def test_rates_do_not_depend_on_the_parts_in_which_they_are_summed(rows: list[tuple[int, int, int]]) -> None:
-    confusions = [Confusion(*row) for row in rows]
+    confusions = [ConfusionCounts(*row) for row in rows]
     whole = {
         name: Rate(*share) for name, share in make_confusion_shares("x", add_confusions(confusions)).items()
     }
@@ -42,7 +42,7 @@ def test_rates_do_not_depend_on_the_parts_in_which_they_are_summed(rows: list[tu
 
 @given(st.integers(1, 50), counts, counts)
 def test_f1_is_the_harmonic_mean(hits: int, extra: int, missed: int) -> None:
-    shares = make_confusion_shares("x", Confusion(hits, extra, missed))
+    shares = make_confusion_shares("x", ConfusionCounts(hits, extra, missed))
     precision, recall, f1 = (Rate(*shares[f"x.{name}"]).percent for name in ("precision", "recall", "f1"))
     assert precision
     assert recall

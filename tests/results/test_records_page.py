@@ -10,7 +10,7 @@ from typing import get_args
 import pytest
 
 from by_path import ROOT
-from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.declaration import load_paper_abilities
 from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
@@ -56,7 +56,7 @@ def test_every_field_is_on_the_page() -> None:
         PerceptionErrors,
         Attempt,
         AnswerOrigin,
-        Usage,
+        AnswerUsage,
         SummaryCounts,
         ErrorReport,
         *explained,

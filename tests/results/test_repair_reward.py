@@ -20,7 +20,7 @@ from eai.base.store import Store
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
 from eai.planning.search import SearchEffort
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.results.reward import Shaping
 from eai.world import Action, Episode
 from suites import answer_book
@@ -65,7 +65,9 @@ def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
 
 
 def _applicable(scorer: ActionSequencingScorer, episode: Episode, operator: eai.Operator) -> Sequence[Action]:
-    return [*generate_applicable_of_operator(scorer.domain, operator, episode.state, scorer.task.relevant)]
+    return [
+        *generate_applicable_actions_of_operator(scorer.domain, operator, episode.state, scorer.task.relevant)
+    ]
 
 
 def written(suite: Suite, task: Task, plan: Sequence[Action]) -> str:
@@ -95,7 +97,7 @@ def test_a_longer_search_never_lowers_the_reward(name: str) -> None:
         suite, task, plan = drawn(name, random)
         mender = scorer_of(suite, task.id).repairer
         paid = [
-            mender._compute_closeness_from_needed_edits((*plan,), limit)
+            mender._compute_closeness_to_success_by_repair((*plan,), limit)
             for limit in (1, 100, 1_000, DEFAULT_EFFORT)
         ]
         assert all(before <= after for before, after in pairwise(paid))

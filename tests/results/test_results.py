@@ -11,7 +11,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.benchmarks.errata import ErrataUse
+from eai.benchmarks.errata import ApplicableErrata
 from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.records import RECORDS, SUMMARY, make_record_batch, write_record_batches
@@ -51,7 +51,7 @@ def test_a_summary_names_its_model_and_suite(tmp_path: Path) -> None:
     )
     assert told.keys().isdisjoint({"planner", "run", "study", "agent", "by_attempt"})
     assert len((tmp_path / RECORDS).read_text().splitlines()) == len(records)
-    corrected = [replace(record, errata=ErrataUse("2.0", ("e1",))) for record in records]
+    corrected = [replace(record, errata=ApplicableErrata("2.0", ("e1",))) for record in records]
     assert summary(tmp_path, corrected, run={"answered": 7})["errata"]["version"] == "2.0"
     assert summary(tmp_path, corrected, run={"answered": 7})["run"] == {"answered": 7}
 

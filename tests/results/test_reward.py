@@ -23,7 +23,7 @@ from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
 from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.results.reward import METRICS, Reward, Shaping, open_reward
 from eai.tasks.goal_test import GoalTest
 from eai.world import Action, Constant, Episode, State
@@ -89,7 +89,7 @@ def possible(world: str, task: Task, state: State) -> list[Action]:
     return [
         action
         for operator in domain.operators
-        for action in generate_applicable_of_operator(domain, operator, state, task.relevant)
+        for action in generate_applicable_actions_of_operator(domain, operator, state, task.relevant)
     ]
 
 

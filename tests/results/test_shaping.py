@@ -10,7 +10,7 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
-    Confusion,
+    ConfusionCounts,
     ErrorReport,
     PlanVerdict,
     RewardInputs,
@@ -23,9 +23,9 @@ from eai.pddl.matching import ClauseComparison
 from eai.results.reward import (
     METRICS,
     Shaping,
-    compute_reward_basis_of_verdict,
-    convert_reward_basis_to_reward,
-    make_metrics_of_reward_basis,
+    compute_reward_from_inputs,
+    compute_reward_inputs_of_verdict,
+    make_metrics_from_reward_inputs,
 )
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -176,31 +176,31 @@ ONE_OF_TWO = (False, False)
 def test_plans_are_paid_for_the_goals_that_they_gain(
     verdict: PlanVerdict, at_start: tuple[bool, ...], worth: Worth | None
 ) -> None:
-    assert paid(compute_reward_basis_of_verdict(verdict, at_start)) == worth
+    assert paid(compute_reward_inputs_of_verdict(verdict, at_start)) == worth
 
 
 def paid(earned: RewardInputs | None) -> Worth | None:
     if earned is None:
         return None
     success, goals, progress, diagnosis = [
-        convert_reward_basis_to_reward(earned, shaping) for shaping in [*Shaping][:4]
+        compute_reward_from_inputs(earned, shaping) for shaping in [*Shaping][:4]
     ]
     assert (
-        convert_reward_basis_to_reward(earned, Shaping.PARTIAL) == progress
+        compute_reward_from_inputs(earned, Shaping.PARTIAL) == progress
     )  # conditions are measured by `Reward`
     return success, goals, progress, diagnosis
 
 
 def test_plans_are_paid_for_the_conditions_that_they_gain() -> None:
     earned = RewardInputs(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
-    assert convert_reward_basis_to_reward(earned, Shaping.PARTIAL) == 1 / 4
+    assert compute_reward_from_inputs(earned, Shaping.PARTIAL) == 1 / 4
 
 
 def stated(
     hit: int, extra: int, missed: int, *strangers: str, ill_formed: int = 0, error: FaultKind | None = None
 ) -> GoalVerdict:
     return GoalVerdict(
-        counts={"all": Confusion(hit, extra, missed), "state": Confusion(9, 9, 9)},
+        counts={"all": ConfusionCounts(hit, extra, missed), "state": ConfusionCounts(9, 9, 9)},
         hallucinated=strangers,
         ill_formed=ill_formed,
         error=None if error is None else ErrorReport(error, None, "it is so"),
@@ -231,7 +231,7 @@ def stated(
     ],
 )
 def test_stated_goals_are_paid_by_their_f1(verdict: GoalVerdict, worth: Worth | None) -> None:
-    assert paid(compute_reward_basis_of_verdict(verdict)) == worth
+    assert paid(compute_reward_inputs_of_verdict(verdict)) == worth
 
 
 @pytest.mark.parametrize("hit", range(4))
@@ -240,23 +240,24 @@ def test_meaningless_goals_earn_nothing(hit: int, missed: int) -> None:
     for ill_formed in range(3):
         for strangers in ((), ("a",), ("a", "b")):
             worth = paid(
-                compute_reward_basis_of_verdict(stated(hit, 0, missed, *strangers, ill_formed=ill_formed))
+                compute_reward_inputs_of_verdict(stated(hit, 0, missed, *strangers, ill_formed=ill_formed))
             )
             for more in (
                 stated(hit, 0, missed, *strangers, ill_formed=ill_formed + 1),
                 stated(hit, 0, missed, *strangers, "c", ill_formed=ill_formed),
                 stated(hit, 1, missed, *strangers, ill_formed=ill_formed),
             ):
-                less = paid(compute_reward_basis_of_verdict(more))
+                less = paid(compute_reward_inputs_of_verdict(more))
                 assert (worth, less) == (None, None) or (worth and less and less <= worth)
                 assert not hit or (worth and less and less[2] < worth[2])
 
 
 def written(
-    *reports: OperatorReport, error: FaultKind | None = None, **sides: Mapping[str, Confusion]
+    *reports: OperatorReport, error: FaultKind | None = None, **sides: Mapping[str, ConfusionCounts]
 ) -> Verdict:
     return OperatorVerdict(
-        counts=sides or {"precondition": {"all": Confusion(1, 0, 0)}, "effect": {"all": Confusion(1, 0, 0)}},
+        counts=sides
+        or {"precondition": {"all": ConfusionCounts(1, 0, 0)}, "effect": {"all": ConfusionCounts(1, 0, 0)}},
         operators=reports,
         error=None if error is None else ErrorReport(error, None, "it is so"),
     )
@@ -282,26 +283,33 @@ MISSING, UNREADABLE, HALLUCINATED = (
     [
         pytest.param(written(compared()), ALL, id="all clauses"),
         pytest.param(
-            written(precondition={"all": Confusion(1, 2, 0)}, effect={"all": Confusion(3, 0, 1)}),
+            written(precondition={"all": ConfusionCounts(1, 2, 0)}, effect={"all": ConfusionCounts(3, 0, 1)}),
             (0, 8 / 11, 8 / 11, 8 / 11),
             id="both sides together",
         ),
         pytest.param(
             written(
-                precondition={"all": Confusion(1, 2, 0), "object_states": Confusion(9, 9, 9)},
-                effect={"all": Confusion(1, 0, 0)},
+                precondition={"all": ConfusionCounts(1, 2, 0), "object_states": ConfusionCounts(9, 9, 9)},
+                effect={"all": ConfusionCounts(1, 0, 0)},
             ),
             (0, 4 / 6, 4 / 6, 4 / 6),
             id="where all are counted, not by category besides",
         ),
         pytest.param(
-            written(effect={"object_states": Confusion(1, 1, 0), "spatial_relations": Confusion(1, 0, 1)}),
+            written(
+                effect={
+                    "object_states": ConfusionCounts(1, 1, 0),
+                    "spatial_relations": ConfusionCounts(1, 0, 1),
+                }
+            ),
             (0, 4 / 6, 4 / 6, 4 / 6),
             id="by category, where all are not",
         ),
-        pytest.param(written(effect={"all": Confusion(0, 0, 0)}), None, id="no clause is asked for"),
-        pytest.param(written(effect={"all": Confusion(0, 5, 0)}), None, id="none, and some were written"),
-        pytest.param(written(effect={"all": Confusion(0, 5, 2)}), NOTHING, id="nothing is right"),
+        pytest.param(written(effect={"all": ConfusionCounts(0, 0, 0)}), None, id="no clause is asked for"),
+        pytest.param(
+            written(effect={"all": ConfusionCounts(0, 5, 0)}), None, id="none, and some were written"
+        ),
+        pytest.param(written(effect={"all": ConfusionCounts(0, 5, 2)}), NOTHING, id="nothing is right"),
         pytest.param(OperatorVerdict(), None, id="nothing was counted"),
         pytest.param(written(compared(), MISSING), ALL, id="what is missing is counted by its clauses"),
         pytest.param(written(compared(), UNREADABLE), (0, 1, 1, 1 / 2), id="one that cannot be read"),
@@ -321,7 +329,7 @@ MISSING, UNREADABLE, HALLUCINATED = (
     ],
 )
 def test_operators_are_paid_by_the_f1_of_their_clauses(verdict: Verdict, worth: Worth | None) -> None:
-    assert paid(compute_reward_basis_of_verdict(verdict)) == worth
+    assert paid(compute_reward_inputs_of_verdict(verdict)) == worth
 
 
 P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER, FaultKind.AFFORDANCE
@@ -356,22 +364,24 @@ P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMB
     ],
 )
 def test_faults_are_counted_by_kind_as_metrics(verdict: Verdict, faults: Mapping[FaultKind, int]) -> None:
-    earned = compute_reward_basis_of_verdict(verdict, (False,))
+    earned = compute_reward_inputs_of_verdict(verdict, (False,))
     assert earned is not None
     assert earned.faults == faults
-    told = make_metrics_of_reward_basis(earned)
+    told = make_metrics_from_reward_inputs(earned)
     assert tuple(told) == METRICS
     assert told["faults"] == sum(faults.values())
     assert {kind: told[f"fault.{kind.value}"] for kind in FaultKind} == dict.fromkeys(FaultKind, 0) | faults
 
 
 def test_metrics_follow_from_the_credit() -> None:
-    told = make_metrics_of_reward_basis(RewardInputs(1 / 2, success=False, ended=True, faults={A: 2}))
+    told = make_metrics_from_reward_inputs(RewardInputs(1 / 2, success=False, ended=True, faults={A: 2}))
     assert (told["success"], told["progress"], told["faults"], told["fault.affordance"]) == (0, 1 / 2, 2, 2)
-    assert make_metrics_of_reward_basis(RewardInputs(1, success=True, ended=False, faults={}))["success"] == 1
-    assert make_metrics_of_reward_basis(None) == dict.fromkeys(METRICS, 0)
+    assert (
+        make_metrics_from_reward_inputs(RewardInputs(1, success=True, ended=False, faults={}))["success"] == 1
+    )
+    assert make_metrics_from_reward_inputs(None) == dict.fromkeys(METRICS, 0)
 
 
 def test_a_verdict_without_an_ability_has_no_credit() -> None:
     with pytest.raises(NotImplementedError, match="Verdict does not define how answers are rewarded"):
-        compute_reward_basis_of_verdict(Verdict())
+        compute_reward_inputs_of_verdict(Verdict())

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
-from eai.benchmarks.errata import ErrataUse
+from eai.benchmarks.errata import ApplicableErrata
 from eai.results.record import Record
 from eai.results.records import (
     RunShard,
@@ -79,10 +79,10 @@ def test_a_missing_shard_is_reported(given: Sequence[RunShard], told: str, tmp_p
 
 @pytest.mark.parametrize(
     "change",
-    [{"model": "n"}, {"data_sha256": "1" * 64}, {"errata": ErrataUse("2")}, {"errata": None}],
+    [{"model": "n"}, {"data_sha256": "1" * 64}, {"errata": ApplicableErrata("2")}, {"errata": None}],
 )
 def test_shards_of_different_runs_are_not_merged(change: dict[str, object], tmp_path: Path) -> None:
-    first, second = [[replace(each, errata=ErrataUse("1"))] for each in RECORDS[:2]]
+    first, second = [[replace(each, errata=ApplicableErrata("1"))] for each in RECORDS[:2]]
     for number, records in ((1, first), (2, [replace(second[0], **change)])):
         write_shard(tmp_path, RunShard(number, 2), [make_record_batch(records)])
     with pytest.raises(InputError, match="expected the shards of one run, found m, "):
@@ -90,7 +90,7 @@ def test_shards_of_different_runs_are_not_merged(change: dict[str, object], tmp_
 
 
 def test_shards_with_the_same_errata_version_are_merged(tmp_path: Path) -> None:
-    told = [replace(each, errata=ErrataUse("1", (each.task_id,))) for each in RECORDS[:2]]
+    told = [replace(each, errata=ApplicableErrata("1", (each.task_id,))) for each in RECORDS[:2]]
     for number in (1, 2):
         write_shard(tmp_path, RunShard(number, 2), [make_record_batch(told[number - 1 : number])])
     assert merge_shards(tmp_path, find_shards(tmp_path)[tmp_path]).number == len(told)

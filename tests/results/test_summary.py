@@ -10,11 +10,11 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion, ErrorReport, SummaryCounts
+from eai.abilities.verdict import ConfusionCounts, ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import TaskContribution
 from eai.results.rate import Rate
-from eai.results.summary import compute_metric_rates, make_cases_by_metric
+from eai.results.summary import compute_metric_rates, make_contributions_by_metric
 from eai.tasks.share import Share, TalliesByGoalKind
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, goals, record
@@ -87,13 +87,13 @@ def test_counts_for_the_summary_override_the_verdict() -> None:
 
 def test_predicted_goals_are_counted_by_kind() -> None:
     read = GoalVerdict(
-        counts={"state": Confusion(2, 1, 0), "action": Confusion(0, 0, 1)},
+        counts={"state": ConfusionCounts(2, 1, 0), "action": ConfusionCounts(0, 0, 1)},
         predicted=4,
         ill_formed=1,
         hallucinated=("sofaa", "x"),
     )
     unread = GoalVerdict(
-        counts={"state": Confusion(0, 0, 2)}, error=ErrorReport(FaultKind.PARSING, None, "no JSON")
+        counts={"state": ConfusionCounts(0, 0, 2)}, error=ErrorReport(FaultKind.PARSING, None, "no JSON")
     )
     rates = compute_metric_rates([read, unread], Ability.GOAL_INTERPRETATION)
     assert rates["state.recall"] == Rate(2, 4)
@@ -105,7 +105,7 @@ def test_predicted_goals_are_counted_by_kind() -> None:
 
 
 def test_goals_without_a_kind_count_only_overall() -> None:
-    verdict = GoalVerdict(counts={"state": Confusion(1, 0, 0), "all": Confusion(1, 2, 0)})
+    verdict = GoalVerdict(counts={"state": ConfusionCounts(1, 0, 0), "all": ConfusionCounts(1, 2, 0)})
     rates = compute_metric_rates([verdict], Ability.GOAL_INTERPRETATION)
     assert rates["overall.precision"] == Rate(1, 3)
 
@@ -144,8 +144,8 @@ def test_errors_of_subgoals_count_as_often_as_the_verdict_says() -> None:
 def test_operators_count_by_category_and_plans_by_task() -> None:
     solved = OperatorVerdict(
         counts={
-            "precondition": {"object_states": Confusion(1, 0, 1)},
-            "effect": {"object_states": Confusion(1, 2, 0), "object_tools": Confusion(3, 0, 0)},
+            "precondition": {"object_states": ConfusionCounts(1, 0, 1)},
+            "effect": {"object_states": ConfusionCounts(1, 2, 0), "object_tools": ConfusionCounts(3, 0, 0)},
         },
         planner=PlannerOutcome.SOLVED,
         task_categories=("object_states", "spatial_relations"),
@@ -160,8 +160,12 @@ def test_operators_count_by_category_and_plans_by_task() -> None:
 
 
 def test_clauses_of_several_categories_count_once_and_literals_apart() -> None:
-    side = {"all": Confusion(1, 1, 2), "object_states": Confusion(1, 0, 1), "other": Confusion(1, 1, 1)}
-    verdict = OperatorVerdict(counts={"effect": side}, literals={"effect": Confusion(4, 1, 3)})
+    side = {
+        "all": ConfusionCounts(1, 1, 2),
+        "object_states": ConfusionCounts(1, 0, 1),
+        "other": ConfusionCounts(1, 1, 1),
+    }
+    verdict = OperatorVerdict(counts={"effect": side}, literals={"effect": ConfusionCounts(4, 1, 3)})
     rates = compute_metric_rates([verdict], Ability.TRANSITION_MODELING)
     assert rates["overall.f1"] == Rate(2, 5)
     assert rates["object_states.f1"] == Rate(2, 3)
@@ -189,7 +193,7 @@ def test_a_run_without_scored_answers_has_all_metrics_without_a_value(ability: A
 def test_cases_of_scored_records_have_the_names_of_their_tasks() -> None:
     named = replace(record("a_1", SUCCEEDED), task=TaskFeatures("a", 4, 1))
     records = [named, record("b", replace(SUCCEEDED, excluded="why")), record("c", failed(FaultKind.PARSING))]
-    cases = make_cases_by_metric(records, Ability.ACTION_SEQUENCING)
+    cases = make_contributions_by_metric(records, Ability.ACTION_SEQUENCING)
     assert cases.keys() == compute_metric_rates([], Ability.ACTION_SEQUENCING).keys()
     assert cases["task_success"] == [
         TaskContribution("a_1", "a", Share(1, 1)),

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from eai.results.table import NO_NUMBER, Column, Estimate, Label, Table
+from eai.results.table import NO_NUMBER, Column, Estimate, Table, TextCell
 from eai.results.terminal import print_table
 
 TABLE = Table(
@@ -19,8 +19,8 @@ TABLE = Table(
         "words",
     ),
     (
-        (1, Label("m", notes=(1, 2)), *[Estimate(50.0, 40.0, 60.0, best=True)] * 9, "one two three " * 9),
-        (None, Label("other", origin="paper"), *[NO_NUMBER] * 9, "short"),
+        (1, TextCell("m", notes=(1, 2)), *[Estimate(50.0, 40.0, 60.0, best=True)] * 9, "one two three " * 9),
+        (None, TextCell("other", origin="paper"), *[NO_NUMBER] * 9, "short"),
     ),
 )
 

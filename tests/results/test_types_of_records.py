@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.json_value import Json
@@ -40,7 +40,7 @@ def records_of(folder: Path, name: str, ability: Ability) -> tuple[Record, ...]:
     swapped = [*texts[:6], *texts[7:], "no answer"]
     responses = tuple([Response(*pair) for pair in zip(task_ids, swapped, strict=True)])
     found = score_run(suite, ResponseFile("m", responses), {}, ScoringOptions())
-    usages = (Usage(), Usage(3, 4, 1, 0.5, 2.0))
+    usages = (AnswerUsage(), AnswerUsage(3, 4, 1, 0.5, 2.0))
     return tuple([replace(each, origin=AnswerOrigin(usage=usages[i % 2])) for i, each in enumerate(found)])
 
 
@@ -49,7 +49,9 @@ def all_records(folder: Path) -> Iterator[Record]:
         yield from records_of(folder, name, ability)
     for record in records_of(folder, "virtualhome", Ability.ACTION_SEQUENCING):
         assert isinstance(record.verdict, PlanVerdict)
-        attempt = Attempt(record.response, record.verdict, usage=Usage(), explanation=record.explanation)
+        attempt = Attempt(
+            record.response, record.verdict, usage=AnswerUsage(), explanation=record.explanation
+        )
         yield replace(record, attempts=(attempt, attempt), experiment=experiment(replans=1))
 
 

@@ -8,16 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.base.errors import InputError
 from eai.run.journal import Answer, AnswerJournal
 
-ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",), Usage(3, 5, 2, 0.25))
+ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",), AnswerUsage(3, 5, 2, 0.25))
 
 
 def test_a_written_answer_is_found_in_the_journal(tmp_path: Path) -> None:
     file = tmp_path / "new" / "answers.jsonl"
-    strange = replace(ANSWER, task_id="1_1", text="ünder\r\n\u2028 }", usage=Usage(1, 1))
+    strange = replace(ANSWER, task_id="1_1", text="ünder\r\n\u2028 }", usage=AnswerUsage(1, 1))
     journal = AnswerJournal(file)
     for answer in (ANSWER, strange):
         journal.add(answer)
@@ -84,6 +84,6 @@ def test_an_answer_is_truncated_only_by_a_length_limit(reason: str, cut_off: boo
 
 
 def test_usage_sums_only_known_numbers() -> None:
-    assert Usage(1, 2) + Usage(3, 4) == Usage(4, 6)
-    assert Usage(1, 2, 3, None) + Usage(3, 4, None, 0.5) == Usage(4, 6, 3, 0.5)
-    assert Usage(1, 2, 3, 0.5) + Usage(0, 0, 4, 0.5) == Usage(1, 2, 7, 1.0)
+    assert AnswerUsage(1, 2) + AnswerUsage(3, 4) == AnswerUsage(4, 6)
+    assert AnswerUsage(1, 2, 3, None) + AnswerUsage(3, 4, None, 0.5) == AnswerUsage(4, 6, 3, 0.5)
+    assert AnswerUsage(1, 2, 3, 0.5) + AnswerUsage(0, 0, 4, 0.5) == AnswerUsage(1, 2, 7, 1.0)

@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 
 import eai
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.base.errors import InputError
 from eai.base.files import lock_run_folder
 from eai.run.journal import Answer, AnswerJournal
 from sweeps import sweep
 
-ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", (), Usage(3, 5))
+ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", (), AnswerUsage(3, 5))
 
 HOLDER = """
 import sys

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from by_path import ROOT
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
 from eai.results.trials import Answer
 from eai.run.job import DecodingOptions, QuestionJob
-from eai.run.remarks import list_remarks
+from eai.run.remarks import list_signs_of_ignored_requests
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
 from processes import eai
@@ -30,7 +30,7 @@ def job() -> QuestionJob:
 
 
 def answer(text: str, tokens: int | None = None, stop_reason: str = "stop") -> Answer:
-    return Answer("27_2", 1, "", "", text, "", stop_reason, (), Usage(tokens, 10))
+    return Answer("27_2", 1, "", "", text, "", stop_reason, (), AnswerUsage(tokens, 10))
 
 
 @pytest.mark.parametrize(
@@ -46,8 +46,8 @@ def test_an_ignored_schema_is_found_from_the_answers(
     job: QuestionJob, text: str, stop_reason: str, *, is_ignored: bool
 ) -> None:
     answers = {("27_2", 1): answer(text, stop_reason=stop_reason), ("27_2", 2): answer(GOOD)}
-    assert list_remarks(job, answers) == ()
-    remarks = list_remarks(replace(job, decoding=DecodingOptions(structured=True)), answers)
+    assert list_signs_of_ignored_requests(job, answers) == ()
+    remarks = list_signs_of_ignored_requests(replace(job, decoding=DecodingOptions(structured=True)), answers)
     assert bool(remarks) is is_ignored
     if is_ignored:
         assert remarks[0].endswith("1 of 2 answers do not have the requested form")
@@ -60,7 +60,7 @@ def test_an_ignored_schema_is_found_from_the_answers(
 def test_a_prompt_with_far_too_few_tokens_was_cut_off(
     job: QuestionJob, tokens: int | None, *, is_cut: bool
 ) -> None:
-    remarks = list_remarks(job, {("27_2", 1): answer(GOOD, tokens)})
+    remarks = list_signs_of_ignored_requests(job, {("27_2", 1): answer(GOOD, tokens)})
     assert bool(remarks) is is_cut
     if is_cut:
         assert f"it counted {tokens:,} tokens in a prompt of 10,000 characters (1 of 1 prompts)" in remarks[0]
@@ -68,7 +68,7 @@ def test_a_prompt_with_far_too_few_tokens_was_cut_off(
 
 def test_the_word_counts_of_a_built_in_model_are_no_sign_of_cut_prompts(job: QuestionJob) -> None:
     job = replace(job, endpoint=Endpoint("eai/noisy"))
-    assert list_remarks(job, {("27_2", 1): answer(GOOD, 300)}) == ()
+    assert list_signs_of_ignored_requests(job, {("27_2", 1): answer(GOOD, 300)}) == ()
 
 
 @pytest.mark.parametrize(

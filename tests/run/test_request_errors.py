@@ -9,11 +9,11 @@ from inspect_ai.model import get_model
 from eai.run import request_errors
 from eai.run.request_errors import (
     describe_error,
+    get_message_without_markup,
     is_connection_refused,
     is_prerequisite_missing,
     is_prompt_too_long,
     limit_tries_of_refused_connections,
-    read_marked_up_message,
 )
 
 TOO_LONG = "the question is too long for the model's context"
@@ -132,7 +132,7 @@ def test_a_missing_library_of_a_provider_is_reported_with_its_remedy() -> None:
     "message", ["the template ends in [/INST]", "run pip install vllm[audio]", "a [bold] b"]
 )
 def test_brackets_in_the_message_of_another_error_stay(message: str) -> None:
-    assert read_marked_up_message(ValueError(f"{message}\n")) == message
+    assert get_message_without_markup(ValueError(f"{message}\n")) == message
 
 
 def test_a_refused_connection_is_tried_twice_and_then_no_more(monkeypatch: pytest.MonkeyPatch) -> None:

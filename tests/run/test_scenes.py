@@ -15,7 +15,7 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import read_study_summary, record_from_json
 from eai.run.registry import TASKS
-from eai.studies.perception.belief import open_scene_graph_vocabulary
+from eai.studies.perception.belief import make_scene_graph_vocabulary
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import parse_noise, perceive_with_noise
 from eai.studies.perception.verdict import PerceptionErrors
@@ -46,7 +46,7 @@ def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store)
     _, _, own = sample.input[-1].text.rpartition("Your task")
     listed = own.partition("Objects [kind]: properties\n")[2].partition("\n\n")[0].splitlines()
     suite = open_suite("behavior", PLANS)
-    words = open_scene_graph_vocabulary(suite.benchmark)
+    words = make_scene_graph_vocabulary(suite.benchmark)
     seen = perceive_with_noise(suite.tasks[JARS], words, parse_noise(settings))
     there = {*words.list_object_names(suite.tasks[JARS])}
     assert {line.partition(" [")[0] for line in listed} == {*seen.mentioned_objects}
@@ -66,8 +66,8 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
         (sample,) = make(tasks=[task_id], prompts="eai", context=context).dataset
         assert isinstance(sample.input, list)
         questions[context] = sample.input[-1].text.rpartition("Your task")[2]
-    task, words = suite.tasks[task_id], open_scene_graph_vocabulary(suite.benchmark).wording
-    assert words.describe_initial(task) in questions["some"]
+    task, words = suite.tasks[task_id], make_scene_graph_vocabulary(suite.benchmark).wording
+    assert words.describe_initial_state(task) in questions["some"]
     assert len(questions["none"]) < len(questions["some"]) <= len(questions["many"])
     listed = questions["some"].partition("[kind]: properties\n")[2].partition("[kind]: properties\n")[2]
     others = [line.partition(" [")[0] for line in listed.partition("\n\n")[0].splitlines()]
@@ -75,7 +75,7 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
     assert not set(others) & set(names)
     assert (others == ["-"]) == (domain == "behavior")
     untrue = questions["some"].partition("do not hold at the start:\n")[2].partition("\n\n")[0]
-    held = set(words.describe_initial(task).splitlines())
+    held = set(words.describe_initial_state(task).splitlines())
     assert untrue
     assert not held & {line.removeprefix("not ") for line in untrue.splitlines()}
 
@@ -111,7 +111,7 @@ def test_records_of_a_log_have_the_perceived_scene(
     path = process.submit(evaluate_experiment_in_child, asked, Whom("eai/planner", {}), tmp_path, told)
     scored = process.submit(score_in_child, path.result(), asked).result()
     suite = open_suite("behavior", PLANS)
-    task, words = suite.tasks[JARS], open_scene_graph_vocabulary(suite.benchmark)
+    task, words = suite.tasks[JARS], make_scene_graph_vocabulary(suite.benchmark)
     expected = find_perception_errors(task, words, perceive_with_noise(task, words, parse_noise(settings)))
     for log in (read_eval_log(path.result()), read_eval_log(scored)):
         (sample,) = log.samples or ()

@@ -27,7 +27,7 @@ from eai.results.codec import record_from_json
 from eai.results.rate import Rate
 from eai.results.responses import Response, read_responses
 from eai.results.summary import compute_metric_rates, find_answer_outcome
-from eai.run.scorer import apply_experiment
+from eai.run.scorer import add_study_results_to_record
 from eai.run.tasks import read_answers
 from eai.tasks.source import ErrataChoice, Source
 from processes import own_process
@@ -237,7 +237,7 @@ def test_a_log_cannot_hide_the_rules_of_its_episodes() -> None:
     }.items():
         older = {"effort": "high", "rules": stated}
         about = {"experiment": older if stated else {"agent": older}}
-        found = [apply_experiment(record, suite, about, 1).experiment for record in records]
+        found = [add_study_results_to_record(record, suite, about, 1).experiment for record in records]
         assert found == [
             Experiment(harness="mine", effort="high", rules=rules),
             Experiment(effort="high", rules=stated),

@@ -37,7 +37,7 @@ class Limit(VariationOptions):
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
         return "scene"
 
-    def make_stage_before_questions(
+    def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
         return StageBeforeQuestions(library, wanted, ask, self._limited)

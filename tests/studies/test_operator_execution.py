@@ -20,7 +20,7 @@ from eai.studies.pipeline.operator_execution import (
     ONLY_ACTIONS_MISSED,
     SUCCESS,
     UNTRANSLATED,
-    FailedStageAndReason,
+    OperatorTestOutcome,
     _OperatorTesterInWorld,
 )
 from eai.tasks.source import Source
@@ -48,7 +48,7 @@ def operators(name: str, store: Store, task_id: str) -> str:
 
 def find_outcome(
     name: str, store: Store, task_id: str, written: str, planner: PlannerChoice = PlannerChoice.BUILT_IN
-) -> FailedStageAndReason | None:
+) -> OperatorTestOutcome | None:
     """The outcome of the test of operators, as an answer that scoring judges first."""
     tester = _OperatorTesterInWorld.open_operator_tester(name, Source(store, planner=planner))
     answer = json.dumps({"output": written})
@@ -72,13 +72,13 @@ def find_outcome(
     ],
 )
 def test_the_true_operators_succeed_or_fail_at_a_stage(
-    data_store: Store, name: str, task_id: str, expected: FailedStageAndReason | None
+    data_store: Store, name: str, task_id: str, expected: OperatorTestOutcome | None
 ) -> None:
     assert find_outcome(name, data_store, task_id, operators(name, data_store, task_id)) == expected
     tester = _OperatorTesterInWorld.open_operator_tester(
         name, Source(data_store, planner=PlannerChoice.BUILT_IN)
     )
-    assert tester.find_outcome_with_gold_operators(task_id) == expected
+    assert tester.find_outcome_of_gold_operator_test(task_id) == expected
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_the_true_operators_succeed_or_fail_at_a_stage(
     ],
 )
 def test_a_damaged_operator_fails_at_the_stage_that_it_damages(
-    data_store: Store, old: str, new: str, expected: FailedStageAndReason
+    data_store: Store, old: str, new: str, expected: OperatorTestOutcome
 ) -> None:
     written = operators("virtualhome", data_store, FOOD)
     assert old in written
@@ -116,7 +116,7 @@ def test_a_damaged_operator_fails_at_the_stage_that_it_damages(
     ],
 )
 def test_a_damaged_operator_of_behavior_fails(
-    data_store: Store, old: str, new: str, expected: FailedStageAndReason
+    data_store: Store, old: str, new: str, expected: OperatorTestOutcome
 ) -> None:
     written = operators("behavior", data_store, DOORS)
     assert old in written

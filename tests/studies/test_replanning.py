@@ -27,8 +27,8 @@ from eai.studies.replanning.study import (
     _ErrorCountingOptions,
     estimate_success_by_attempt,
     group_runs_by_replanning_options,
+    make_remarks_on_missing_runs,
     make_replanning_tables,
-    write_remarks_on_missing_runs,
 )
 from record_files import write_records
 from studies.told import told_tables
@@ -83,8 +83,8 @@ def test_arms_with_feedback_are_compared_with_arms_without() -> None:
     _, worth, _ = make_replanning_tables(group_runs_by_replanning_options([TOLD, UNTOLD]))
     differences = [row[-1] for row in worth.rows]
     assert [each.value for each in differences if isinstance(each, Estimate)] == [0, 25, 25]
-    assert write_remarks_on_missing_runs(group_runs_by_replanning_options([TOLD, UNTOLD])) == []
-    (alone,) = write_remarks_on_missing_runs(group_runs_by_replanning_options([TOLD]))
+    assert make_remarks_on_missing_runs(group_runs_by_replanning_options([TOLD, UNTOLD])) == []
+    (alone,) = make_remarks_on_missing_runs(group_runs_by_replanning_options([TOLD]))
     assert alone.startswith("No runs without feedback stand beside replans-2-restart-explained")
     assert make_replanning_tables(group_runs_by_replanning_options([TOLD]))[1].rows == ()
 
@@ -112,7 +112,7 @@ def test_several_seeds_form_one_arm_with_tasks_as_units() -> None:
     assert len(group.list_records_up_to_attempt(1)) == 2
     assert {case.name for case in group.list_task_contributions_to_metric("task_success", 2)} == {"0"}
     assert "One seed of slips" in "".join(
-        write_remarks_on_missing_runs(group_runs_by_replanning_options([one]))
+        make_remarks_on_missing_runs(group_runs_by_replanning_options([one]))
     )
 
 

@@ -20,7 +20,7 @@ from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.val import VALID, find_val_program, run_val
 from eai.planning.planner import Planner
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.planning import find_plan
 from eai.tasks.problem_world import open_pddl
 from eai.tasks.task import GoalKind, Task
@@ -106,7 +106,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             operator.name, tuple(rng.randrange(len(task.scene.objects)) for _ in operator.parameters)
         )
         if number % 20 == 0:
-            possible = [*generate_applicable_of_operator(domain, operator, past.state, task.relevant)]
+            possible = [*generate_applicable_actions_of_operator(domain, operator, past.state, task.relevant)]
             action = rng.choice(possible or [action])
         names = tuple(task.scene.objects[i].name for i in action.arguments)
         outcome, after = (

@@ -177,7 +177,7 @@ def test_an_impossible_action_draws_no_random_number() -> None:
 def test_equal_seeds_give_equal_slips() -> None:
     def draws(task_id: str = "a", seed: int = 0, epoch: int = 0) -> list[bool]:
         sampler = SlipSampler(0.5, task_id, seed=seed, epoch=epoch)
-        return [sampler.draw_slip() for _ in range(100)]
+        return [sampler.draw_whether_next_action_slips() for _ in range(100)]
 
     assert draws() == draws()
     assert draws() not in [draws(seed=1), draws("b"), draws(epoch=1)]
@@ -185,7 +185,12 @@ def test_equal_seeds_give_equal_slips() -> None:
 
 def test_a_lower_probability_gives_a_subset_of_the_slips() -> None:
     few, many = lucky(0.1), lucky(0.3)
-    assert all(b or not a for a, b in [(few.draw_slip(), many.draw_slip()) for _ in range(200)])
+    assert all(
+        b or not a
+        for a, b in [
+            (few.draw_whether_next_action_slips(), many.draw_whether_next_action_slips()) for _ in range(200)
+        ]
+    )
 
 
 def test_a_possible_action_slips_as_often_as_it_should() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from abilities.action_sequencing.test_scorer import TASK
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
-from eai.abilities.notation.plans import JsonPlans
+from eai.abilities.notation.plans import JsonPlanNotation
 from eai.world.action import Action, Fault
 from eai.world.conformance import check_domain
 from eai.world.domain import Domain, make_declared_simulator
@@ -86,12 +86,15 @@ def test_episodes_stop_sharing_outcomes_if_the_simulator_departs_from_the_declar
 
 def test_plans_for_a_simulator_are_scored_but_not_repaired() -> None:
     answer = '[{"action": "LIFT", "object": "red"}]'
-    scorer = ActionSequencingScorer(TASK, DARK, JsonPlans())
+    scorer = ActionSequencingScorer(TASK, DARK, JsonPlanNotation())
     assessment = scorer.assess(answer)
     assert getattr(assessment.verdict, "error", None) is not None
     assert [step.reason for step in assessment.explain().steps] == ["it is too dark for red"]
     assert assessment.analyze_failure is None
-    assert ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlans()).assess(answer).analyze_failure is not None
+    assert (
+        ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlanNotation()).assess(answer).analyze_failure
+        is not None
+    )
 
 
 NUMBERS = count()

@@ -12,7 +12,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.results.data_set import compute_data_set_statistics
 from eai.results.paper_tables import PaperColumn, map_files_to_paper_models, read_paper_table
 from eai.results.rate import Rate
-from eai.results.summary import choose_and_weigh_averaged_metrics, compute_average_performance
+from eai.results.summary import compute_average_performance, compute_weights_of_averaged_metrics
 from eai.studies.sensitivity.study import OVERALL
 
 PRINTED_V = {
@@ -144,7 +144,7 @@ def averages(evidence: Evidence) -> Finding:
         for model in overview.rows:
             values = {
                 place: overview.find_printed_number(model, PaperColumn(place[0].value, place[1], domain))
-                for place in choose_and_weigh_averaged_metrics()
+                for place in compute_weights_of_averaged_metrics()
             }
             ours = compute_average_performance(values)
             said = overview.find_printed_number(model, PaperColumn("", "average_performance", domain))

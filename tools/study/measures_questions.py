@@ -181,7 +181,7 @@ def gold_in_questions(evidence: Evidence) -> Finding:
             tasks, section = benchmark.tasks(evidence.published), benchmark.data.goal_sections[ability]
             hits = 0
             for task, text in questions.items():
-                other = section.rewrite_section(text, BelievedTask(tasks[task]))
+                other = section.replace_goals_in_question(text, BelievedTask(tasks[task]))
                 lacking, own = _lines_lost(other, text), _lines_lost(text, other)
                 hits += not lacking if domain == V else own >= len(tasks[task].goals)
             counts[name] = hits, len(questions)

@@ -10,7 +10,7 @@ from claim import Finding, Status, by_degree
 from evidence import AS, GI, SD, TM, B, Evidence, V
 
 from eai.results.paper_tables import PaperColumn, read_paper_protocol_and_tables, read_paper_table
-from eai.results.summary import choose_and_weigh_averaged_metrics, compute_average_performance
+from eai.results.summary import compute_average_performance, compute_weights_of_averaged_metrics
 
 AVERAGE = "average_performance"
 WORLDS = {"V": V, "B": B}
@@ -76,7 +76,7 @@ def _averages(evidence: Evidence, domain: str) -> dict[str, float]:
     for model in evidence.names:
         values = {
             place: evidence.percent(domain, place[0].value, place[1], model)
-            for place in choose_and_weigh_averaged_metrics()
+            for place in compute_weights_of_averaged_metrics()
         }
         average = compute_average_performance(values)
         if average is not None:

@@ -36,7 +36,7 @@ from itertools import islice, pairwise
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
-from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
+from eai.abilities.verdict import AnswerSpan, AnswerSpanKind, Unreadable
 
 MAX_LENGTH = 1_000_000
 """Maximum length of readable answers, in characters. Answers of models are shorter."""
@@ -222,7 +222,7 @@ class ParsedAnswer(Generic[T]):
 
     value: T
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = ()
+    spans: tuple[AnswerSpan, ...] = ()
 
 
 class _DecodedJson(NamedTuple):
@@ -326,9 +326,9 @@ class _AnswerReader(Generic[T]):
             return False
         text = self.thoughts[-1].text
         parts = islice(_find_bracketed_texts(text), MAX_VALUES)
-        return any(self._is_part(text[part.start : part.end]) for part in parts)
+        return any(self._is_part_of_answer(text[part.start : part.end]) for part in parts)
 
-    def _is_part(self, text: str) -> bool:
+    def _is_part_of_answer(self, text: str) -> bool:
         return self.form.is_part(text) or (
             _UNESCAPED_QUOTE.search(text) is None and self.form.is_part(_unescape(text))
         )
@@ -350,7 +350,7 @@ class _AnswerReader(Generic[T]):
             if inside in _OPENING_BRACKET:
                 self.strays.append(bracketed_text)
                 continue
-            is_part = self._is_part(inside)
+            is_part = self._is_part_of_answer(inside)
             decoded = _decode_with_repairs(inside, bracketed_text.start, repair=is_part)
             meaning = (
                 None
@@ -382,7 +382,7 @@ class _AnswerReader(Generic[T]):
         Pieces of an answer, such as single steps, are joined to one value.
         """
         chosen = self._select_values_with_known_names(values)
-        line = self._find_answer_line_outside(values)
+        line = self._find_answer_line_between_values(values)
         if line is not None:
             return self._report_unread_text(line)
         if not chosen:
@@ -392,7 +392,7 @@ class _AnswerReader(Generic[T]):
         gaps = [_BracketedText(one.end, other.start) for one, other in pairwise(chosen)]
         texts = [self.text[gap.start : gap.end] for gap in gaps]
         has_pieces = any(self.form.is_piece(value.meaning) for value in chosen)
-        stray = self._find_end_of_list_around(chosen) if has_pieces else None
+        stray = self._find_unmatched_end_of_list(chosen) if has_pieces else None
         if stray is not None:
             return self._report_error(stray, _JsonProblem(_UNOPENED, stray.start))
         if self.form.join is not None and gaps and has_pieces:
@@ -411,7 +411,7 @@ class _AnswerReader(Generic[T]):
             return self._report_unread_text(_BracketedText(chosen[-2].start, chosen[-1].end))
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
-    def _find_end_of_list_around(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
+    def _find_unmatched_end_of_list(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
         """Return the unmatched closing bracket of a list around the parts that lacks its beginning, or None.
 
         Return None if no bracket shows this.
@@ -440,7 +440,7 @@ class _AnswerReader(Generic[T]):
         ]
         return [value for group in certain or groups for value in group]
 
-    def _find_answer_line_outside(self, values: Sequence[_ValueInText[T]]) -> _BracketedText | None:
+    def _find_answer_line_between_values(self, values: Sequence[_ValueInText[T]]) -> _BracketedText | None:
         for start, end in _find_ranges_between(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
                 if not line[0].isspace() and self.form.is_line_of_answer(line[0]):
@@ -479,22 +479,24 @@ class _AnswerReader(Generic[T]):
 
     def _make_spans(
         self, answer_values: Sequence[_ValueInText[T]], unread_text: _BracketedText | None = None
-    ) -> tuple[Span, ...]:
+    ) -> tuple[AnswerSpan, ...]:
         """Return the parts of the answer's text, each with its treatment: as read, repaired or prose.
 
         Blank parts and code fences are left out.
         """
-        marked = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in self.thoughts]
+        marked = [
+            AnswerSpan(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in self.thoughts
+        ]
         for value in answer_values:
             kind = AnswerSpanKind.REPAIRED if value.repairs else AnswerSpanKind.READ
-            marked.append(Span(value.start, value.end, kind))
+            marked.append(AnswerSpan(value.start, value.end, kind))
         if unread_text is not None:
-            marked.append(Span(unread_text.start, unread_text.end, AnswerSpanKind.UNREAD))
+            marked.append(AnswerSpan(unread_text.start, unread_text.end, AnswerSpanKind.UNREAD))
         for start, end in _find_ranges_between(marked, len(self.text)):
             words = _FENCE_MARK.sub(lambda mark: " " * len(mark[0]), self.text[start:end])
             if stripped := words.strip():
                 begin = start + words.index(stripped)
-                marked.append(Span(begin, begin + len(stripped), AnswerSpanKind.PROSE))
+                marked.append(AnswerSpan(begin, begin + len(stripped), AnswerSpanKind.PROSE))
         return tuple(sorted(marked))
 
 
@@ -588,7 +590,7 @@ def _read_value_or_wrapped_json(
         if inner is None or isinstance(decoded, _JsonProblem):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
-    if isinstance(value, list) and len(value) == 1 and _has_object(value[0]):
+    if isinstance(value, list) and len(value) == 1 and _contains_json_object(value[0]):
         item = _read_value_or_wrapped_json(value[0], form, max_depth - 1)
         return None if item is None else (item[0], ("wrapper_list", *item[1]))
     if not isinstance(value, JsonObject):
@@ -627,8 +629,10 @@ def consists_of_calls(text: str) -> bool:
     return others != text and not _CONNECTIVE_OR_SIGN.sub("", others)
 
 
-def _has_object(value: object) -> bool:
-    return isinstance(value, JsonObject) or (isinstance(value, list) and any(map(_has_object, value)))
+def _contains_json_object(value: object) -> bool:
+    return isinstance(value, JsonObject) or (
+        isinstance(value, list) and any(map(_contains_json_object, value))
+    )
 
 
 def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _JsonProblem:

@@ -10,7 +10,7 @@ from eai.abilities.verdict import PlanVerdict
 
 
 @dataclass(frozen=True, slots=True)
-class Usage:
+class AnswerUsage:
     """Tokens, cost and time of an answer. A number that the provider does not report is None.
 
     Attributes:
@@ -34,13 +34,13 @@ class Usage:
             return None
         return self.input_tokens + self.output_tokens
 
-    def __add__(self, other: Usage) -> Usage:
+    def __add__(self, other: AnswerUsage) -> AnswerUsage:
         """Return the sums of tokens, cost and time. A number that is None in both operands stays None."""
         sums: dict[str, Any] = {}
         for name in self.__slots__:
             numbers = [number for number in (getattr(self, name), getattr(other, name)) if number is not None]
             sums[name] = sum(numbers) if numbers else None
-        return Usage(**sums)
+        return AnswerUsage(**sums)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +66,6 @@ class Attempt:
     slipped_at: int | None = None
     goal_held_at: int | None = None
     prompt_sha256: str | None = None
-    usage: Usage | None = None
+    usage: AnswerUsage | None = None
     answer_repairs: tuple[str, ...] = ()
     explanation: Explanation | None = None

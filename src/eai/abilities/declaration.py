@@ -21,7 +21,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
 from eai.abilities.verdict import (
     EMPTY_SHARE,
-    Confusion,
+    ConfusionCounts,
     PlanVerdict,
     ShareByMetric,
     Verdict,
@@ -284,7 +284,7 @@ def find_error_outcome(verdict: Verdict) -> AnswerOutcome | None:
     return None if verdict.error is None else AnswerOutcome(verdict.error.kind.value)
 
 
-def classify_answer_by_counts(counts: Confusion, *, can_be_success: bool = True) -> AnswerOutcome:
+def classify_answer_by_counts(counts: ConfusionCounts, *, can_be_success: bool = True) -> AnswerOutcome:
     """Return the outcome of an answer whose parts, such as goals, are judged separately.
 
     Args:
@@ -393,7 +393,7 @@ def declare_plan_ability(
     )
 
 
-def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
+def count_faults_in_summary(verdict: PlanVerdict, kind: FaultKind) -> int:
     """Return the number of errors of a kind that one answer adds to the sum over many answers.
 
     If the verdict has `SummaryCounts`, this is their number of errors of the kind. Otherwise it is 1 if an
@@ -404,14 +404,14 @@ def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 
-def count_additional_steps(verdict: PlanVerdict) -> int:
+def count_additional_steps_in_summary(verdict: PlanVerdict) -> int:
     """Return the number of additional (needless) steps that one answer adds to the sum over many answers.
 
     If the verdict has `SummaryCounts`, this is their number of additional steps. Otherwise it is 1 if the
     answer has one or more additional steps, else 0.
     """
     if verdict.counted is not None:
-        return count_faults(verdict, FaultKind.ADDITIONAL_STEP)
+        return count_faults_in_summary(verdict, FaultKind.ADDITIONAL_STEP)
     return int(bool(verdict.additional_steps))
 
 

@@ -126,7 +126,7 @@ class GoalPartReport:
     met_at: int | None = None
 
     @property
-    def time_met_text(self) -> str:
+    def description_of_time_met(self) -> str:
         """The time at which this part of the goal was first met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, find_blame_kind_and_step
+from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, classify_and_locate_fault
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import find_object_names
@@ -58,7 +58,7 @@ class PlanRepairer:
         self.domain = domain
         self._notation = notation
         self._object = notation.make_object_lookup(task)
-        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_closeness)
+        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_uncached_closeness_to_success)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """Return the actions of a plan's steps, with None for each step that names something unknown."""
@@ -124,15 +124,15 @@ class PlanRepairer:
             return None
         return self._cached_closeness(tuple(steps))
 
-    def _compute_closeness(self, steps: PlanSteps) -> float:
+    def _compute_uncached_closeness_to_success(self, steps: PlanSteps) -> float:
         repairer = self._make_repairer(())
         if repairer.reaches_goal(steps) and not repairer.reaches_goal(()):
             return 1.0
         number = len(steps) + self._min_plan_steps
         effort_limit = min(_MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length())
-        return self._compute_closeness_from_needed_edits(steps, effort_limit)
+        return self._compute_closeness_to_success_by_repair(steps, effort_limit)
 
-    def _compute_closeness_from_needed_edits(self, steps: PlanSteps, effort_limit: int) -> float:
+    def _compute_closeness_to_success_by_repair(self, steps: PlanSteps, effort_limit: int) -> float:
         if steps.count(None) >= self._min_plan_steps:
             return 0.0
         _, edits = self._make_repairer(()).repair(steps, SearchEffort(effort_limit), self._min_plan_steps)
@@ -143,7 +143,7 @@ class PlanRepairer:
     @cached_property
     def _min_plan_steps(self) -> int:
         """A proved lower bound of the number of steps in every plan for the task."""
-        return self._make_repairer(()).prove_min_plan_length(SearchEffort(DEFAULT_EFFORT))
+        return self._make_repairer(()).compute_proved_min_plan_length(SearchEffort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
         """Return a repairer whose edits may use the objects of the task and the objects in ``steps``."""
@@ -192,7 +192,7 @@ class PlanRepairer:
         singles = sorted(single_edits, key=rank_edit)
         told = [self._write_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
-        blame, blamed = find_blame_kind_and_step(told)
+        blame, blamed = classify_and_locate_fault(told)
         return Repair(
             1,
             1,

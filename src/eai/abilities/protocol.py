@@ -102,7 +102,7 @@ PROTOCOL_GROUP = "eai.protocols"
 
 
 @cache
-def find_protocols() -> Mapping[str, EntryPoint]:
+def find_protocol_entry_points() -> Mapping[str, EntryPoint]:
     """Return a mapping from names of protocols (rules for scoring) to entry points; without ``strict``."""
     return get_entry_points(PROTOCOL_GROUP)
 

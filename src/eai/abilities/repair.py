@@ -121,7 +121,7 @@ def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
         yield f"{repair.edits[0].action} is missing, from step {repair.blamed + 1} on at the earliest"
 
 
-def find_blame_kind_and_step(edits: Sequence[Edit]) -> tuple[str, int | None]:
+def classify_and_locate_fault(edits: Sequence[Edit]) -> tuple[str, int | None]:
     """Return the kind of an answer's fault, and the number of the faulty step, or None.
 
     Each given edit is enough to repair the answer. The fault is a step (``step``) if all edits delete,

@@ -15,8 +15,8 @@ from eai.abilities.explanation import (
     Statement,
     StepReport,
 )
-from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_variables, substitute_terms
+from eai.logic.ltl_printer import format_ltl
+from eai.logic.rewriting import standardize_variable_names, substitute_terms
 from eai.logic.semantics import explain_truth, find_violation
 from eai.logic.traversal import walk_subformulas
 from eai.tasks.goal_text import write_goal
@@ -86,7 +86,7 @@ class _FactFilter:
                     named |= {i for term in terms if (i := scene.index.get(term.name)) is not None}
         return cls(scene, visible, frozenset({*task.relevant, scene.agent}), frozenset(named))
 
-    def filter_visible(self, facts: Iterable[Fact]) -> list[Fact]:
+    def select_visible_facts(self, facts: Iterable[Fact]) -> list[Fact]:
         """Return the facts with visible predicates, without relations of the agent to itself."""
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
@@ -116,8 +116,8 @@ def _report_executed(
 ) -> StepReport:
     difference = compare_states(before, after)
     added, removed = (
-        fact_filter.filter_visible(difference.added),
-        fact_filter.filter_visible(difference.removed),
+        fact_filter.select_visible_facts(difference.added),
+        fact_filter.select_visible_facts(difference.removed),
     )
     placed = [fact.arguments[0] for fact in removed if len(fact.arguments) == 1]
     added_texts = fact_filter.write_visible_facts(added, {*action.arguments, *placed})
@@ -147,11 +147,11 @@ def _describe_failed_effects(domain: Domain, action: Action, before: State, afte
     objects: dict[f.Term, f.Term] = {
         f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
     }
-    undone = operator.find_failed_alternatives_still_due(
+    undone = operator.find_failed_alternatives_still_attempted(
         before, after, operator.bind(before, action.arguments)
     )
     return "; ".join(
-        f"{print_ltl(substitute_terms(unmet, objects))} remains: {fault}"
+        f"{format_ltl(substitute_terms(unmet, objects))} remains: {fault}"
         for unmet, fault in (
             (unmet, _describe_fault(check, domain, action, before)) for unmet, check in undone
         )
@@ -238,7 +238,7 @@ def _find_predicate_names(formula: f.Formula) -> tuple[str, ...]:
 
 def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
     violation = find_violation(formula, to_trace(trajectory))
-    what = write_goal(rename_variables(violation.part))
+    what = write_goal(standardize_variable_names(violation.part))
     if violation.position is None:
         follows = isinstance(formula, f.Then) and violation.part != formula.parts[0]
         return f"never after what comes first: {what}" if follows else f"never: {what}"
@@ -258,17 +258,17 @@ def report_goal_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[G
     evidence = explain_truth(goal, to_trace(trajectory))
     parts = goal.parts if isinstance(goal, f.Then) else (goal,)
     met: list[int | None] = [*evidence.positions[: len(parts)]]
-    blamed = [tuple([print_ltl(formula) for formula in evidence.failed])]
+    blamed = [tuple([format_ltl(formula) for formula in evidence.failed])]
     numbers = [0, *(number for number, step in enumerate(trajectory.steps, 1) if step.executed)]
     reports = []
     for number, part in enumerate(parts):
         position = met[number] if number < len(met) else None
         if position is None:
-            reports.append(GoalPartReport(print_ltl(part), None, blamed.pop() if blamed else ()))
+            reports.append(GoalPartReport(format_ltl(part), None, blamed.pop() if blamed else ()))
             continue
         acted = any(
             isinstance(formula_part, f.Occurs) for formula_part in walk_subformulas(part)
         ) and position + 1 < len(numbers)
         at = numbers[position + 1] if acted else None
-        reports.append(GoalPartReport(print_ltl(part), numbers[position], met_at=at))
+        reports.append(GoalPartReport(format_ltl(part), numbers[position], met_at=at))
     return tuple(reports)

@@ -121,7 +121,7 @@ def find_cause_of_unreadability(
     if ability is not None:
         name = ability.value.replace("_", " ")
         return _CauseOfUnreadability("other_ability", f"the answer has the form of {name}")
-    notation = _name_wrong_notation(body, actions, is_json=is_json)
+    notation = _find_name_of_wrong_notation(body, actions, is_json=is_json)
     if notation:
         return _CauseOfUnreadability("other_notation", f"the answer looks like {notation}")
     if _is_cut_off(body, is_json=is_json):
@@ -157,7 +157,7 @@ def find_repeated_ending(text: str) -> str:
     return words[start : start + unit].strip()
 
 
-def _name_wrong_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
+def _find_name_of_wrong_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
     """Return the name of the wrong notation of an answer; None if the notation is right or unknown."""
     if _OPERATOR.search(body):
         return "PDDL that is not quoted as a text" if _UNQUOTED_LISP.search(body) else None

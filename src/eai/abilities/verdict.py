@@ -26,7 +26,7 @@ ALL = "all"
 """Key of the total in counts by kind. The total counts a goal or clause of several kinds once."""
 
 
-class Confusion(NamedTuple):
+class ConfusionCounts(NamedTuple):
     """Numbers of true positives, false positives and false negatives."""
 
     true_positives: int
@@ -34,7 +34,7 @@ class Confusion(NamedTuple):
     false_negatives: int
 
 
-NO_COUNTS = Confusion(0, 0, 0)
+NO_COUNTS = ConfusionCounts(0, 0, 0)
 """Counts of an answer that has no right, wrong or missed part."""
 
 
@@ -84,7 +84,7 @@ class AnswerSpanKind(str, Enum):
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Span:
+class AnswerSpan:
     """A part of an answer's text, and how it was treated.
 
     Attributes:
@@ -230,7 +230,7 @@ class Verdict:
     excluded: TaskExclusion | None = None
     error: ErrorReport | None = None
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = field(default=(), compare=False)
+    spans: tuple[AnswerSpan, ...] = field(default=(), compare=False)
     repair: Repair | None = None
 
     def to_verdict_on_missing_answer(self) -> Self:
@@ -267,12 +267,12 @@ class Verdict:
             "implement its method `compute_reward_inputs`"
         )
 
-    def is_step_an_action(self, step: int) -> bool:
+    def is_turn_an_action(self, step: int) -> bool:
         """Whether a step of the explanation, counted from 0, is an action that was tried."""
         return True
 
     @property
-    def planner_used(self) -> str | None:
+    def name_of_used_planner(self) -> str | None:
         """Name of the planner that tested the answer; None without a planner, or in files of old versions."""
         return None
 
@@ -404,7 +404,7 @@ class Unreadable:
 
     reason: str
     step: int | None = None
-    spans: tuple[Span, ...] = field(default=(), compare=False)
+    spans: tuple[AnswerSpan, ...] = field(default=(), compare=False)
 
 
 ShareByMetric: TypeAlias = Mapping[str, Share]
@@ -430,7 +430,7 @@ def make_rate_contribution_of_answer(share_with_property: bool | float | None) -
     return FULL_SHARE if share_with_property == 1 else Share(float(share_with_property), 1)
 
 
-def make_confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
+def make_confusion_shares(prefix: str, confusion: ConfusionCounts) -> dict[str, Share]:
     """Return a mapping from metrics to the shares that one answer adds to precision, recall and F1.
 
     Each metric is a ratio of two sums over all answers. F1 is ``2 TP / (2 TP + FP + FN)``, the harmonic mean
@@ -444,11 +444,11 @@ def make_confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]
     }
 
 
-def add_confusions(confusions: Iterable[Confusion]) -> Confusion:
+def add_confusions(confusions: Iterable[ConfusionCounts]) -> ConfusionCounts:
     """Return the sum of several counts of true positives, false positives and false negatives."""
     hits, extras, missed = 0, 0, 0
     for confusion in confusions:
         hits += confusion.true_positives
         extras += confusion.false_positives
         missed += confusion.false_negatives
-    return Confusion(hits, extras, missed)
+    return ConfusionCounts(hits, extras, missed)

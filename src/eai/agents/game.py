@@ -24,8 +24,8 @@ from eai.agents.observation import AgentMemory, make_manual
 from eai.agents.rules import OUTCOMES
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import SearchEffort
-from eai.planning.successor_generator import generate_applicable_of_operator
-from eai.results.reward import Shaping, convert_reward_basis_to_reward, make_metrics_of_reward_basis
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
+from eai.results.reward import Shaping, compute_reward_from_inputs, make_metrics_from_reward_inputs
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.world.action import Action, Fault
@@ -150,7 +150,9 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode up to now, by name (`eai.results.reward.METRICS`)."""
-        return make_metrics_of_reward_basis(self._compute_reward_inputs_of_game(is_episode_ended=self.over))
+        return make_metrics_from_reward_inputs(
+            self._compute_reward_inputs_of_game(is_episode_ended=self.over)
+        )
 
     @property
     def reward_if_ended_now(self) -> float:
@@ -178,7 +180,7 @@ class Game:
                 )
                 or 0.0
             )
-        return 0.0 if earned is None else convert_reward_basis_to_reward(earned, self._rules.reward)
+        return 0.0 if earned is None else compute_reward_from_inputs(earned, self._rules.reward)
 
     def _list_executed_or_needless_actions(self) -> list[Action]:
         """Return the actions that were executed, or skipped because they were not needed."""
@@ -406,7 +408,7 @@ class Game:
         commands = [
             self.setup.commands.write_command(action) for action in self.find_possible_actions(bindings)
         ]
-        if bindings.is_exceeded:
+        if bindings.is_limit_exceeded:
             raise InputError(
                 f"admissible: too many actions are possible in the task {self.task.id}; give admissible=false"
             )
@@ -424,7 +426,7 @@ class Game:
         domain, state = self.setup.domain, self._episode.state
         effort = effort or SearchEffort(_MAX_BINDINGS)
         for operator in domain.operators:
-            yield from generate_applicable_of_operator(domain, operator, state, objects, effort)
+            yield from generate_applicable_actions_of_operator(domain, operator, state, objects, effort)
 
 
 _MAX_BINDINGS = 1_000_000

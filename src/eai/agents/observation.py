@@ -16,12 +16,12 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
 from eai.tasks.prompts.own import describe_domain_by_template_placeholder, explain_goal_notation
-from eai.tasks.prompts.short import shorten_objects, shorten_state
+from eai.tasks.prompts.short import shorten_object_list, shorten_state
 from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.short_lists import HOW_TO_READ, shorten_facts, shorten_names, spell_out
 from eai.tasks.task import Task
 from eai.tasks.wording import SuiteWording
-from eai.world.derived import find_stored_predicates
+from eai.world.derived import find_stored_dependencies
 from eai.world.listing import FactLister
 from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import Fact, State, StateChange, compare_states
@@ -106,7 +106,9 @@ class Observer:
         self._rank = {index: rank for rank, index in enumerate(self.subjects)}
         self._mask = make_mask(self.subjects)
         visible = wording.domain.visible or TRUE
-        self._visibility_sources = find_stored_predicates(find_predicates(visible), wording.domain.vocabulary)
+        self._visibility_sources = find_stored_dependencies(
+            find_predicates(visible), wording.domain.vocabulary
+        )
         self.first = self._make_first_observation(task.initial)
 
     def _make_first_observation(self, state: State) -> _Observation:
@@ -149,7 +151,7 @@ class Observer:
             fact
             for listing in self._wording.fact_listers_of_state_predicates
             for fact in listing.list_facts(
-                state, visible, self._find_objects_listed_facts_must_have(listing, objects)
+                state, visible, self._find_objects_whose_facts_are_listed(listing, objects)
             )
             if not objects.isdisjoint(fact.arguments)
         ]
@@ -229,7 +231,7 @@ class Observer:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.is_listed(fact)]
         if not listed:
             return listed
-        objects, required = {*visible}, self._find_objects_listed_facts_must_have(listing)
+        objects, required = {*visible}, self._find_objects_whose_facts_are_listed(listing)
         listed = [
             fact
             for fact in listed
@@ -244,9 +246,9 @@ class Observer:
         return tuple(iterate_bits(self._wording.domain.find_visible_objects(state, self._mask)))
 
     def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
-        return listing.list_facts(state, visible, self._find_objects_listed_facts_must_have(listing))
+        return listing.list_facts(state, visible, self._find_objects_whose_facts_are_listed(listing))
 
-    def _find_objects_listed_facts_must_have(
+    def _find_objects_whose_facts_are_listed(
         self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
         """Return the objects of which each listed fact of a predicate must have one; None for any objects.
@@ -308,7 +310,7 @@ class AgentMemory:
         facts = "What the pictures show." if is_pictured else self.observation.text or "-"
         values: dict[str, Text] = {
             "objects": described,
-            "short_objects": lambda: shorten_objects(spell_out(described), shorten_names),
+            "short_objects": lambda: shorten_object_list(spell_out(described), shorten_names),
             "facts": facts,
             "short_facts": lambda: shorten_state(spell_out(facts), spell_out(described)),
         }

@@ -34,7 +34,7 @@ from eai.tasks.task import Task
 OVER = "The episode is over."
 """The observation after a command in an episode that is over."""
 
-_ESTIMATED_ACTIONS = 100
+_ASSUMED_ACTIONS = 100
 """Assumed number of actions if actions are not limited. The limit of model replies is computed from it."""
 
 _BY_TOOLS = (
@@ -288,7 +288,7 @@ class RecordedGame(Game):
         super().__init__(setup, seed, epoch)
         self.turns: list[_CommandInEpisodeText] = []
         self.failed: list[bool] = []
-        self.max_actions = setup.action_limit or _ESTIMATED_ACTIONS
+        self.max_actions = setup.action_limit or _ASSUMED_ACTIONS
         self.harness = harness
         self.without_call = ""
         self._thought = ""

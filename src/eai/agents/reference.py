@@ -98,7 +98,7 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
         )
     plans = [task.shortest_plan] if task.shortest_plan else _find_plans(task, setup.domain)
     lengths = [len(plan) for plan in plans]
-    if task.reference_plan and _has_view_of_reference(setup.rules):
+    if task.reference_plan and _has_standard_view(setup.rules):
         for mistake in _find_mistakes_in_reference(setup):
             raise InputError(f"{task.id}: {mistake}")
         commands = tuple(map(setup.commands.write_command, task.reference_plan))
@@ -135,7 +135,7 @@ def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_WinningCommands]:
             yield _WinningCommands(tuple(commands), tuple(actions))
 
 
-def _has_view_of_reference(rules: GameRules) -> bool:
+def _has_standard_view(rules: GameRules) -> bool:
     """Whether agents see as much of the world by these rules as by the standard rules."""
     return (rules.view, rules.observe) == (STANDARD.view, STANDARD.observe)
 
@@ -170,7 +170,7 @@ def add_reference_plans(task: Task, benchmark: Benchmark) -> Task:
     return replace(task, shortest_plan=tuple(shortest), reference_plan=reference)
 
 
-def find_wrong_reference_plans(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
+def describe_wrong_recorded_plans(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
     """Yield messages on wrong plans that a task records: its shortest plan, or its reference plan.
 
     The reference plan can be carried out by an agent that sees only a part of the world.

@@ -51,7 +51,7 @@ def _get_benchmark(parts: DomainAndNotation) -> Benchmark:
 
 def make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return the function that makes the scorer of a task of a benchmark."""
-    return partial(_ActingScorer, benchmark=_get_benchmark(parts))
+    return partial(_EpisodeScorer, benchmark=_get_benchmark(parts))
 
 
 def make_question_and_winning_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
@@ -66,7 +66,7 @@ NO_REFERENCE = "nobody is known to win the task with what is seen in the standar
 """Reason for excluding a task in all settings: nobody knows commands that win it."""
 
 
-class _ActingScorer(Scorer):
+class _EpisodeScorer(Scorer):
     """The scorer of the episodes of one task.
 
     Args:

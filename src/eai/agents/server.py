@@ -42,7 +42,7 @@ from starlette.applications import Starlette
 from eai import __version__
 from eai.abilities.scorer import describe_exception
 from eai.agents.episode_server import EpisodeServer
-from eai.agents.tools import list_tool_names_texts_and_schemas, read_tool_call
+from eai.agents.tools import convert_tool_call_to_command, list_tool_names_texts_and_schemas
 from eai.base.errors import EaiError, InputError
 from eai.tasks.prompts.prompt import Image
 from eai.world.domain import Domain
@@ -108,7 +108,7 @@ def make_mcp_server(
             else episodes.tickets[_get_access_token_of_request(context)]
         )
         try:
-            command = read_tool_call(params.name, params.arguments or {})
+            command = convert_tool_call_to_command(params.name, params.arguments or {})
             if len(command) > MAX_COMMAND:
                 raise InputError(f"the command is too long: give at most {MAX_COMMAND:,} characters")
         except InputError as error:

@@ -40,7 +40,7 @@ def _make_object_schema(properties: Mapping[str, object]) -> dict[str, Any]:
     return {"type": "object", "properties": {**properties}, "required": [*properties]}
 
 
-def read_tool_call(tool_name: str, arguments: Mapping[str, object]) -> str:
+def convert_tool_call_to_command(tool_name: str, arguments: Mapping[str, object]) -> str:
     """Return a tool call as the text of a command, such as ``LOOK``.
 
     Raises:

@@ -151,7 +151,7 @@ def parse_json(path: Path, content: bytes, line: int | None = None) -> object:
         InputError: the content is not JSON, or a member of an object occurs twice; the message has the place.
     """
     try:
-        value: object = json.loads(content, strict=False, object_pairs_hook=refuse_repeated_keys)
+        value: object = json.loads(content, strict=False, object_pairs_hook=make_dict_refusing_repeated_keys)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno + (line or 1) - 1}, column {error.colno}"
         raise InputError(f"{path}, {where}: expected JSON ({error.msg})") from error
@@ -162,7 +162,7 @@ def parse_json(path: Path, content: bytes, line: int | None = None) -> object:
     return value
 
 
-def refuse_repeated_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
+def make_dict_refusing_repeated_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """Return a JSON object's members; `json.loads` takes this function as `object_pairs_hook`.
 
     Raises:

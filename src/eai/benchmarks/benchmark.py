@@ -75,7 +75,7 @@ PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
 Raises DataError if the prompts cannot be obtained.
 """
 
-OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
+AdditionalCounts: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns additional counts of a data set: label -> count, and a note on the meaning of the count."""
 
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
@@ -120,7 +120,7 @@ class DataSet:
     own_tasks: Mapping[Ability, OpenTasks[Any]] = field(default_factory=dict)
     asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
     only_by_name: Mapping[Ability, str] = field(default_factory=dict)
-    own_figures: OwnFigures | None = None
+    own_figures: AdditionalCounts | None = None
     open_public: OpenTasks[Task] | None = None
     open_demonstrations: OpenDemonstrations | None = None
     problem_of: ProblemOf | None = None
@@ -165,7 +165,7 @@ class Benchmark:
         return self.data.title or self.name
 
     @property
-    def is_worded_by_declaration(self) -> bool:
+    def has_declared_prompt_names(self) -> bool:
         """Whether the names in prompts come from the benchmark's declaration, not from published data."""
         return self.notation.wordings is None
 

@@ -32,8 +32,8 @@ from eai.benchmarks.gold_answers import (
 )
 from eai.benchmarks.random_answers import list_predicates_with_arguments
 from eai.logic.choice import Literal, build_and_or_tree, generate_dnf_terms_of_tree
-from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_objects, rename_variables, substitute_terms
+from eai.logic.ltl_printer import format_ltl
+from eai.logic.rewriting import rename_objects, standardize_variable_names, substitute_terms
 from eai.logic.traversal import find_object_names, walk_subformulas, wrap_in_quantifiers
 from eai.pddl.declaration import split_conjuncts
 from eai.pddl.model import Add, AndEffect, Delete
@@ -83,7 +83,7 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
         if goal.kind is not GoalKind.ACTION
         for part in split_conjuncts(_expand_quantifiers(goal.formula, task.scene))
     ]
-    return [lexicon.to_text_names(part) for part in (*actions, *dict.fromkeys(lasting))]
+    return [lexicon.replace_by_names_in_texts(part) for part in (*actions, *dict.fromkeys(lasting))]
 
 
 def _join_formulas(kind: type[f.And | f.Or], parts: Sequence[f.Formula]) -> f.Formula:
@@ -210,14 +210,14 @@ def _copy_goals_mentioned_in_instruction(benchmark: Benchmark, task: Task) -> It
 
 
 def _copy_goal_parts_as_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    return map(print_ltl, write_goal_parts_as_subgoals(task, benchmark.subgoals()))
+    return map(format_ltl, write_goal_parts_as_subgoals(task, benchmark.subgoals()))
 
 
 _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
 """Returns the table of a domain's actions by the predicates that they make true or false. It is cached."""
 
 
-def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
+def _make_plan_from_goal_conditions(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return a plan with one action for each condition in the goals, and no other actions.
 
     Each action makes its condition true. Actions for goals about states come before actions for action goals.
@@ -229,7 +229,7 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
         for literal in _list_goal_conditions(task)
     ]
     actions = [
-        achievers.get_achievers_of_execution(list_actions_that_meet_goal(goal))
+        achievers.get_achievers_for_executing_operators(list_actions_that_meet_goal(goal))
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     plan += [_apply_first_matching_schema([(achiever, {}) for achiever in ways], task) for ways in actions]
@@ -279,7 +279,7 @@ def _apply_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task) 
     """
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
-        for binding in achiever.complete_bindings(
+        for binding in achiever.generate_complete_bindings(
             task.initial, scope, usable, SearchEffort(Limits().bindings)
         ):
             return Action(achiever.schema.operator.name, achiever.get_operator_arguments(binding))
@@ -314,7 +314,7 @@ def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTas
 _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
     Ability.GOAL_INTERPRETATION: _copy_goals_mentioned_in_instruction,
     Ability.SUBGOAL_DECOMPOSITION: _copy_goal_parts_as_subgoals,
-    Ability.ACTION_SEQUENCING: _copy_plan,
+    Ability.ACTION_SEQUENCING: _make_plan_from_goal_conditions,
     Ability.TRANSITION_MODELING: _write_operators_with_goal_effects,
 }
 
@@ -454,7 +454,7 @@ def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
     category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
         named = {name: category[name] for name in find_object_names(goal.formula)}
-        yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
+        yield goal.formula, format_ltl(standardize_variable_names(rename_objects(goal.formula, named)))
 
 
 def _find_task_with_most_similar_texts(
@@ -462,11 +462,13 @@ def _find_task_with_most_similar_texts(
 ) -> Task | None:
     """Return the other task that has the largest share of texts in common with the given texts, if any."""
     others = [(task, task_texts) for task, task_texts in tasks_and_texts if task.id != excluded_task.id]
-    nearest = max(others, key=lambda entry: _compute_fraction_of_shared_texts(texts, entry[1]), default=None)
+    nearest = max(
+        others, key=lambda entry: _compute_millionths_of_shared_texts(texts, entry[1]), default=None
+    )
     return None if nearest is None else nearest[0]
 
 
-def _compute_fraction_of_shared_texts(texts: Counter[str], others: Counter[str]) -> int:
+def _compute_millionths_of_shared_texts(texts: Counter[str], others: Counter[str]) -> int:
     """Return the share of texts that two tasks have in common, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 

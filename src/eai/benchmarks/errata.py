@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import DataError
 from eai.base.files import parse_toml
 from eai.base.grouping import group_pairs
-from eai.benchmarks.errata_use import ErrataUse
+from eai.benchmarks.errata_use import ApplicableErrata
 from eai.tasks.options import Options, describe_validation_error
 from eai.tasks.source import TaskSet
 from eai.tasks.task import Task
@@ -60,7 +60,7 @@ class _TextReplacement(Options):
     now: str
 
 
-class _ScriptEdit(Options):
+class _PlanCorrection(Options):
     """Steps of the data set's plan (`was`, from index `step` on), and the steps that replace them (`now`)."""
 
     step: int
@@ -97,7 +97,7 @@ class _Erratum(Options):
     exclude: str | None = None
     renamed: Mapping[str, str] | None = None
     problem: _TextReplacement | None = None
-    plan: tuple[_ScriptEdit, ...] = ()
+    plan: tuple[_PlanCorrection, ...] = ()
     question: _TextReplacement | None = None
     asks_scored: bool = False
 
@@ -126,19 +126,19 @@ class Errata:
     version: str = ""
     entries: tuple[_Erratum, ...] = ()
 
-    def find_errata_of_task(self, ability: Ability, task_id: str) -> ErrataUse | None:
+    def find_errata_of_task(self, ability: Ability, task_id: str) -> ApplicableErrata | None:
         """Return the version of the table, and ids of the errata that can change verdicts on a task.
 
         Stored verdicts contain this value. Returns None if there is no table of errata.
         """
         return (
-            ErrataUse(self.version, self._verdict_changing_ids.get((ability, task_id), ()))
+            ApplicableErrata(self.version, self._ids_of_errata_changing_verdicts.get((ability, task_id), ()))
             if self.version
             else None
         )
 
     @cached_property
-    def _verdict_changing_ids(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
+    def _ids_of_errata_changing_verdicts(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
         """Mapping from ability and task id to the ids of the errata that can change verdicts.
 
         Errata that change only questions or the data set's plans are left out.
@@ -167,7 +167,7 @@ class Errata:
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
         @cache
-        def load_library() -> OperatorLibrary:
+        def load_operator_library() -> OperatorLibrary:
             return _rename_operators(next(iter(tasks.values())).domain, names)
 
         def correct_operator_task(task_id: str) -> TransitionTask:
@@ -176,7 +176,7 @@ class Errata:
                 if entry.problem is not None:
                     problem = _replace_once(problem, entry.problem, entry.id)
             operators = tuple([names.get(name, name) for name in task.operators])
-            return replace(task, domain=load_library(), operators=operators, problem_text=problem)
+            return replace(task, domain=load_operator_library(), operators=operators, problem_text=problem)
 
         return TaskSet(tasks, correct_operator_task, tasks.sha256) if by_task else tasks
 

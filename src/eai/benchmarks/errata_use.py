@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class ErrataUse:
+class ApplicableErrata:
     """The errata (known errors in published data) that can change a verdict.
 
     Attributes:

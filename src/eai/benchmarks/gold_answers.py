@@ -35,7 +35,7 @@ _GoldAndCorruptedParts: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """A pair: consecutive parts of a gold answer, and the parts in their place in the corrupted answer."""
 
 
-def make_noisy_answer(book: AnswersByTask, task_id: str, rate: float, seed: str) -> WrittenAnswer:
+def make_noisy_answer(book: AnswersByTask, task_id: str, rate: float, seed: str) -> AnswerInParts:
     """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
     Parts are steps, goals, subgoals or operators. Corruption deletes or repeats a part, swaps it with the
@@ -52,7 +52,7 @@ def make_noisy_answer(book: AnswersByTask, task_id: str, rate: float, seed: str)
 
 def make_answer_heeding_feedback(
     answers: AnswersByTask, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
-) -> WrittenAnswer:
+) -> AnswerInParts:
     """Return the answer of a built-in model that makes random errors, and repairs an error that is named.
 
     The question may contain the model's last answer and the reason for its failure. The model then repairs
@@ -70,7 +70,7 @@ def make_answer_heeding_feedback(
 
 def yield_corrupted_then_repaired_answers(
     answers: AnswersByTask, task_id: str, rate: float, seed: str
-) -> Iterator[WrittenAnswer]:
+) -> Iterator[AnswerInParts]:
     """Yield a corrupted answer, then versions of this answer with 1, 2, ... repaired parts, such as steps.
 
     The last version is the gold answer.
@@ -84,8 +84,8 @@ def yield_corrupted_then_repaired_answers(
             yield _join_corrupted_parts(segments, answer)
 
 
-def _join_corrupted_parts(segments: Iterable[_GoldAndCorruptedParts], answer: WrittenAnswer) -> WrittenAnswer:
-    return WrittenAnswer(tuple([part for _, parts in segments for part in parts]), answer.join)
+def _join_corrupted_parts(segments: Iterable[_GoldAndCorruptedParts], answer: AnswerInParts) -> AnswerInParts:
+    return AnswerInParts(tuple([part for _, parts in segments for part in parts]), answer.join)
 
 
 def _corrupt_answer_parts(
@@ -117,7 +117,7 @@ def make_random(seed: str, task_id: str) -> random.Random:
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenAnswer:
+class AnswerInParts:
     """An answer: its parts (steps, goals, subgoals or operators) and the function that joins them.
 
     Attributes:
@@ -136,7 +136,7 @@ class WrittenAnswer:
         return "" if self.why_none else self.join(self.parts)
 
 
-AnswersByTask: TypeAlias = Mapping[str, WrittenAnswer]
+AnswersByTask: TypeAlias = Mapping[str, AnswerInParts]
 """Mapping from task id to answer, in the order of the benchmark's tasks. Each answer is made on first use."""
 
 
@@ -151,7 +151,7 @@ def make_answers_by_task(
     tasks, join = benchmark.tasks_for(ability, source), get_part_joiner(benchmark, ability)
     return TaskSet(
         tasks,
-        lambda task_id: WrittenAnswer(tuple(make_parts(tasks[task_id])), join),
+        lambda task_id: AnswerInParts(tuple(make_parts(tasks[task_id])), join),
         tasks.sha256,
         source.kept,
     )
@@ -216,7 +216,7 @@ def open_answers_of_planner(
     """Return answers made from plans of the built-in search, never from plans of the data set.
 
     The search uses the declared domain of the benchmark.
-    If the search finds no plan, the answer is empty, and `WrittenAnswer.why_none` states the reason.
+    If the search finds no plan, the answer is empty, and `AnswerInParts.why_none` states the reason.
 
     Args:
         benchmark: the benchmark.
@@ -260,18 +260,22 @@ def replace_goals_by_answers(benchmark: Benchmark, answers: Mapping[str, str]) -
     return benchmark.with_changed_tasks(take_goals_from_answer)
 
 
-def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
+def make_benchmark_starting_after_actions(
+    benchmark: Benchmark, task_id: str, done: Sequence[Action]
+) -> Benchmark:
     """Return a copy of the benchmark in which one task starts in the state after some actions."""
 
-    def start_task_after_actions(task: Task) -> Task:
+    def make_task_starting_after_actions(task: Task) -> Task:
         if task.id != task_id:
             return task
         return replace(task, initial=execute_plan(benchmark.domain, task.initial, done).final_state)
 
-    return benchmark.with_changed_tasks(start_task_after_actions)
+    return benchmark.with_changed_tasks(make_task_starting_after_actions)
 
 
-def drop_reached_goals(benchmark: Benchmark, task_id: str, executed_actions: Sequence[Action]) -> Benchmark:
+def make_benchmark_without_reached_goals(
+    benchmark: Benchmark, task_id: str, executed_actions: Sequence[Action]
+) -> Benchmark:
     """Return a copy of the benchmark in which one task lacks the action goals that some actions reach."""
     names = [action.operator for action in executed_actions]
 
@@ -303,15 +307,15 @@ def _open_gold_answers_made_from_plans(
             return tuple(benchmark.subgoals().write(task, plan))
         return plans.write(plan, task.scene)
 
-    def make_answer(task_id: str) -> WrittenAnswer:
+    def make_answer(task_id: str) -> AnswerInParts:
         task = tasks[task_id]
         may_decline = scripts and ability is Ability.ACTION_SEQUENCING
         if may_decline and (declining := write_expected_declining_answer(task, plans)) is not None:
-            return WrittenAnswer((declining,), "".join)
+            return AnswerInParts((declining,), "".join)
         if scripts and (task.script or task.unsolvable is not None):
-            return WrittenAnswer(tuple(write_answer_parts(task, task.script)), join)
+            return AnswerInParts(tuple(write_answer_parts(task, task.script)), join)
         search = find(task, planner, limits)
-        return WrittenAnswer(
+        return AnswerInParts(
             tuple(write_answer_parts(task, search.plan)), join, explain_missing_plan(search.end)
         )
 

@@ -10,9 +10,9 @@ from dataclasses import replace
 from itertools import islice
 
 import eai.logic.formula as f
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.planning.search import SearchEffort
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.goal_test import solves_task
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -45,7 +45,7 @@ def make_example(domain: Domain, tasks: Collection[Task], predicates: Collection
         ):
             predicate, arguments = facts[-1]
             wanted = f.Atom(predicate, tuple([f.Constant(first.scene.objects[i].name) for i in arguments]))
-            said = f"Reach a state in which this holds: {print_ltl(wanted)}"
+            said = f"Reach a state in which this holds: {format_ltl(wanted)}"
             asked = Task("example", "Example", said, first.initial, (goal(wanted),), first.relevant, plan)
             return replace(asked, unnamed=first.unnamed)
     return None
@@ -72,5 +72,5 @@ def _list_actions(domain: Domain, task: Task, state: State) -> list[Action]:
     return [
         action
         for operator in domain.operators
-        for action in generate_applicable_of_operator(domain, operator, state, task.relevant, effort)
+        for action in generate_applicable_actions_of_operator(domain, operator, state, task.relevant, effort)
     ]

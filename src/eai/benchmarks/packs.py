@@ -26,7 +26,7 @@ GROUP = "eai.packs"
 """Group of the entry points by which benchmarks register their packs (data packages)."""
 
 
-def _find_no_problems(store: Store) -> Iterable[str]:
+def _report_no_problems(store: Store) -> Iterable[str]:
     return ()
 
 
@@ -45,7 +45,7 @@ class DataPack:
     name: str
     archives: tuple[PackageArchive, ...]
     convert: Callable[..., Mapping[str, bytes]]
-    check: Callable[[Store], Iterable[str]] = _find_no_problems
+    check: Callable[[Store], Iterable[str]] = _report_no_problems
 
     @property
     def archive_digests(self) -> dict[str, str]:

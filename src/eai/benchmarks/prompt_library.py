@@ -36,7 +36,7 @@ from eai.tasks.prompts.prompt import (
     Prompt,
     PromptSet,
     read_prompt_file,
-    read_system_file,
+    read_system_message_file,
 )
 from eai.tasks.prompts.template import PromptTemplates, list_template_names
 from eai.tasks.source import Source, TaskSet, given
@@ -174,7 +174,7 @@ class PromptLibrary:
         if interaction.uses_operator_tasks:
             tasks = benchmark.operators(self.source)
             return render_operator_prompts(
-                tasks, templates, has_example=not benchmark.is_worded_by_declaration
+                tasks, templates, has_example=not benchmark.has_declared_prompt_names
             )
         if interaction.make_question is not None:
             return self._make_prompts_of_own_questions(interaction.make_question, benchmark, ability, beliefs)
@@ -258,7 +258,7 @@ class PromptLibrary:
                 i: replace(prompt, user=user_prompts.get(i, prompt.user)) for i, prompt in prompts.items()
             }
         if system_file.exists():
-            system = read_system_file(system_file)
+            system = read_system_message_file(system_file)
             prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}
         return prompts
 
@@ -269,7 +269,7 @@ def _make_benchmark_of_examples(benchmark: Benchmark, wording: SuiteWording, sou
     If the wording of the prompts comes from the benchmark's declaration, the result has only one task, which
     is made as an example: no prompt may show the answer to an evaluated task.
     """
-    if not benchmark.is_worded_by_declaration:
+    if not benchmark.has_declared_prompt_names:
         return benchmark
     tasks = benchmark.tasks(source).values()
     example = make_example(benchmark.domain, tasks, wording.predicates) if tasks else None
@@ -289,7 +289,7 @@ def _insert_beliefs(
     return {
         task_id: prompt
         if section is None or task_id not in beliefs
-        else replace(prompt, user=section.rewrite_section(prompt.user, beliefs[task_id]))
+        else replace(prompt, user=section.replace_goals_in_question(prompt.user, beliefs[task_id]))
         for task_id, prompt in prompts.items()
     }
 

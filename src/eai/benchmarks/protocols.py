@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from eai.abilities.protocol import find_protocols
+from eai.abilities.protocol import find_protocol_entry_points
 from eai.base.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -57,9 +57,9 @@ def find_implementation(name: str) -> ProtocolImplementation | None:
     Raises:
         InputError: the registered value is not a `ProtocolImplementation`.
     """
-    if name not in find_protocols():
+    if name not in find_protocol_entry_points():
         return None
-    value = find_protocols()[name].load()
+    value = find_protocol_entry_points()[name].load()
     if not isinstance(value, ProtocolImplementation):
         raise InputError(f"{name}: expected a ProtocolImplementation, found {type(value).__name__}")
     return value
@@ -73,7 +73,7 @@ def require_protocol_implementation(name: str) -> ProtocolImplementation:
     """
     implementation = find_implementation(name)
     if implementation is None:
-        protocols = find_protocols()
+        protocols = find_protocol_entry_points()
         expected = f"expected {' or '.join(protocols)}" if protocols else "no protocol is registered"
         raise InputError(f"{name!r} is not a preset: {expected}{did_you_mean(name, protocols)}")
     return implementation

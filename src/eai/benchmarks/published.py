@@ -44,7 +44,7 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
 TransitionTasks: TypeAlias = "TaskSet[TransitionTask]"
 
 
-def open_virtualhome_operators(source: Source | None = None) -> TransitionTasks:
+def open_virtualhome_transition_tasks(source: Source | None = None) -> TransitionTasks:
     """Return VirtualHome's 296 tasks of transition modeling; download them first if they are missing.
 
     Raises:

@@ -17,7 +17,7 @@ from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import (
-    WrittenAnswer,
+    AnswerInParts,
     get_part_joiner,
     join_operators_as_answer,
     make_no_answer_error,
@@ -25,11 +25,11 @@ from eai.benchmarks.gold_answers import (
 )
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.writer import write_action
 from eai.planning.search import Limits, SearchEffort
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
@@ -52,7 +52,7 @@ _DEFAULT_STEPS = 5
 """Number of actions of a random plan if no task of the data set has a plan."""
 
 
-RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], WrittenAnswer]
+RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], AnswerInParts]
 """Returns a random answer, given a task id, a seed, and the actions that have been executed before."""
 
 
@@ -79,7 +79,7 @@ def open_random_answers(
     lengths = [len(task.script) for task in public.values() if task.script] or [_DEFAULT_STEPS]
     write, join = _WRITERS[ability], get_part_joiner(benchmark, ability)
 
-    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
+    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> AnswerInParts:
         task = tasks[task_id]
         task = (
             replace(task, initial=execute_plan(benchmark.domain, task.initial, done).final_state)
@@ -88,7 +88,7 @@ def open_random_answers(
         )
         rng = make_random(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
-        return WrittenAnswer(tuple(write(benchmark, task, steps, rng)), join)
+        return AnswerInParts(tuple(write(benchmark, task, steps, rng)), join)
 
     return make_answer
 
@@ -122,7 +122,7 @@ def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: rand
             return action
     bindings = SearchEffort(Limits().bindings)
     ways = [
-        generate_applicable_of_operator(domain, operator, state, objects, bindings)
+        generate_applicable_actions_of_operator(domain, operator, state, objects, bindings)
         for operator in domain.operators
     ]
     possible = list(chain.from_iterable(ways))
@@ -142,7 +142,9 @@ def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_list_changed_facts(wording, task, *pair)) for pair in pairwise(states)]
-    return [print_ltl(lexicon.to_text_names(rng.choice(of_step))) for of_step in changes if of_step]
+    return [
+        format_ltl(lexicon.replace_by_names_in_texts(rng.choice(of_step))) for of_step in changes if of_step
+    ]
 
 
 def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
@@ -171,11 +173,13 @@ def _list_changed_facts(wording: SuiteWording, task: Task, before: State, after:
         )
         for state in (before, after)
     )
-    yield from (Not(_make_named_atom(fact, task)) for fact in facts_before if fact not in facts_after)
-    yield from (_make_named_atom(fact, task) for fact in facts_after if fact not in facts_before)
+    yield from (
+        Not(_make_atom_with_object_names(fact, task)) for fact in facts_before if fact not in facts_after
+    )
+    yield from (_make_atom_with_object_names(fact, task) for fact in facts_after if fact not in facts_before)
 
 
-def _make_named_atom(fact: Fact, task: Task) -> Atom:
+def _make_atom_with_object_names(fact: Fact, task: Task) -> Atom:
     return Atom(fact.predicate, tuple([Constant(task.scene.objects[i].name) for i in fact.arguments]))
 
 
@@ -187,7 +191,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     ]
     changes = [len(list(m.find_effect_atoms(action.effect))) for action in gold]
 
-    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
+    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> AnswerInParts:
         task, rng = tasks[task_id], make_random(seed, task_id)
         written = []
         for action in task.gold_operators.values():
@@ -202,7 +206,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
             needs = And(tuple([atom if rng.random() < _HALF else Not(atom) for atom in needed]))
             does = tuple([m.Add(atom) if rng.random() < _HALF else m.Delete(atom) for atom in changed])
             written.append(write_action(replace(action, precondition=needs, effect=m.AndEffect(does))))
-        return WrittenAnswer(tuple(written), join_operators_as_answer)
+        return AnswerInParts(tuple(written), join_operators_as_answer)
 
     return make_answer
 

@@ -93,10 +93,10 @@ def find_benchmark(reference: str) -> Benchmark:
     Raises:
         InputError: there is no such benchmark, or it cannot be loaded.
     """
-    return _load_benchmark(reference, tuple(_list_file_versions(reference)))
+    return _load_benchmark(reference, tuple(_list_paths_times_and_sizes(reference)))
 
 
-def _list_file_versions(reference: str) -> Iterator[tuple[str, int, int]]:
+def _list_paths_times_and_sizes(reference: str) -> Iterator[tuple[str, int, int]]:
     """Yield path, time of change and size of each file that a reference to a benchmark names.
 
     If a later call yields other values, a file has changed, and the benchmark must be loaded again.
@@ -166,7 +166,7 @@ def open_pddl_benchmark(files: str) -> Benchmark:
         expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
         raise InputError(f"{PDDL}:{files}: expected {expected}")
     from eai.abilities.notation.notation import Notation
-    from eai.abilities.notation.plans import PddlPlans
+    from eai.abilities.notation.plans import PddlPlanNotation
     from eai.benchmarks.benchmark import Benchmark, DataSet
     from eai.tasks import problem_world
 
@@ -177,7 +177,7 @@ def open_pddl_benchmark(files: str) -> Benchmark:
     copied = {
         Ability.GOAL_INTERPRETATION: "its instructions are the goals in PDDL, which need only be copied"
     }
-    notation, data = Notation(PddlPlans()), DataSet(only_by_name=copied)
+    notation, data = Notation(PddlPlanNotation()), DataSet(only_by_name=copied)
     return Benchmark(declared.name, declared, lambda source: tasks, notation, data)
 
 
@@ -214,10 +214,10 @@ def _open_task_files(path: Path) -> Benchmark:
     files = open_task_files(path)
     base = find_benchmark(files.base)
     open_tasks = cache(partial(files.open_tasks, base.domain))
-    return replace_tasks(base, files.name, lambda source: open_tasks(source.kept))
+    return make_benchmark_with_other_tasks(base, files.name, lambda source: open_tasks(source.kept))
 
 
-def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
+def make_benchmark_with_other_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
     """Return a benchmark with the domain of a base benchmark and other tasks.
 
     No reference (text for `find_benchmark`) names this benchmark.

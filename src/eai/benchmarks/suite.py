@@ -8,7 +8,13 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol, find_protocols
+from eai.abilities.protocol import (
+    DEFAULT_PROTOCOL,
+    PAPER_ABILITIES,
+    Ability,
+    Protocol,
+    find_protocol_entry_points,
+)
 from eai.abilities.scorer import Assessment, Scorer, assess_or_report_failure
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.unread_cause import add_cause_of_unreadability, find_cause_of_unreadability
@@ -248,6 +254,6 @@ def _get_suite_opener(protocol: Protocol) -> Opener:
         return open_scorers
     implementation = find_implementation(protocol.value)
     if implementation is None:
-        names = ", ".join((DEFAULT_PROTOCOL.value, *find_protocols()))
+        names = ", ".join((DEFAULT_PROTOCOL.value, *find_protocol_entry_points()))
         raise InputError(f"protocol {protocol.value} is not installed: expected one of {names}")
     return implementation.open_suite

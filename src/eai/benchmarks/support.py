@@ -20,7 +20,7 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _map_each_support_to_is_container(
+def _map_supports_to_containment(
     state: State, relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
     """Return a mapping: direct or indirect support of an object -> whether the support is a container.
@@ -43,7 +43,7 @@ def _map_each_support_to_is_container(
         obj = support.bit_length() - 1
 
 
-def make_carries_carried_by_and_within(
+def make_support_and_containment_predicates(
     supports: Sequence[Predicate],
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``.
@@ -54,20 +54,20 @@ def make_carries_carried_by_and_within(
     """
     names = [relation.name for relation in supports]
 
-    def find_all_supports(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_all_supporting_objects(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return all direct and indirect supports of an object, as a bit mask."""
-        return reduce(or_, _map_each_support_to_is_container(state, names, arguments[0]), 0)
+        return reduce(or_, _map_supports_to_containment(state, names, arguments[0]), 0)
 
     def find_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _map_each_support_to_is_container(state, names, arguments[0])
+        chain = _map_supports_to_containment(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
     carries = DefinedPredicate("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
     above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
     return (
         carries,
-        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_all_supports),
+        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_all_supporting_objects),
         DefinedPredicate("within", (X, Y), supports[0](X, Y) | within, find_containers),
     )
 
@@ -103,7 +103,7 @@ def make_floor_lookup(
     def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_map_each_support_to_is_container(state, supports, root)):
+        for support in (1 << root, *_map_supports_to_containment(state, supports, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1

@@ -239,9 +239,9 @@ def _add_help_texts(command: Any) -> None:
         if parameter.default is False:
             parameter.secondary_opts = []
         if "--protocol" in parameter.opts:
-            from eai.abilities.protocol import find_protocols
+            from eai.abilities.protocol import find_protocol_entry_points
 
-            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *find_protocols()))}."
+            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *find_protocol_entry_points()))}."
 
 
 app = typer.Typer(

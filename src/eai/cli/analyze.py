@@ -182,7 +182,7 @@ def write_analyses_of_study(
         if folder is not None:
             write_tables(folder, study.name, analysis.tables, analysis.remarks)
             write_files(folder, analysis.pages)
-            drawn = _draw_figures(analysis.figures, folder, formats) if formats else 0
+            drawn = _write_and_count_figures(analysis.figures, folder, formats) if formats else 0
         if not as_json:
             _print_analysis(analysis, drawn, folder)
         names = [table.name for table in analysis.tables]
@@ -190,7 +190,7 @@ def write_analyses_of_study(
         yield {"folder": place, "tables": names, "plots": drawn, **analysis.facts}
 
 
-def _draw_figures(figures: Figures, folder: Path, formats: Sequence[str]) -> int:
+def _write_and_count_figures(figures: Figures, folder: Path, formats: Sequence[str]) -> int:
     """Write figures in some formats, and return their number.
 
     Without matplotlib, print a remark and return 0.

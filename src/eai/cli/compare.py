@@ -23,7 +23,7 @@ from eai.results.comparison import MetricDifference, RunComparison
 from eai.results.comparison import compare_runs as compare_runs
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey, read_runs
-from eai.results.table import Cell, Column, Estimate, Label, Table
+from eai.results.table import Cell, Column, Estimate, Table, TextCell
 from eai.results.terminal import print_table
 from eai.results.totals import RunTotals
 
@@ -61,8 +61,8 @@ def compare(
     before, after = _read_runs_by_suite(first), _read_runs_by_suite(second)
     if not before.keys() & after.keys():
         before, after = (
-            _name_suites_with_equal_tasks_equally(before),
-            _name_suites_with_equal_tasks_equally(after),
+            _give_suites_with_equal_tasks_one_name(before),
+            _give_suites_with_equal_tasks_one_name(after),
         )
     shared = [place for place in before if place in after]
     if not shared:
@@ -164,7 +164,9 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
     return dict(sorted(runs.items(), key=lambda item: item[1].key.sort_key))
 
 
-def _name_suites_with_equal_tasks_equally(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
+def _give_suites_with_equal_tasks_one_name(
+    runs: Mapping[_ComparedSuite, Run],
+) -> Mapping[_ComparedSuite, Run]:
     """Return the runs by suite. Suites with equal tasks get one name, so that their runs are compared.
 
     A variant of a benchmark has the benchmark's tasks with other prompts. Its suites are named after the
@@ -197,7 +199,7 @@ def _print_comparison(
         row for metric, each in comparison.differences.items() for row in _make_metric_rows(metric, each)
     )
     print_table(get_output_console(), Table("", title, "", ("percent", *numbers, *texts), rows))
-    get_output_console().print(_write_comparison_caption(comparison), highlight=False, style="italic")
+    get_output_console().print(_make_comparison_caption(comparison), highlight=False, style="italic")
     for side, coverage in coverages.items():
         print_note_if_incomplete(side, coverage)
     named = {record.task_id: _format_task_name(record) for record in (*one.records, *other.records)}
@@ -214,7 +216,7 @@ def _print_comparison(
     _print_note_on_different_planners(totals)
 
 
-def _write_comparison_caption(comparison: RunComparison) -> str:
+def _make_comparison_caption(comparison: RunComparison) -> str:
     """Return the caption of the table, which names the tests behind the p values."""
     kinds = {difference.yes_no for difference in comparison.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
@@ -245,7 +247,7 @@ def _make_metric_rows(metric: str, difference: MetricDifference) -> Iterator[tup
         _format_metric_name(metric),
         Estimate.from_rate(difference.first),
         Estimate.from_rate(difference.second),
-        "-" if points is None else Label(f"{points:+.1f}", bold=sure),
+        "-" if points is None else TextCell(f"{points:+.1f}", bold=sure),
         "-" if certainty is None else _format_interval_in_percentage_points(certainty.interval),
         _format_p_value(difference.p_value),
         _format_effective_sample_size(certainty),
@@ -256,7 +258,7 @@ def _make_metric_rows(metric: str, difference: MetricDifference) -> Iterator[tup
             _format_p_value(difference.p_by_task),
             str(certainty.tasks),
         ]
-        yield ("", None, None, *(Label(text, dim=True) for text in ("independent:", *below)))
+        yield ("", None, None, *(TextCell(text, dim=True) for text in ("independent:", *below)))
 
 
 def _format_effective_sample_size(intervals: ConfidenceIntervals | None) -> str:

@@ -38,7 +38,7 @@ from eai.benchmarks.packs import is_stored
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import format_count, get_output_console, print_json, print_result_line
-from eai.cli.logs import find_log_extension
+from eai.cli.logs import find_plugin_that_reads_log
 from eai.cli.options import AsJson, DataFolder, make_flag, open_store
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -126,9 +126,9 @@ def explain(
             records, task, failed=failed, kind=kind, agent=model, limit=limit, film=film, as_json=as_json
         )
         return
-    chosen = _select_model(every_record, model)
+    chosen = _select_records_of_model(every_record, model)
     if task:
-        chosen = _select_task(records, chosen, task)
+        chosen = _select_records_of_task(records, chosen, task)
     if kind is not None:
         chosen = [record for record in chosen if find_answer_outcome(record) is kind]
     elif failed:
@@ -163,7 +163,7 @@ def _read_records_or_find_log_extension(path: Path) -> tuple[list[Record], Any |
         return [each for file in find_record_files([path]) for each in read_records(file)], None
     except InputError:
         # an interrupted run also has Inspect's logs, but those logs are eai's own
-        extension = None if (path / "run.toml").is_file() else find_log_extension(path)
+        extension = None if (path / "run.toml").is_file() else find_plugin_that_reads_log(path)
         if extension is None:
             raise
         return [], extension
@@ -273,7 +273,7 @@ def print_record(console: Console, record: Record, background: _TaskInfoFromData
     """
     if record.is_cut_off:
         console.print(Text("cut off: the answer ended at a length limit", style="bold yellow"))
-    titles = "".join([f"  {title}" for title in _list_title_that_differs_from_id(record)])
+    titles = "".join([f"  {title}" for title in _list_title_if_it_differs_from_id(record)])
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{titles}", style="bold")
     console.print(heading, soft_wrap=True)
     if background.instruction:
@@ -318,7 +318,7 @@ def _print_explanation(
         _print_with_hanging_indent(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
         remark = _format_met_conditions(record)
-        remark += ": none counts, as nothing was carried out" * _are_all_goals_missed_without_execution(
+        remark += ": none counts, as nothing was carried out" * _are_goals_missed_because_not_executed(
             record, explanation
         )
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
@@ -362,7 +362,7 @@ def _format_met_conditions(record: Record) -> str:
     return f", {share.numerator} of {format_count(int(share.denominator), 'condition')} met"
 
 
-def _are_all_goals_missed_without_execution(record: Record, explanation: Explanation) -> bool:
+def _are_goals_missed_because_not_executed(record: Record, explanation: Explanation) -> bool:
     """Whether all goals count as missed because the answer was not executed, even goals true at the start."""
     error = record.verdict.error
     unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED
@@ -417,7 +417,7 @@ def _merge_texts_of_symmetric_facts(fact_texts: Sequence[str]) -> list[str]:
 
 def _print_goal_part(console: Console, part: GoalPartReport, missing_label: str) -> None:
     if part.met_after is not None:
-        console.print(Text(f"  ✓ {part.part}  {part.time_met_text}", style="green"))
+        console.print(Text(f"  ✓ {part.part}  {part.description_of_time_met}", style="green"))
     else:
         lacking = (
             f"  {missing_label}: {', '.join(part.missing)}" if part.missing else "  was to come after that"
@@ -440,7 +440,7 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
         table.add_row(
             Text.assemble(
                 (record.task_id, "bold"),
-                *(f"\n{text}" for text in (*_list_title_that_differs_from_id(record), *where)),
+                *(f"\n{text}" for text in (*_list_title_if_it_differs_from_id(record), *where)),
             ),
             Text.assemble(
                 (f"{came_to.value}{', cut off' * record.is_cut_off}", style),
@@ -452,7 +452,7 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
     console.print(f"{format_count(len(records), 'answer')}{shown}", highlight=False)
 
 
-def _list_title_that_differs_from_id(record: Record) -> list[str]:
+def _list_title_if_it_differs_from_id(record: Record) -> list[str]:
     """Return a list with the title of a record's task; empty if the title is unknown or equals the id."""
     return [] if record.task is None or record.task.name == record.task_id else [record.task.name]
 
@@ -489,7 +489,7 @@ def _format_verdict(record: Record) -> Text:
     return Text(*texts.get(find_answer_outcome(record), (failure, "bold red")))
 
 
-def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
+def _select_records_of_model(records: Sequence[Record], model: str | None) -> list[Record]:
     """Return the records (scored answers) of a model, or all records if the model is None.
 
     Raises:
@@ -503,7 +503,7 @@ def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
     return matches
 
 
-def _select_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
+def _select_records_of_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
     """Return the records (scored answers) of the task with a given id, id prefix, or part of its title.
 
     The first of the three comparisons that matches a record counts.

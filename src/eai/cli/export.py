@@ -22,9 +22,9 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, drop_abilities_run_only_by_name, format_count, print_result
+from eai.cli.console import DOMAIN_HELP, drop_abilities_that_must_be_named, format_count, print_result
 from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
-from eai.cli.prompts import OfSet, choose_tasks, is_prompt_list_file, write_prompts
+from eai.cli.prompts import OfSet, is_prompt_list_file, select_entries_of_tasks, write_prompts
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
 from eai.results.records import read_records
@@ -111,7 +111,11 @@ def export_prompts(
     if is_prompt_list_file(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
             raise InputError(f"--out {out}: expected one --domain and one --ability")
-        chosen = partial(choose_tasks, tasks=tasks, sample=sample, seed=seed) if tasks or sample else None
+        chosen = (
+            partial(select_entries_of_tasks, tasks=tasks, sample=sample, seed=seed)
+            if tasks or sample
+            else None
+        )
         with open_data_source(data, errata=errata) as source:
             library = PromptLibrary(prompt_set, folder, source)
             write_prompts(library, find_benchmark(domain[0]), ability[0], out, chosen, goals, as_json=as_json)
@@ -123,14 +127,16 @@ def export_prompts(
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _list_split_names_and_references(given)]:
                 benchmark = find_benchmark(name)
-                for each in ability or drop_abilities_run_only_by_name(benchmark, PAPER_ABILITIES):
+                for each in ability or drop_abilities_that_must_be_named(benchmark, PAPER_ABILITIES):
                     asked = PromptLibrary(prompt_set, None, source).open(benchmark, each)
                     for row in training_data.make_prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked
                     ):
                         yield {**row, "split": split}
 
-    _print_written_rows(out, _write_data_set(generate_prompt_rows(), out, form), Counter(), as_json=as_json)
+    _print_written_rows(
+        out, _write_data_set_and_count_rows(generate_prompt_rows(), out, form), Counter(), as_json=as_json
+    )
 
 
 @app.command("sft", no_args_is_help=True)
@@ -162,7 +168,7 @@ def export_sft_data(
     )
     _print_written_rows(
         out,
-        _write_data_set(training_data.select_verified_rows(answers, least), out, form),
+        _write_data_set_and_count_rows(training_data.select_verified_rows(answers, least), out, form),
         left_out,
         as_json=as_json,
     )
@@ -195,7 +201,7 @@ def export_preference_data(
     )
     _print_written_rows(
         out,
-        _write_data_set(training_data.make_preference_rows(answers, margin), out, form),
+        _write_data_set_and_count_rows(training_data.make_preference_rows(answers, margin), out, form),
         left_out,
         as_json=as_json,
     )
@@ -227,11 +233,13 @@ def export_process_data(
         effort: Limit of the search for the distance of a state: about the number of steps that it tries.
     """
     left_out, counts = Counter[str](), Counter[str]()
-    label = partial(training_data.make_adder_of_distance_and_steps, search_effort=effort, step_counts=counts)
+    label = partial(
+        training_data.make_function_that_adds_distance_and_steps, search_effort=effort, step_counts=counts
+    )
     answers = _make_rows_with_rewards_of_records(
         records, domain or [], shaping, prompt_set, data, left_out, label
     )
-    number = _write_data_set(answers, out, form)
+    number = _write_data_set_and_count_rows(answers, out, form)
     executed = format_count(counts["executed"], "executed step")
     exact = f"the change is exact for {counts['exact']:,} of {executed} (--effort {effort})"
     numbers = {name: counts[name] for name in ("exact", "executed")}
@@ -256,7 +264,7 @@ def _make_rows_with_rewards_of_records(
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
     with (
         open_data_source(data, PlannerChoice.NONE) as source,
-        options.open_workers(workers, ray) as scoring,
+        options.open_scoring_workers(workers, ray) as scoring,
     ):
         for (domain, ability), of_suite in by_suite.items():
             if not can_earn_reward(ability):
@@ -284,7 +292,7 @@ def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:
     return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in find_task_files(folder)]
 
 
-def _write_data_set(rows: Iterable[TrainingRow], out: Path, file_format: _Format) -> int:
+def _write_data_set_and_count_rows(rows: Iterable[TrainingRow], out: Path, file_format: _Format) -> int:
     """Write a data set, and return its number of rows. No file exists before all of them are complete."""
     made = list(rows)
     if file_format == "jsonl":

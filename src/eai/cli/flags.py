@@ -21,7 +21,7 @@ from eai.cli import options
 from eai.cli.options import SETTING, split_name_and_value
 from eai.results.answer_files import find_response_file_of_suite
 from eai.run.job import CAPTIONER, PROVIDER, can_model_answer, check_model_name
-from eai.run.spec import RunSpec, list_option_defaults, list_sections, read_spec
+from eai.run.spec import RunSpec, get_default_text_by_option, get_options_by_section, read_spec
 from eai.studies.registry import list_studies_with_run_options
 from eai.studies.variation import Endpoint
 
@@ -83,7 +83,7 @@ def read_run_specification(
         key, separator, text = given.partition("=")
         places = key.split(".", 2)
         if not separator or len(places) == 1:
-            known = list_option_defaults()
+            known = get_default_text_by_option()
             short = [name for name in known if name.endswith(f".{key}")]
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
             raise InputError(f"{SETTING} {given}: expected SECTION.OPTION=VALUE{hint}")
@@ -127,7 +127,7 @@ def list_run_options() -> Iterator[str]:
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
     titles = {study.name: study.title for study in list_studies_with_run_options()}
-    for section, chosen in list_sections().items():
+    for section, chosen in get_options_by_section().items():
         title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
         yield f"| **{section}** | | {title} |"
         yield from options.format_option_rows(chosen, f"{section}.")

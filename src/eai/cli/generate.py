@@ -21,9 +21,9 @@ from eai.benchmarks.generator.measures import TaskMeasure
 from eai.benchmarks.generator.seed_batches import load_seed_result, make_tasks_from_seed_batch, open_generator
 from eai.benchmarks.generator.seeds import select_tasks
 from eai.benchmarks.generator.spec import (
-    Forms,
     GeneratedTask,
     GenerationOutcome,
+    GoalFormFrequency,
     HeldOut,
     PlanLengthTier,
     SeedRejectionReason,
@@ -41,9 +41,9 @@ from eai.cli.options import (
     Workers,
     make_flag,
     open_data_source,
-    open_workers,
+    open_scoring_workers,
 )
-from eai.cli.progress import show_making_progress, show_scoring_progress
+from eai.cli.progress import show_generation_progress, show_scoring_progress
 from eai.pddl.export import export_domain_and_problem
 from eai.pddl.val import NOT_VALID, VALID, find_val_program, run_val
 from eai.results.workers import WorkerPool
@@ -80,7 +80,7 @@ def generate_tasks(
     against: Annotated[list[Path] | None, make_flag(metavar="PATH")] = None,
     secret: Annotated[str | None, make_flag(envvar="EAI_SECRET")] = None,
     tier: Annotated[PlanLengthTier, make_flag(metavar="SIZE")] = PlanLengthTier.DATA,
-    forms: Forms = "data",
+    forms: GoalFormFrequency = "data",
     actions: bool = False,
     kind: TaskKind = TaskKind.PLAIN,
     by_place: bool = False,
@@ -152,22 +152,22 @@ def generate_tasks(
         held_out=held_out,
     )
     file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
-    others = sets.find_other_sets(out, like, without=file)
+    others = sets.find_other_task_sets(out, like, without=file)
     earlier = {name: path for name, path in others.items() if sets.is_earlier_split(name, split.value)}
     later = {name: path for name, path in others.items() if sets.is_earlier_split(split.value, name)}
     for path in against or ():
         others[str(path)] = earlier[str(path)] = path
-    other_tasks = {name: sets.read_set(path, benchmark.domain) for name, path in others.items()}
+    other_tasks = {name: sets.read_tasks_of_set(path, benchmark.domain) for name, path in others.items()}
     known = {sets.fingerprint_task(task, held_out) for tasks in other_tasks.values() for task in tasks}
     # generating takes long, so check first that the folder can be written
     with raise_write_errors_as_input_errors(out):
         out.mkdir(parents=True, exist_ok=True)
     generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
     seeds = sets.make_seeds(split.value, seed, secret)
-    with open_workers(workers, ray) as pool:
+    with open_scoring_workers(workers, ray) as pool:
         fingerprints_with_copies: list[tuple[str, str]] = []
         generated = _generate_with_workers(generator, seeds, n, known, fingerprints_with_copies, pool)
-        write_lines = partial(_write_lines_of_task_and_pair, benchmark_name=like, benchmark=benchmark)
+        write_lines = partial(_make_task_file_lines, benchmark_name=like, benchmark=benchmark)
         outcomes, lines, stopped = _collect_outcomes_and_task_lines(
             generated, n, like, write_lines, quiet=as_json
         )
@@ -226,7 +226,7 @@ def _generate_with_workers(
 
     The tasks are equal for any number of workers.
     """
-    if not pool.has_processes:
+    if not pool.has_worker_processes:
         return generate_from_seeds(generator, seeds, number, known, fingerprints_with_copies)
     judge = partial(make_tasks_from_seed_batch, _add_reference_plans_to_task_and_pair, generator)
     vocabulary = generator.benchmark.domain.vocabulary
@@ -254,7 +254,7 @@ def _collect_outcomes_and_task_lines(
     lines: list[str] = []
     made = 0
     try:
-        with show_making_progress(f"generating {benchmark_name}", task_count, quiet=quiet) as report:
+        with show_generation_progress(f"generating {benchmark_name}", task_count, quiet=quiet) as report:
             for outcome in generated:
                 new_lines = write_lines(outcome) if isinstance(outcome, GeneratedTask) else ()
                 outcomes.append(outcome)
@@ -280,9 +280,7 @@ def _add_reference_plans_to_task_and_pair(made: GeneratedTask, benchmark: Benchm
     return replace(made, task=add_reference_plans(made.task, benchmark), paired=paired)
 
 
-def _write_lines_of_task_and_pair(
-    made: GeneratedTask, benchmark_name: str, benchmark: Benchmark
-) -> list[str]:
+def _make_task_file_lines(made: GeneratedTask, benchmark_name: str, benchmark: Benchmark) -> list[str]:
     """Return the lines of a task file for a generated task: one line, or for a pair two, by task id."""
     completed = _add_reference_plans_to_task_and_pair(made, benchmark)
     pair = [one for one in (completed, completed.paired) if one is not None]

@@ -84,12 +84,16 @@ def _describe_reward_groups(count_by_kind: Counter[str]) -> str:
     percent = Rate(count_by_kind["mixed"], number).percent
     mixed = f"mixed rewards in {count_by_kind['mixed']:,} of {format_count(number, 'group')} of answers"
     equal = ", ".join(
-        [f"{count_by_kind[kind]:,} {text}" for kind, text in _EQUAL.items() if count_by_kind[kind]]
+        [
+            f"{count_by_kind[kind]:,} {text}"
+            for kind, text in _WORDS_FOR_EQUAL_REWARDS.items()
+            if count_by_kind[kind]
+        ]
     )
     return f"{mixed} ({percent:.1f} %){'; equal rewards: ' * bool(equal)}{equal}"
 
 
-_EQUAL = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
+_WORDS_FOR_EQUAL_REWARDS = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
 """Mapping from keys of `count_tasks_by_reward_spread`, for tasks with equal rewards, to words of a report."""
 
 

@@ -10,7 +10,7 @@ from eai.base.entry_points import get_entry_points, load_from_extension
 _OFFER = "logs"
 
 
-def find_log_extension(path: Path) -> Any:
+def find_plugin_that_reads_log(path: Path) -> Any:
     """Return the plug-in that can read a log (or a folder of logs) of another project, or None."""
     if not path.exists() or _OFFER not in get_entry_points("eai.offers"):
         return None

@@ -60,7 +60,7 @@ Workers = Annotated[
 
 
 def make_ray_flag(panel: str | None = None) -> Any:
-    """Return the flag of the address of a Ray cluster (`open_workers`)."""
+    """Return the flag of the address of a Ray cluster (`open_scoring_workers`)."""
     return make_flag(
         "--ray",
         help="Use all cores of a Ray cluster, or --workers of them: auto, HOST:PORT, or local.",
@@ -135,7 +135,9 @@ def open_data_source(
         yield Source(open_store(folder), report, planner, errata, terms or PlannerLimits())
 
 
-def open_planner_limits(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerLimits:
+def make_planner_limits_of_command(
+    command: typer.Context, seconds: int | None, memory_mib: int | None
+) -> PlannerLimits:
     """Return the time and memory limits of planners that the user chose for a command.
 
     The limits include a temporary folder, which is removed when the command ends. Lock files in this folder
@@ -145,7 +147,7 @@ def open_planner_limits(command: typer.Context, seconds: int | None, memory_mib:
     return PlannerLimits(seconds, memory_mib, Path(folder))
 
 
-def open_workers(workers: int | None, ray: str | None) -> Scoring:
+def open_scoring_workers(workers: int | None, ray: str | None) -> Scoring:
     """Open the processes that work for a command, on this machine or on a Ray cluster, for a ``with`` block.
 
     Args:

@@ -33,10 +33,10 @@ LONGEST_SILENCE = 60
 LINES = 10
 """Number of equal parts of some work. Without a terminal, a progress line is due after each part."""
 
-FIRST_ESTIMATE = 100
+PARTS_BEFORE_FIRST_ESTIMATE = 100
 """Without a terminal, a progress line with the time left is due after this number of finished parts."""
 
-BESIDE_THE_TITLE = 42
+WIDTH_WITHOUT_TITLE = 42
 """Width of a progress line without its title, in characters: bar, count, rate and time left."""
 
 _UNKNOWN_TIME = "-:--:--"
@@ -44,10 +44,10 @@ _UNKNOWN_TIME = "-:--:--"
 
 P = ParamSpec("P")
 
-BESIDE_A_MAKER = 20
+REFUSED_COUNT_WIDTH = 20
 """Width of the number of refused tasks in a progress line of `eai generate`, in characters."""
 
-MakingCallback: TypeAlias = Callable[[int, int], None]
+GenerationProgressCallback: TypeAlias = Callable[[int, int], None]
 """Function that is called with two numbers: of generated tasks, and of generated tasks that were refused."""
 
 
@@ -117,7 +117,7 @@ def show_scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Pr
         yield lambda scored: watch(scored, total)
 
 
-def count_scoring_progress(
+def make_scoring_progress_display(
     total: int, kept: int, *, quiet: bool
 ) -> Callable[[str], AbstractContextManager[ProgressCallback]]:
     """Return a function that shows the progress of scoring one of several files, below a title for this file.
@@ -133,7 +133,7 @@ def count_scoring_progress(
     progress, done = _WorkProgress(PATIENCE, kept=kept), kept
 
     @contextmanager
-    def show_file(title: str) -> Iterator[ProgressCallback]:
+    def show_progress_of_file(title: str) -> Iterator[ProgressCallback]:
         with progress.show(title) as watch:
 
             def add_to_answer_count(number: int) -> None:
@@ -144,16 +144,16 @@ def count_scoring_progress(
             add_to_answer_count(0)
             yield add_to_answer_count
 
-    return (lambda title: nullcontext(lambda number: None)) if quiet else show_file
+    return (lambda title: nullcontext(lambda number: None)) if quiet else show_progress_of_file
 
 
 @contextmanager
-def show_making_progress(title: str, total: int, *, quiet: bool) -> Iterator[MakingCallback]:
+def show_generation_progress(title: str, total: int, *, quiet: bool) -> Iterator[GenerationProgressCallback]:
     """Show how many tasks are generated, how fast, and how many generated tasks were refused."""
     if quiet:
         yield lambda made, refused: None
         return
-    with _WorkProgress(PATIENCE, beside=BESIDE_THE_TITLE + BESIDE_A_MAKER).show(title) as watch:
+    with _WorkProgress(PATIENCE, beside=WIDTH_WITHOUT_TITLE + REFUSED_COUNT_WIDTH).show(title) as watch:
         yield lambda made, refused: watch(made, total, refused)
 
 
@@ -170,7 +170,7 @@ class _WorkProgress:
     """
 
     def __init__(
-        self, first: float = 0, unit: str = "", beside: int = BESIDE_THE_TITLE, kept: int = 0
+        self, first: float = 0, unit: str = "", beside: int = WIDTH_WITHOUT_TITLE, kept: int = 0
     ) -> None:
         self._console = get_error_console()
         self._lines = _RateLimitedLinePrinter(self._console, first)
@@ -200,7 +200,7 @@ class _WorkProgress:
             TextColumn("{task.fields[left]}"),
         )
         # a narrower column would cut counts and times off
-        title = _cut_start(title, self._console.width - self._beside)
+        title = _cut_off_start(title, self._console.width - self._beside)
         with Progress(*columns, console=self._console, transient=True) as bar:
             task = bar.add_task(title, total=None, rate="", left=_UNKNOWN_TIME)
 
@@ -218,14 +218,14 @@ class _WorkProgress:
         seconds = time.monotonic() - self._began
         pace = "" if refused is None or not seconds else f", {refused} refused, {done / seconds:.1f}/s"
         left = self._estimate_seconds_left(done, total)
-        has_enough = done - self._kept >= min(FIRST_ESTIMATE, total // LINES)
+        has_enough = done - self._kept >= min(PARTS_BEFORE_FIRST_ESTIMATE, total // LINES)
         is_shown = left is not None and (has_enough or left >= LONGEST_SILENCE)
         about = f", about {_format_seconds(left or 0)} left" if is_shown else ""
         count = f": {done}/{total}{self._unit}" if total else ""
         self._lines.print_line_if_due(f"{title}{count}{pace}{about}", done, total)
 
 
-def _cut_start(text: str, width: int) -> str:
+def _cut_off_start(text: str, width: int) -> str:
     return text if len(text) <= width else f"…{text[len(text) - width + 1 :]}" if width > 1 else ""
 
 
@@ -280,7 +280,7 @@ def _show_live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
 
     def draw_line() -> Text:
         progress = pace.describe_run_progress()
-        return Text(f"{_cut_start(title, console.width - len(progress) - 2)}  {progress}", no_wrap=True)
+        return Text(f"{_cut_off_start(title, console.width - len(progress) - 2)}  {progress}", no_wrap=True)
 
     def update(answered: int, failed: int, total: int, tokens: int, failure: str) -> None:
         _print_first_failure(console, title, pace, failure)
@@ -323,9 +323,10 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
 
 
 class _RateLimitedLinePrinter:
-    """Prints a progress line after each tenth of the work, and after the first `FIRST_ESTIMATE` parts.
+    """Prints a progress line after each tenth of the work.
 
-    Lines are at least `PATIENCE` seconds apart. A line is also printed after `LONGEST_SILENCE` seconds.
+    It also prints a line after the first `PARTS_BEFORE_FIRST_ESTIMATE` parts, and after
+    `LONGEST_SILENCE` seconds. Lines are at least `PATIENCE` seconds apart.
 
     Args:
         console: where the lines are printed.
@@ -343,7 +344,7 @@ class _RateLimitedLinePrinter:
         with self._lock:
             now = time.monotonic()
             step = done * LINES // total if total else LINES
-            step += done >= min(FIRST_ESTIMATE, total // LINES)
+            step += done >= min(PARTS_BEFORE_FIRST_ESTIMATE, total // LINES)
             is_last = done == total and self._step >= 0
             if (step != self._step and (is_last or now >= self._due)) or now >= self._overdue:
                 self._step, self._due, self._overdue = step, now + PATIENCE, now + LONGEST_SILENCE

@@ -70,7 +70,7 @@ def write_prompts(
     is_whole = chosen is None and not is_page
     files = benchmark.official_files(ability, source) if is_plain and is_whole else None
     if files is None:
-        asked = _open_prompts(library, benchmark, ability, goals)
+        asked = _make_prompts_by_task_id(library, benchmark, ability, goals)
         asked = chosen(asked, suite_name=f"{benchmark.name} {ability.value}") if chosen else asked
         if is_page:
             page: str = load_from_extension("answer_form", f"--out {out}")(benchmark, ability, asked, source)
@@ -89,7 +89,7 @@ def write_prompts(
     )
 
 
-def _open_prompts(
+def _make_prompts_by_task_id(
     library: PromptLibrary, benchmark: Benchmark, ability: Ability, goals: Path | None
 ) -> Mapping[str, Prompt]:
     """Return the prompts of all tasks by task id.
@@ -109,7 +109,7 @@ def _open_prompts(
 T = TypeVar("T")
 
 
-def choose_tasks(
+def select_entries_of_tasks(
     entries: Mapping[str, T], tasks: str, sample: int | None, seed: int, suite_name: str
 ) -> dict[str, T]:
     """Return the entries of some tasks, or of a random sample of these tasks.
@@ -145,7 +145,9 @@ def open_acting_suite_and_task_ids(
     with open_data_source(data) as source:
         suite = open_suite(domain, ACTING, source=source)
     ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].unplannable_reason is None]
-    return suite, [*choose_tasks(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
+    return suite, [
+        *select_entries_of_tasks(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")
+    ]
 
 
 def select_tasks_of_suites(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:

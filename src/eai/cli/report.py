@@ -32,7 +32,7 @@ from eai.results.record import Record
 from eai.results.runs import find_record_files, read_runs, recount_goals_as_in_paper
 from eai.results.table import Table, format_superscript
 from eai.results.terminal import print_table
-from eai.studies.report.document import write_remark_on_missing_task_names
+from eai.studies.report.document import make_remark_on_missing_task_names
 from eai.studies.report.explorer import (
     ExplorerData,
     ExplorerDomainData,
@@ -116,7 +116,7 @@ def report(
         )
         written = write_report(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
         write_files_atomically({out / EXPLORER: build_explorer_page(explorer.format_data_as_base64_lines())})
-        drawn = _draw_plots(out, plain, tables if summary else (), kinds) if plots else 0
+        drawn = _draw_and_count_plots(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}
     line = f"{', '.join(format_count(number, noun) for noun, number in numbers.items())}; open {shown}"
@@ -124,7 +124,7 @@ def report(
     print_result(line, value={**made, "folder": str(out), "explorer": str(shown)}, as_json=as_json)
 
 
-def _draw_plots(
+def _draw_and_count_plots(
     out: Path, runs: Sequence[RunSummary], summary_rankings: Sequence[Ranking], formats: Sequence[str]
 ) -> int:
     """Draw the plots of a report and return their number, or print a remark if matplotlib is missing."""
@@ -223,7 +223,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
     if len(ranked) < len(summaries):
         left_out = format_count(len(summaries) - len(ranked), "experiment")
         print_note(f"left out: {left_out}, which eai report shows apart")
-    remark = write_remark_on_missing_task_names(ranked)
+    remark = make_remark_on_missing_task_names(ranked)
     if remark:
         print_note(remark)
 

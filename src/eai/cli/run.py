@@ -42,7 +42,7 @@ from eai.results.terminal import print_table
 from eai.run.job import KEPT_TASKS, QuestionJob, can_model_answer
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save_spec
-from eai.studies.prompts.choice import make_prompt_name_experiment
+from eai.studies.prompts.choice import make_experiment_with_prompt_name
 from eai.studies.registry import add_study_summaries
 from eai.studies.variation import Endpoint, StageBeforeQuestions
 from eai.tasks.prompts.prompt import Prompt, PromptSet, pack_prompts
@@ -150,7 +150,7 @@ def run(
     scoring = spec.scoring
     wanted = spec.combined_study_options.select_abilities(spec.tasks.ability)
     flags.check_model_names(spec.model.name, wanted)
-    terms = options.open_planner_limits(context, scoring.planner_seconds, scoring.planner_memory)
+    terms = options.make_planner_limits_of_command(context, scoring.planner_seconds, scoring.planner_memory)
     with options.open_data_source(data, scoring.planner, scoring.errata, terms) as opened_source:
         source = replace(opened_source, kept=KEPT_TASKS)
         suites = [
@@ -159,7 +159,7 @@ def run(
             for each in (
                 wanted
                 if spec.tasks.ability
-                else console.drop_abilities_run_only_by_name(find_benchmark(name), wanted)
+                else console.drop_abilities_that_must_be_named(find_benchmark(name), wanted)
             )
         ]
         obtain, about = None, spec.tasks
@@ -173,12 +173,12 @@ def run(
             suites, select_tasks_of_suites(spec.tasks.ids, suites, spec.tasks.limit), strict=True
         ):
             if ids:
-                chosen.append((suite, _open_prompts(library, suite, ids)))
+                chosen.append((suite, _make_compact_prompts_by_task_id(library, suite, ids)))
     endpoints = spec.model.endpoints
     remarks = flags.describe_unanswerable_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
     flags.check_replayed_files_match_suites(endpoints, [suite for suite, _ in chosen])
     console.print_note_if_planner_missing([suite for suite, _ in chosen])
-    first = _make_stage_that_asks_goals_or_scenes(request, chosen)
+    first = _make_stage_that_asks_for_goals_or_scenes(request, chosen)
     fitting = {endpoint.model: _leave_out_long_tasks(request, endpoint, chosen) for endpoint in endpoints}
     save_spec(spec, out)
     outcomes = []
@@ -186,7 +186,7 @@ def run(
         of_suite = [
             _request_answers_and_score(request, endpoint, fitting_prompts, suite, first, studied=True)
             if obtain is None
-            else _request_until_ability_is_precise(request, endpoint, fitting_prompts, suite, obtain)
+            else _ask_until_ability_estimate_is_precise(request, endpoint, fitting_prompts, suite, obtain)
             for endpoint in endpoints
             if can_model_answer(endpoint.model, suite.ability)
             and (fitting_prompts := fitting[endpoint.model][position])
@@ -201,10 +201,12 @@ def run(
             _print_suite_results(spec, [outcome], wide=wide)
     for remark in remarks:
         console.print_note(remark)
-    _print_failures_and_effort([*before, *outcomes], request, as_json=as_json)
+    _print_failures_and_token_usage([*before, *outcomes], request, as_json=as_json)
 
 
-def _open_prompts(library: PromptLibrary, suite: Suite, task_ids: Sequence[str]) -> Mapping[str, Prompt]:
+def _make_compact_prompts_by_task_id(
+    library: PromptLibrary, suite: Suite, task_ids: Sequence[str]
+) -> Mapping[str, Prompt]:
     """Return the prompts of some tasks in a form that takes little memory."""
     opened = library.open(suite.benchmark, suite.ability)
     return pack_prompts((task_id, opened[task_id]) for task_id in task_ids)
@@ -257,7 +259,7 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
         print_table(console.get_output_console(), make_pass_at_k_table(repeated), wide=wide)
 
 
-def _make_stage_that_asks_goals_or_scenes(
+def _make_stage_that_asks_for_goals_or_scenes(
     request: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> StageBeforeQuestions | None:
     """Return the first part of a run, in which a model interprets goals or perceives scenes.
@@ -270,7 +272,7 @@ def _make_stage_that_asks_goals_or_scenes(
     ask, variation = partial(_request_answers_and_score, request), request.spec.combined_study_options
     if variation.captioner is not None:
         flags.check_captioning_model(variation.captioner)
-    return variation.make_stage_before_questions(request.library, wanted, ask)
+    return variation.make_stage_that_obtains_beliefs(request.library, wanted, ask)
 
 
 def _print_number_of_corrected_questions(
@@ -302,7 +304,7 @@ def _request_answers_and_score(
     """
     from eai.run.context import choose_answer_limit
     from eai.run.log_scores import write_scores
-    from eai.run.remarks import list_remarks
+    from eai.run.remarks import list_signs_of_ignored_requests
     from eai.run.tasks import combine_experiments, make_trials, request_missing_answers
 
     spec, epochs = request.spec, epochs or request.spec.tasks.epochs
@@ -324,7 +326,7 @@ def _request_answers_and_score(
     parts = [
         of_studies,
         None if beliefs is None else beliefs.experiment,
-        make_prompt_name_experiment(prompts_name),
+        make_experiment_with_prompt_name(prompts_name),
     ]
     parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
     job = QuestionJob(
@@ -354,10 +356,10 @@ def _request_answers_and_score(
             write_inspect_log_reference(one.folder, answers.logs, epoch)
         if result.by_epoch:
             write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_epoch_of_shown_answer())
-    return replace(result, remarks=list_remarks(job, answers.answers))
+    return replace(result, remarks=list_signs_of_ignored_requests(job, answers.answers))
 
 
-def _print_failures_and_effort(
+def _print_failures_and_token_usage(
     outcomes: Sequence[SuiteResult], request: _RunRequest, *, as_json: bool
 ) -> None:
     """Print errors, used tokens and the folder of results. Exit with status 1 if answers are missing."""
@@ -365,7 +367,7 @@ def _print_failures_and_effort(
         known = [(each, result_to_json(each.totals, each.folder)) for each in outcomes]
         console.print_json(
             [
-                {**found, "model": each.model, **each.make_summary_fields_beside_metrics()}
+                {**found, "model": each.model, **each.make_summary_fields_except_metrics()}
                 for each, found in known
             ]
         )
@@ -416,7 +418,7 @@ def _describe_answers_and_cost(result: SuiteResult) -> str:
     return f"{', '.join(parts)}; records in {result.folder}"
 
 
-def _request_until_ability_is_precise(
+def _ask_until_ability_estimate_is_precise(
     request: _RunRequest,
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],

@@ -32,9 +32,9 @@ from eai.cli.console import (
     print_note_if_planner_missing,
     print_result_line,
 )
-from eai.cli.logs import find_log_extension
+from eai.cli.logs import find_plugin_that_reads_log
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, make_flag, make_scoring_flag
-from eai.cli.progress import count_scoring_progress
+from eai.cli.progress import make_scoring_progress_display
 from eai.cli.table import print_note_if_incomplete, print_results, result_to_json
 from eai.pddl.planners import resolve_automatic_choice
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
@@ -186,7 +186,7 @@ def score(
         _merge_shards_and_print(paths, wide=wide, as_json=as_json)
         return
     if domain is None and ability is None and all(map(_is_log_of_other_project, paths)):
-        find_log_extension(paths[0]).show_logs(context, paths, out, as_json=as_json)
+        find_plugin_that_reads_log(paths[0]).show_logs(context, paths, out, as_json=as_json)
         return
     for path in paths:
         find_response_files(path)  # report missing files before the data set is fetched
@@ -194,23 +194,23 @@ def score(
     _check_options(shard, out, goals, ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
-        terms = options.open_planner_limits(context, planner_seconds, planner_memory)
+        terms = options.make_planner_limits_of_command(context, planner_seconds, planner_memory)
         with options.open_data_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
-                jobs = _find_answers_of_suite(places, suite, out)
+                jobs = _list_scoring_jobs_of_suite(places, suite, out)
             else:
-                jobs = _find_answers_by_path(places, domain, ability, protocol, source, out)
+                jobs = _list_scoring_jobs_by_path(places, domain, ability, protocol, source, out)
         jobs = [part for job in jobs for part in _split_answers_by_game_rules(job)]
         jobs = [replace(job, goals=goals, prompt_name=prompt_name, shard=shard) for job in jobs]
         print_note_if_planner_missing([job.suite for job in jobs])
         _print_note_on_unknown_tasks(jobs)
-        with options.open_workers(workers, ray) as scoring, ExitStack() as stack:
+        with options.open_scoring_workers(workers, ray) as scoring, ExitStack() as stack:
             lock_file = LOCK_FILE if shard is None else f".{shard.file_name}.lock"
             for folder in {job.out: None for job in jobs}:
                 if folder is not None:
                     stack.enter_context(lock_run_folder(folder, lock_file))
-            jobs = [_find_records_of_interrupted_job(job, settings) for job in jobs]
+            jobs = [_add_kept_records_to_job(job, settings) for job in jobs]
             score_in_batches = partial(_score_in_batches, settings=settings, scoring=scoring)
             printed = _score_all_answers(jobs, score_in_batches, as_json=as_json, wide=wide)
         if as_json:
@@ -225,9 +225,9 @@ def _check_options(
     if shard is not None and out is None:
         raise InputError("--shard: also give --out, the folder in which the shards are merged")
     if goals is not None and ability is not None:
-        from eai.studies.pipeline.stage_one import require_questions_state_goals
+        from eai.studies.pipeline.stage_one import require_goals_in_questions
 
-        require_questions_state_goals(ability)
+        require_goals_in_questions(ability)
 
 
 def _is_log_of_other_project(path: Path) -> bool:
@@ -238,7 +238,7 @@ def _is_log_of_other_project(path: Path) -> bool:
     if path.is_dir():
         files = find_files_below(path, "[!.]*")
         return not any(f.name.endswith(SUFFIX) for f in files) and any(map(_is_log_of_other_project, files))
-    if read_suite_from_path(path) is not None or find_log_extension(path) is None:
+    if read_suite_from_path(path) is not None or find_plugin_that_reads_log(path) is None:
         return False
     if path.suffix != LOG_SUFFIX:
         return True
@@ -274,7 +274,7 @@ def _print_note_on_unknown_tasks(jobs: Sequence[_ScoringJob]) -> None:
             print_note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
-def _find_records_of_interrupted_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
+def _add_kept_records_to_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
     """Return the job with the file and the number of records that an interrupted command has kept."""
     if job.out is None:
         return job
@@ -310,7 +310,7 @@ def _score_all_answers(
             f"{kept:,} of {number:,} answers are kept from an interrupted command; "
             "to score them again, give another --out"
         )
-    show_file = count_scoring_progress(number, kept, quiet=as_json)
+    show_file = make_scoring_progress_display(number, kept, quiet=as_json)
     printed: list[Json] = []
     try:
         for _, group in groupby(jobs, key=lambda job: job.suite):
@@ -323,7 +323,7 @@ def _score_all_answers(
             if printed and not as_json:
                 print_results(results, wide=wide)
     except KeyboardInterrupt:
-        raise InterruptError(_write_interrupt_message(jobs, number)) from None
+        raise InterruptError(_make_interrupt_message(jobs, number)) from None
     for job in jobs:
         if job.partial_file is not None:
             remove_partial_files(job.records_file)
@@ -338,7 +338,7 @@ def _score_suite(job: _ScoringJob, score_in_batches: _ScoreInBatches, show_file:
     with show_file(
         f"scoring {suite.domain} {suite.ability.value} {job.answers.model}"
     ) as add_to_answer_count:
-        counted = _count_records(score_in_batches(job), add_to_answer_count)
+        counted = _pass_batches_and_report_counts(score_in_batches(job), add_to_answer_count)
         if job.partial_file is None:
             totals = RunTotals()
             for _, batch_totals in counted:
@@ -349,7 +349,7 @@ def _score_suite(job: _ScoringJob, score_in_batches: _ScoreInBatches, show_file:
     return totals
 
 
-def _count_records(
+def _pass_batches_and_report_counts(
     batches: Iterable[RecordBatch], add_to_answer_count: ProgressCallback
 ) -> Iterator[RecordBatch]:
     for batch in batches:
@@ -357,7 +357,7 @@ def _count_records(
         add_to_answer_count(batch[1].number)
 
 
-def _write_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
+def _make_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
     """Return the message after an interrupt, which states how many answers need not be scored again."""
     if jobs[0].partial_file is None:
         return "interrupted; nothing is written, because --out is not given"
@@ -404,7 +404,7 @@ def _make_adder_of_prompt_origin(job: _ScoringJob) -> Callable[[Record], Record]
     if job.goals is None and job.prompt_name is None:
         return job.logged
     from eai.results.epochs import add_experiment_and_stated_beliefs
-    from eai.studies.prompts.choice import make_prompt_name_experiment
+    from eai.studies.prompts.choice import make_experiment_with_prompt_name
 
     beliefs, suite = None, job.suite
     if job.goals is not None:
@@ -415,7 +415,7 @@ def _make_adder_of_prompt_origin(job: _ScoringJob) -> Callable[[Record], Record]
     mark = partial(
         add_experiment_and_stated_beliefs,
         beliefs=beliefs,
-        experiment=make_prompt_name_experiment(job.prompt_name),
+        experiment=make_experiment_with_prompt_name(job.prompt_name),
     )
     return mark if job.logged is None else partial(_apply_both, job.logged, mark)
 
@@ -454,20 +454,20 @@ def _print_note_on_replaced_records(file: Path, job: _ScoringJob) -> None:
         )
 
 
-def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_ScoringJob]:
+def _list_scoring_jobs_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_ScoringJob]:
     """Return a scoring job for each file with answers to a suite (one ability in a benchmark).
 
     If there are several files, the results of each model get a folder.
     """
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
-    jobs = [_read_answers(file, suite, out) for file in files]
+    jobs = [_make_scoring_job(file, suite, out) for file in files]
     _require_different_models([job.answers.model for job in jobs])
     if out is None or len(jobs) == 1:
         return jobs
     return [replace(job, out=out / job.answers.model) for job in jobs]
 
 
-def _find_answers_by_path(
+def _list_scoring_jobs_by_path(
     paths: Sequence[Path],
     domain: str | None,
     ability: Ability | None,
@@ -500,12 +500,12 @@ def _find_answers_by_path(
         suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
-            job = _read_answers(file.path, suite, folder)
+            job = _make_scoring_job(file.path, suite, folder)
             jobs.append(replace(job, answers=replace(job.answers, model=file.model)))
     return jobs
 
 
-def _read_answers(file: Path, suite: Suite, out: Path | None) -> _ScoringJob:
+def _make_scoring_job(file: Path, suite: Suite, out: Path | None) -> _ScoringJob:
     """Return the job of scoring the answers in a file.
 
     From an Inspect log, the options of studies (variations of questions) are read, too.
@@ -515,8 +515,8 @@ def _read_answers(file: Path, suite: Suite, out: Path | None) -> _ScoringJob:
         answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True)
         return _ScoringJob(suite, answers, out)
     with inspect_needed():
-        from eai.run.tasks import make_adder_of_experiment_in_log, read_answers
-    answers, logged = read_answers(file, suite), make_adder_of_experiment_in_log(file, suite)
+        from eai.run.tasks import make_function_that_adds_logged_options, read_answers
+    answers, logged = read_answers(file, suite), make_function_that_adds_logged_options(file, suite)
     return _ScoringJob(suite, answers, out, logged=logged, log=file)
 
 

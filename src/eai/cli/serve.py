@@ -103,7 +103,9 @@ def mcp(
             return
         listening = f"http://{names[0]}:{port}/mcp"
         if by_ticket:
-            listening += f"; {format_count(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
+            listening += (
+                f"; {format_count(len(places), 'ticket')} in {_write_access_tickets(out, worlds.tickets)}"
+            )
         print_note(listening)
         application = make_http_app(
             worlds, suite.benchmark.domain, names, all_share_first_episode=trust_network
@@ -125,7 +127,7 @@ def _serve_plan_verifier_tools(**other_options: object) -> None:
     serve_tools_over_stdio(load_from_extension("verifier_tools", "--tools")())
 
 
-def _write_tickets(out: Path, answer_by_ticket: Mapping[str, AnswerKey]) -> Path:
+def _write_access_tickets(out: Path, answer_by_ticket: Mapping[str, AnswerKey]) -> Path:
     """Write the file of tickets, the secrets by which callers open their task; only its owner can read it."""
     rows = [
         {"identifier": task_id, "epoch": epoch, "ticket": ticket}

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from eai.abilities.protocol import Ability
-from eai.agents.reference import add_reference_plans, find_wrong_reference_plans
+from eai.agents.reference import add_reference_plans, describe_wrong_recorded_plans
 from eai.base.errors import InputError
 from eai.base.grouping import MapItems
 from eai.base.json_value import Json
@@ -29,7 +29,7 @@ from eai.cli.options import (
     Workers,
     make_flag,
     open_data_source,
-    open_workers,
+    open_scoring_workers,
 )
 from eai.cli.progress import show_scoring_progress
 from eai.cli.prompts import OfSet
@@ -40,7 +40,7 @@ from eai.tasks.source import DataMistake
 from eai.tasks.task import Task
 from eai.tasks.task_files import check_task_files, find_task_files, read_task_file_lines, write_task_file
 from eai.tasks.task_lines import (
-    list_recorded_plans,
+    get_recorded_plan_fields,
     make_task_from_line,
     make_task_line_schema,
     read_task_line,
@@ -138,9 +138,9 @@ def _check_task_files(
     path: Path, workers: int | None, ray: str | None, *, references: bool, as_json: bool
 ) -> None:
     fine = "all tasks are as they say"
-    with open_workers(workers, ray) as pool:
+    with open_scoring_workers(workers, ray) as pool:
         map_items = partial(_map_and_show_progress, pool, f"checking {path}", as_json)
-        find_more_mistakes = partial(_list_wrong_reference_plans, references)
+        find_more_mistakes = partial(_describe_wrong_reference_plans, references)
         findings = list(check_task_files(path, _find_benchmark_domain, find_more_mistakes, map_items))
         if references and not findings:
             map_items = partial(_map_and_show_progress, pool, f"playing {path}", as_json)
@@ -153,7 +153,7 @@ def _check_benchmark(
     reference: str, workers: int | None, ray: str | None, data: Path | None, *, as_json: bool
 ) -> None:
     benchmark = find_benchmark(reference)
-    with open_data_source(data) as source, open_workers(workers, ray) as pool:
+    with open_data_source(data) as source, open_scoring_workers(workers, ray) as pool:
         number = len(benchmark.tasks(source))
         map_items = partial(_map_and_show_progress, pool, f"checking {benchmark.name}", as_json)
         findings, ends = check_benchmark(benchmark, source, map_items)
@@ -170,8 +170,8 @@ def _find_benchmark_domain(reference: str) -> Domain:
     return find_benchmark(reference).domain
 
 
-def _list_wrong_reference_plans(searches: bool, base: str, task: Task) -> list[str]:
-    return list(find_wrong_reference_plans(task, find_benchmark(base), searches=searches))
+def _describe_wrong_reference_plans(searches: bool, base: str, task: Task) -> list[str]:
+    return list(describe_wrong_recorded_plans(task, find_benchmark(base), searches=searches))
 
 
 def _add_reference_plans_to_task_file(file: Path, map_items: MapItems) -> int:
@@ -195,7 +195,7 @@ def _add_reference_plans_to_task_line(text: str) -> str:
     completed = add_reference_plans(task, benchmark)
     if completed is task:
         return text
-    values = {**json.loads(text, strict=False), **list_recorded_plans(completed)}
+    values = {**json.loads(text, strict=False), **get_recorded_plan_fields(completed)}
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 

@@ -357,26 +357,26 @@ def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal],
     """
     match tree:
         case AndOrTreeLiteral(literal):
-            return _make_finder_for_literals(1 << number_of(literal))
+            return _make_dnf_term_finder_for_literals(1 << number_of(literal))
         case AllOf(parts):
             leaves = [1 << number_of(part.literal) for part in parts if isinstance(part, AndOrTreeLiteral)]
-            together = _make_finder_for_literals(reduce(or_, leaves, 0))
+            together = _make_dnf_term_finder_for_literals(reduce(or_, leaves, 0))
             others = [
                 make_closest_dnf_term_finder(part, number_of)
                 for part in parts
                 if not isinstance(part, AndOrTreeLiteral)
             ]
-            return _make_finder_for_conjunction((together, *others)) if others else together
+            return _make_dnf_term_finder_for_conjunction((together, *others)) if others else together
         case AnyOf(parts):
-            return _make_finder_for_disjunction(
+            return _make_dnf_term_finder_for_disjunction(
                 [make_closest_dnf_term_finder(part, number_of) for part in parts]
             )
         case ExactlyOf(count, parts):
-            return _make_finder_for_subset(
+            return _make_dnf_term_finder_for_count(
                 count, [make_closest_dnf_term_finder(part, number_of) for part in parts]
             )
         case AndOrTreePairing(count, cells):
-            return _make_finder_for_pairing(
+            return _make_dnf_term_finder_for_pairing(
                 count,
                 [
                     [None if cell is None else make_closest_dnf_term_finder(cell, number_of) for cell in row]
@@ -387,24 +387,24 @@ def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal],
             assert_never(tree)
 
 
-def _make_finder_for_literals(literal_mask: int) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_literals(literal_mask: int) -> FindClosestDnfTerm:
     size = literal_mask.bit_count()
     return lambda stated: _ScoredDnfTerm(
         (literal_mask & stated).bit_count() * SHARED_WEIGHT - size, literal_mask
     )
 
 
-def _make_finder_for_conjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_conjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
     return lambda stated: _conjoin_scored_dnf_terms([find(stated) for find in part_finders])
 
 
-def _make_finder_for_disjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_disjunction(part_finders: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
     if len(part_finders) == 1:
         return part_finders[0]
     return lambda stated: max(filter(None, [find(stated) for find in part_finders]), key=_score, default=None)
 
 
-def _make_finder_for_subset(count: int, parts: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
+def _make_dnf_term_finder_for_count(count: int, parts: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
     def find_closest(answer_mask: int) -> _ScoredDnfTerm | None:
         overlaps = [overlap for part in parts if (overlap := part(answer_mask)) is not None]
         if len(overlaps) < count:
@@ -414,7 +414,7 @@ def _make_finder_for_subset(count: int, parts: Sequence[FindClosestDnfTerm]) -> 
     return find_closest
 
 
-def _make_finder_for_pairing(
+def _make_dnf_term_finder_for_pairing(
     count: int, table: Sequence[Sequence[FindClosestDnfTerm | None]]
 ) -> FindClosestDnfTerm:
     def find_closest(answer_mask: int) -> _ScoredDnfTerm | None:

@@ -112,7 +112,7 @@ def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
     return map_leaves(formula, lambda leaf: map_terms(leaf, rename_object))
 
 
-def rename_variables(formula: f.Formula) -> f.Formula:
+def standardize_variable_names(formula: f.Formula) -> f.Formula:
     """Return a formula with bound variables named x, y, z, x1, x2, ... in the order of their quantifiers.
 
     Names of objects in the formula are skipped.

@@ -13,7 +13,7 @@ from typing import Final
 
 import eai.logic.formula as f
 from eai.base.errors import InputError, ParseError, did_you_mean
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.signature import find_line_and_column, make_parse_error, make_term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 from eai.pddl.model import PddlProblem, TypedName
@@ -24,9 +24,9 @@ _COUNT: Final = re.compile(r"[0-9]+")
 _END: Final = ""
 """Token that stands after the last token of the text."""
 
-_NO_WORDS: Final = frozenset({"(", ")", _END})
+_ENDS_OF_WORDS: Final = frozenset({"(", ")", _END})
 
-_NO_ARGUMENTS: Final = _NO_WORDS | {"-"}
+_ENDS_OF_ARGUMENTS: Final = _ENDS_OF_WORDS | {"-"}
 """Tokens that end a list of arguments.
 
 If a hyphen ends the list, its closing parenthesis is missing, because a hyphen precedes a category.
@@ -72,7 +72,7 @@ class _BddlReader:
         self._read_token("problem", "'problem', as this is a domain" if self._is_next_token("domain") else "")
         name = self._read_word()
         self._read_token(")")
-        while self._read_whether_list_opens():
+        while self._has_further_list():
             match self._read_section_keyword():
                 case ":domain":
                     domains.append(self._read_word())
@@ -146,7 +146,7 @@ class _BddlReader:
     def _read_facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
         """Read facts and the closing parenthesis; return the atoms and the negated atoms."""
         initial, denied = list[f.Atom](), list[f.Atom]()
-        while self._read_whether_list_opens():
+        while self._has_further_list():
             offset = self._token_offsets[self._next]
             match self._read_condition():
                 case f.Atom() as atom:
@@ -155,7 +155,7 @@ class _BddlReader:
                     denied.append(atom)
                 case other:
                     line, _ = find_line_and_column(self._text, offset)
-                    raise InputError(f"line {line}: expected a fact, not {print_ltl(other)}")
+                    raise InputError(f"line {line}: expected a fact, not {format_ltl(other)}")
         return tuple(initial), tuple(denied)
 
     def _read_conditions(
@@ -163,7 +163,7 @@ class _BddlReader:
     ) -> tuple[f.Formula, ...]:
         """Read conditions and the closing parenthesis."""
         conditions: list[f.Formula] = []
-        while self._read_whether_list_opens():
+        while self._has_further_list():
             conditions.append(self._read_condition(scope, levels))
         return tuple(conditions)
 
@@ -230,7 +230,7 @@ class _BddlReader:
     def _read_arguments(self) -> list[str]:
         """Read arguments and the closing parenthesis."""
         start = self._next
-        while self._tokens[self._next] not in _NO_ARGUMENTS:
+        while self._tokens[self._next] not in _ENDS_OF_ARGUMENTS:
             self._next += 1
         words = [_strip_question_marks(token) for token in self._tokens[start : self._next]]
         self._read_token(")", "a name or ')'")
@@ -238,12 +238,12 @@ class _BddlReader:
 
     def _read_word(self, expected: str = "a name") -> str:
         token = self._tokens[self._next]
-        if token in _NO_WORDS:
+        if token in _ENDS_OF_WORDS:
             raise self._make_error(expected)
         self._next += 1
         return _strip_question_marks(token)
 
-    def _read_whether_list_opens(self) -> bool:
+    def _has_further_list(self) -> bool:
         """Whether the next token opens a list. A closing parenthesis is consumed, an opening one is not."""
         if self._tokens[self._next] == "(":
             return True

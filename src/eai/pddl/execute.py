@@ -168,13 +168,13 @@ class _StateEvaluation:
         while grown:
             grown = False
             for name in cycle:
-                new = {row for axiom in self._axioms[name] for row in self._derive_rows(axiom)}
+                new = {row for axiom in self._axioms[name] for row in self._derive_true_arguments(axiom)}
                 grown = grown or not new <= self._rows[name]
                 self._rows[name] |= new
                 self._indexed.clear()
                 self._known.clear()
 
-    def _derive_rows(self, axiom: m.PddlAxiom) -> Iterator[_Arguments]:
+    def _derive_true_arguments(self, axiom: m.PddlAxiom) -> Iterator[_Arguments]:
         bindings: list[Valuation] = [{}]
         for parameter in axiom.parameters:
             bindings = [

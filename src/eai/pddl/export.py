@@ -21,10 +21,10 @@ from eai.pddl.glossary import (
     PddlExportNames,
     PddlNames,
     conjoin,
-    find_predicates_hidden_in_texts,
+    find_unmentionable_predicates,
     remove_hidden_predicates,
 )
-from eai.pddl.ordered_effects import write_simultaneous_effect
+from eai.pddl.ordered_effects import convert_to_simultaneous_effect
 from eai.world.action import Action
 from eai.world.derived import LookupPredicate
 from eai.world.domain import Domain
@@ -223,7 +223,7 @@ def export_problems(
     for problem in problems:
         glossary.add_types_of_objects(problem.initial.scene, problem.exported_objects_mask)
     hidden = (
-        frozenset[str]() if with_invisible_predicates else find_predicates_hidden_in_texts(domain.vocabulary)
+        frozenset[str]() if with_invisible_predicates else find_unmentionable_predicates(domain.vocabulary)
     )
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_export_operator(each, operators, glossary, hidden) for each in domain.operators]
@@ -285,7 +285,7 @@ def _export_operator(
                 for condition in asked
             ]
         )
-        effect = write_simultaneous_effect(operator, conditions, scope, hidden)
+        effect = convert_to_simultaneous_effect(operator, conditions, scope, hidden)
     return m.PddlAction(operator_names[operator.name], tuple(scope.values()), precondition, effect)
 
 

@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.traversal import find_predicates, map_subformulas, wrap_in_quantifiers
 from eai.pddl.reader import CONNECTIVES
-from eai.world.derived import DefinedPredicate, find_definition, find_stored_predicates
+from eai.world.derived import DefinedPredicate, find_definition, find_stored_dependencies
 from eai.world.relation import iterate_bits
 from eai.world.state import Scene
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -205,7 +205,7 @@ class PddlExportNames:
                 self.without_formula[name] = derived
             else:
                 self.derived[name] = said
-        elif derived is None and self.vocabulary.find_stored(name) is None:
+        elif derived is None and self.vocabulary.find_stored_predicate(name) is None:
             raise DomainError(
                 f"predicate {name} is not declared: declare it in the vocabulary, or correct the name"
             )
@@ -333,7 +333,9 @@ class ConditionWriter:
         rest = self.convert_formula(body, {**scope, variable.name: f.Variable(other.name)})
         among = [make_equality(f.Variable(other.name), term) for term in terms]
         only = f.ForAll(other, disjoin([negate(rest), *among]))
-        return wrap_in_quantifiers(f.Exists, chosen, conjoin([*met, *_generate_inequalities(terms), only]))
+        return wrap_in_quantifiers(
+            f.Exists, chosen, conjoin([*met, *_make_pairwise_difference_conditions(terms), only])
+        )
 
     def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return a `ForPairs` formula as a condition with ordinary quantifiers.
@@ -358,22 +360,22 @@ class ConditionWriter:
             members = [f.Variable(each.name) for each in chosen]
         partners = [self.make_unused_variable(larger.name, larger.category) for _ in members]
         terms: list[f.Term] = [f.Variable(each.name) for each in partners]
-        parts: list[f.Formula] = [] if not chosen else list(_generate_inequalities(members))
+        parts: list[f.Formula] = [] if not chosen else list(_make_pairwise_difference_conditions(members))
         for one, other in zip(members, terms, strict=True):
             parts.append(negate(make_equality(one, other)))
             parts.append(self.convert_formula(body, {**scope, smaller.name: one, larger.name: other}))
         return wrap_in_quantifiers(
-            f.Exists, [*chosen, *partners], conjoin([*parts, *_generate_inequalities(terms)])
+            f.Exists, [*chosen, *partners], conjoin([*parts, *_make_pairwise_difference_conditions(terms)])
         )
 
 
-def _generate_inequalities(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
+def _make_pairwise_difference_conditions(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
     for index, one in enumerate(terms):
         for other in terms[:index]:
             yield negate(make_equality(one, other))
 
 
-def find_predicates_hidden_in_texts(vocabulary: Vocabulary) -> frozenset[str]:
+def find_unmentionable_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     """Return the predicates that prompts and answers must not mention.
 
     These are the invisible predicates (`Predicate.visible`), and the predicates derived from them.
@@ -381,7 +383,7 @@ def find_predicates_hidden_in_texts(vocabulary: Vocabulary) -> frozenset[str]:
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
     return frozenset(
-        [name for name in names if invisible.intersection(find_stored_predicates([name], vocabulary))]
+        [name for name in names if invisible.intersection(find_stored_dependencies([name], vocabulary))]
     )
 
 

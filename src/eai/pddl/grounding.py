@@ -124,7 +124,7 @@ class Grounder:
                 if ground is not None:
                     yield ground
 
-    def find_objects_of_goal_and_parameter_types(self) -> frozenset[str]:
+    def find_goal_and_parameter_objects(self) -> frozenset[str]:
         """Return the objects that the goal names, and the objects of the types of operators' parameters.
 
         Parameter types to which all objects belong add no objects.
@@ -398,7 +398,7 @@ class GroundProblem:
         self.actions = [self._compile_action(action) for action in actions]
         self._every_action = (1 << len(self.actions)) - 1
         self._needing = index_masks_by_bit([action.needs for action in self.actions])
-        self._price = estimate_cost_of_literal_test(len(self.actions)) * len(self._needing)
+        self._price = estimate_cost_of_condition_lookup(len(self.actions)) * len(self._needing)
 
     def _compile_action(self, action: _GroundAction) -> _ActionAsLiteralMasks:
         needs = self._find_needed_literals(action.precondition)
@@ -487,7 +487,7 @@ class GroundProblem:
         return state & ~delete | add  # an atom that is both deleted and added is true
 
 
-def estimate_cost_of_literal_test(condition_count: int) -> int:
+def estimate_cost_of_condition_lookup(condition_count: int) -> int:
     """Return the cost of finding all conditions that need one literal, in units of the search budget."""
     return 1 + condition_count // 2_000
 

@@ -254,7 +254,11 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     renamings = _generate_renamings(predicted, gold)
     wanted = sum(len(side.gold_texts) for side in sides)
     renaming, matches = _find_best_renaming(
-        sides, renamings, _find_matched_additional_missing, lambda clauses: len(clauses[0]), wanted
+        sides,
+        renamings,
+        _split_into_matched_additional_missing_conditions,
+        lambda clauses: len(clauses[0]),
+        wanted,
     )
     precondition, effect = [
         ClauseComparison(*[tuple(map(write_clause, part)) for part in side]) for side in matches
@@ -305,7 +309,7 @@ def _find_best_renaming(
     return best
 
 
-def _find_matched_additional_missing(
+def _split_into_matched_additional_missing_conditions(
     pair: _AnswerAndGoldClauses, renaming: Renaming
 ) -> tuple[list[Clause], list[Clause], list[Clause]]:
     """Return the matched, additional and missing clauses of a precondition or of an effect.
@@ -362,7 +366,7 @@ def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) ->
     Both are trees of connectives, quantifiers and literals. Literals match only if the nodes above match.
     """
     if isinstance(answer, _LISTS) or isinstance(gold, _LISTS):
-        return _count_matched_literals_of_lists(answer, gold, renaming)
+        return _count_matched_literals_of_connectives(answer, gold, renaming)
     match answer, gold:
         case f.Atom(name, terms), f.Atom(gold_name, gold_terms):
             return int(name == gold_name and _are_terms_equal(terms, gold_terms, renaming))
@@ -382,15 +386,21 @@ def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) ->
             return 0
 
 
-def _count_matched_literals_of_lists(answer: Clause, gold: Clause, renaming: Renaming) -> int:
+def _count_matched_literals_of_connectives(answer: Clause, gold: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals of two clauses.
 
     At least one of the clauses is a conjunction or a disjunction. A conjunction does not match a disjunction,
     but may match a part of the disjunction, or the reverse.
     """
     if isinstance(answer, _LISTS) and isinstance(gold, _LISTS) and type(answer) is not type(gold):
-        inside = [_count_matched_literals(part, gold, renaming) for part in _find_and_or_parts(answer)]
-        around = [_count_matched_literals(answer, part, renaming) for part in _find_and_or_parts(gold)]
+        inside = [
+            _count_matched_literals(part, gold, renaming)
+            for part in _find_conjunctions_and_disjunctions(answer)
+        ]
+        around = [
+            _count_matched_literals(answer, part, renaming)
+            for part in _find_conjunctions_and_disjunctions(gold)
+        ]
         return max([*inside, *around], default=0)
     grid = [
         [_count_matched_literals(a, b, renaming) for b in _get_clause_parts(gold)]
@@ -399,7 +409,7 @@ def _count_matched_literals_of_lists(answer: Clause, gold: Clause, renaming: Ren
     return sum(grid[row][column] for row, column in find_heaviest_matching_of_any_size(grid))
 
 
-def _find_and_or_parts(clause: Clause) -> list[Clause]:
+def _find_conjunctions_and_disjunctions(clause: Clause) -> list[Clause]:
     return [part for part in _get_clause_parts(clause) if isinstance(part, _LISTS)]
 
 

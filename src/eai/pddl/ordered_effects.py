@@ -65,7 +65,7 @@ class _EnclosingEffects:
         return replace(self, position=(*self.position, *index_or_variable))
 
 
-def write_simultaneous_effect(
+def convert_to_simultaneous_effect(
     operator: Operator, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]
 ) -> m.PddlEffect:
     """Return the ordered effects of an operator and its alternatives as one simultaneous effect of PDDL.
@@ -130,7 +130,7 @@ class _OrderedEffectsConverter:
                     )
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._make_first_satisfying_object_condition(variable, condition, bound, inside)
+                first = self._make_condition_of_first_object(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
@@ -148,7 +148,7 @@ class _OrderedEffectsConverter:
             g.remove_hidden_predicates(condition, self._hidden, weaken=False), context.scope
         )
 
-    def _make_first_satisfying_object_condition(
+    def _make_condition_of_first_object(
         self,
         variable: f.Variable,
         condition: f.Formula,
@@ -168,7 +168,7 @@ class _OrderedEffectsConverter:
 
     def _make_atom_change(self, atom: f.Atom, context: _EnclosingEffects, *, adds: bool) -> _AtomChange:
         """Return the change that an effect makes to an atom. The argument `ANYTHING` means all objects."""
-        stored = self._vocabulary.find_stored(atom.predicate)
+        stored = self._vocabulary.find_stored_predicate(atom.predicate)
         if stored is None:
             raise DomainError(
                 f"an effect changes {atom.predicate}, which is not a stored predicate: declare it, or change "
@@ -191,7 +191,9 @@ class _OrderedEffectsConverter:
         condition = change.condition
         if change.adds:
             undone = [
-                self._make_overridden_condition(change, other) for other in all_changes if not other.adds
+                self._make_condition_of_overriding_deletion(change, other)
+                for other in all_changes
+                if not other.adds
             ]
             condition = g.conjoin((condition, *map(g.negate, undone)))
         if condition == f.FALSE:
@@ -201,7 +203,9 @@ class _OrderedEffectsConverter:
             effect = m.WhenEffect(condition, effect)
         yield wrap_in_quantifiers(m.ForAllEffect, change.variables, effect)
 
-    def _make_overridden_condition(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
+    def _make_condition_of_overriding_deletion(
+        self, addition: _AtomChange, deletion: _AtomChange
+    ) -> f.Formula:
         """Return the condition under which a later deletion removes an added atom."""
         if addition.atom.predicate != deletion.atom.predicate:
             return f.FALSE
@@ -216,7 +220,7 @@ class _OrderedEffectsConverter:
         rest = [variable.name for variable in deletion.variables if variable.name not in terms]
         still_open = {name: self._conditions.make_unused_variable(name) for name in rest}
         terms |= still_open
-        later = self._make_deletion_later_condition(addition.position, deletion.position, terms)
+        later = self._make_condition_of_later_deletion(addition.position, deletion.position, terms)
         undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
         if g.conjoin((addition.condition, undoing)) == f.FALSE:  # addition and deletion never coincide
             return f.FALSE
@@ -224,7 +228,7 @@ class _OrderedEffectsConverter:
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
         return undoing
 
-    def _make_deletion_later_condition(
+    def _make_condition_of_later_deletion(
         self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope
     ) -> f.Formula:
         """Return the condition under which a deletion comes after an addition in the order of effects.
@@ -234,7 +238,7 @@ class _OrderedEffectsConverter:
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
                 theirs = terms.get(other.name, other)
-                rest = self._make_deletion_later_condition(
+                rest = self._make_condition_of_later_deletion(
                     addition[depth + 1 :], deletion[depth + 1 :], terms
                 )
                 if theirs == mine:
@@ -254,7 +258,9 @@ def holds_for_at_most_one_value(condition: f.Formula, variable: f.Variable, voca
         case f.Equals(left, right):
             return (left == f.Variable(variable.name)) != (right == f.Variable(variable.name))
         case f.Atom(predicate, (*others, last)) if last == f.Variable(variable.name) and last not in others:
-            declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
+            declared = vocabulary.find_stored_predicate(predicate) or vocabulary.derived_by_name.get(
+                predicate
+            )
             match declared:
                 case DefinedPredicate(parameters=parameters, definition=definition):
                     return holds_for_at_most_one_value(definition, parameters[-1], vocabulary)

@@ -43,7 +43,7 @@ def find_offset_of_finding(
         definition: the expression ``(define ...)`` of the text.
         vocabulary: the names that the text may use.
     """
-    sections = list(_find_sections_by_location(definition, finding.place))
+    sections = list(_find_expressions_at_location(definition, finding.place))
     offsets = (
         offset for section in sections for offset in _find_mistake_offsets(section, finding, vocabulary)
     )
@@ -51,7 +51,7 @@ def find_offset_of_finding(
     return next(islice(offsets, allowed, None), sections[0].offset if sections else definition.offset)
 
 
-def _find_sections_by_location(definition: ExpressionList, place: str) -> Iterator[SExpr]:
+def _find_expressions_at_location(definition: ExpressionList, place: str) -> Iterator[SExpr]:
     """Yield the expressions at a location in words, such as ``effect of move``."""
     kind, _, name = place.partition(" of ")
     if not name and place not in _SECTIONS:

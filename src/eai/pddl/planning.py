@@ -119,7 +119,7 @@ def execute_found_plan(task: PlanningTask, plan: Sequence[PlanStep], planner_nam
 
     looks = SearchEffort(_MAX_LOOKS)
     flaw = PddlPlanExecutor(task.domain, task.problem, looks).find_failed_step(plan)
-    if looks.is_exceeded:
+    if looks.is_limit_exceeded:
         return PlannerResult(
             PlannerOutcome.TIME, detail=f"{planner_name}: its plan takes too long to execute"
         )

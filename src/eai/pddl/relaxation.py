@@ -16,7 +16,7 @@ from eai.pddl.grounding import (
     GroundProblem,
     LiteralMask,
     StateMask,
-    estimate_cost_of_literal_test,
+    estimate_cost_of_condition_lookup,
     index_masks_by_bit,
     iterate_bit_masks,
 )
@@ -86,7 +86,7 @@ class Relaxation:
             for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
-        self._price = estimate_cost_of_literal_test(len(self._rules))
+        self._price = estimate_cost_of_condition_lookup(len(self._rules))
         self._making = index_masks_by_bit([rule.makes for rule in self._rules])
         needing = index_masks_by_bit([rule.needs for rule in self._rules])
         asked = problem.add_disjuncts_of_needed_disjunctions(
@@ -134,7 +134,7 @@ class Relaxation:
         ]
         layers, waiting = _RelaxedLayers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
-        while goal & ~literals and not looks.is_exceeded:
+        while goal & ~literals and not looks.is_limit_exceeded:
             looks.used += self._price * len(lacking)
             blocked = 0
             for _, needing, _ in lacking:
@@ -258,26 +258,26 @@ class _RelaxedPlanFollower:
             before = missing
             for literal in self._order_missing_literals(goal, len(self._layers.fired)):
                 if not self._held & literal:
-                    self._reach_goal_literal(literal)
+                    self._make_goal_literal_true(literal)
         return self._taken
 
     def _count_missing_goals(self) -> _MissingGoalCounts:
         missing = self._problem.goal & ~self._held
         return _MissingGoalCounts((missing & ~self._start).bit_count(), missing.bit_count())
 
-    def _reach_goal_literal(self, literal: int) -> None:
+    def _make_goal_literal_true(self, literal: int) -> None:
         """Make a goal literal true, by the first action after which fewer goal literals are missing.
 
         Nothing changes if no action achieves this.
         """
-        missing, start_point = self._count_missing_goals(), self._get_current_point()
+        missing, start_point = self._count_missing_goals(), self._get_current_lookahead_point()
         for depth, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.find_rules_making(literal, fired):
-                if self._apply_rule(rule, depth) and self._count_missing_goals() < missing:
+                if self._try_rule(rule, depth) and self._count_missing_goals() < missing:
                     return
-                self._return_to_earlier_point(start_point)
+                self._return_to_lookahead_point(start_point)
 
-    def _apply_rule(self, rule: _RelaxedEffect, depth: int) -> bool:
+    def _try_rule(self, rule: _RelaxedEffect, depth: int) -> bool:
         """Make the precondition of a rule true, and apply its action. Return whether this is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):
@@ -293,7 +293,7 @@ class _RelaxedPlanFollower:
         Return whether all of the literals are true then. The first attempt begins with the literals that are
         reached latest, and the second attempt ends with them.
         """
-        start_point = self._get_current_point()
+        start_point = self._get_current_lookahead_point()
         for last in (False, True):
             for _ in range(_MAX_ROUNDS):
                 missing = self._order_missing_literals(needed & ~self._held, depth)
@@ -302,7 +302,7 @@ class _RelaxedPlanFollower:
                         self._make_literal_true(literal, depth)
                 if not needed & ~self._held:
                     return True
-            self._return_to_earlier_point(start_point)
+            self._return_to_lookahead_point(start_point)
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
@@ -312,7 +312,7 @@ class _RelaxedPlanFollower:
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.find_rules_making(literal, fired):
-                self._apply_rule(rule, min(before, depth - 1))
+                self._try_rule(rule, min(before, depth - 1))
                 return
 
     def _order_missing_literals(self, missing: LiteralMask, depth: int) -> list[int]:
@@ -328,10 +328,10 @@ class _RelaxedPlanFollower:
             missing &= reached
         return [*ordered, *iterate_bit_masks(missing)]
 
-    def _get_current_point(self) -> _LookaheadPoint:
+    def _get_current_lookahead_point(self) -> _LookaheadPoint:
         return len(self._taken), self._state, self._held
 
-    def _return_to_earlier_point(self, point: _LookaheadPoint) -> None:
+    def _return_to_lookahead_point(self, point: _LookaheadPoint) -> None:
         """Undo all actions that the lookahead has taken since a point."""
         taken, self._state, self._held = point
         del self._taken[taken:]

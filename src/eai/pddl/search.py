@@ -152,17 +152,17 @@ def drop_unused_quantifiers(task: PlanningTask) -> PlanningTask:
     actions = [
         replace(
             action,
-            precondition=_drop_quantifiers_in_condition(action.precondition, objects),
+            precondition=_drop_needless_quantifiers(action.precondition, objects),
             effect=_drop_quantifiers_in_effect(action.effect, objects),
         )
         for action in task.domain.actions
     ]
-    problem = replace(task.problem, goal=_drop_quantifiers_in_condition(task.problem.goal, objects))
+    problem = replace(task.problem, goal=_drop_needless_quantifiers(task.problem.goal, objects))
     return replace(task, domain=replace(task.domain, actions=tuple(actions)), problem=problem)
 
 
-def _drop_quantifiers_in_condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
-    mapped = map_subformulas(formula, lambda part: _drop_quantifiers_in_condition(part, objects))
+def _drop_needless_quantifiers(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
+    mapped = map_subformulas(formula, lambda part: _drop_needless_quantifiers(part, objects))
     if isinstance(mapped, (f.ForAll, f.Exists)) and objects[m.get_variable_type(mapped.variable)]:
         return mapped if mapped.variable.name in find_free_variables(mapped.body) else mapped.body
     return mapped
@@ -172,7 +172,7 @@ def _drop_quantifiers_in_effect(effect: m.PddlEffect, objects: Mapping[str, Sequ
     mapped = m.map_effect_parts(
         effect,
         lambda part: _drop_quantifiers_in_effect(part, objects),
-        lambda condition: _drop_quantifiers_in_condition(condition, objects),
+        lambda condition: _drop_needless_quantifiers(condition, objects),
     )
     if isinstance(mapped, m.ForAllEffect) and objects[m.get_variable_type(mapped.variable)]:
         return mapped if mapped.variable.name in m.find_effect_variables(mapped.part) else mapped.part
@@ -249,11 +249,11 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     looks = SearchEffort(_MAX_GROUNDING_LOOKS)
     grounder = Grounder(restrict_to_relevant(domain, problem), problem, looks)
     goal = grounder.goal()
-    if goal is None and not looks.is_exceeded:
+    if goal is None and not looks.is_limit_exceeded:
         return SearchResult(SearchEndReason.UNREACHABLE)
-    objects = grounder.find_objects_of_goal_and_parameter_types()
+    objects = grounder.find_goal_and_parameter_objects()
     central, all_are_central = list(grounder.generate_actions(objects)), objects >= grounder.problem_objects
-    if goal is None or looks.is_exceeded:
+    if goal is None or looks.is_limit_exceeded:
         return SearchResult(SearchEndReason.STATES)
     work = SearchEffort(limits.looks)
     states = limits.states if all_are_central else min(_MAX_CENTRAL_STATES, limits.states)
@@ -261,7 +261,7 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     if result.end is SearchEndReason.SOLVED or all_are_central:
         return result
     everything = list(grounder.generate_actions())
-    if looks.is_exceeded:
+    if looks.is_limit_exceeded:
         return SearchResult(SearchEndReason.STATES, states=result.states)
     return _GroundSearch(GroundProblem(grounder, everything, goal, work), work, limits.states).run()
 
@@ -321,7 +321,7 @@ class _GroundSearch:
         outcome = run_best_first_search(self._pop_next_node, self._visit_node)
         if isinstance(outcome, SearchNode):
             return SearchResult(SearchEndReason.SOLVED, outcome.list_actions(), len(self._done))
-        end = SearchEndReason.STATES if self._looks.is_exceeded else outcome
+        end = SearchEndReason.STATES if self._looks.is_limit_exceeded else outcome
         return SearchResult(end, states=len(self._done))
 
     def _pop_next_node(self) -> _GroundSearchNode | None:
@@ -337,7 +337,7 @@ class _GroundSearch:
         literals = self._problem.find_state_literals(node.state)
         if not self._problem.goal & ~literals:
             return node
-        if len(self._done) == self._states or self._looks.is_exceeded:
+        if len(self._done) == self._states or self._looks.is_limit_exceeded:
             return SearchEndReason.STATES
         if len(self._done) == _STATES_BEFORE_PAIRS and not _ReachableLiteralPairs(
             self._problem, self._looks
@@ -417,7 +417,7 @@ class _ReachableLiteralPairs:
     def may_hold_together(self, needed: LiteralMask) -> bool:
         """Whether every two literals of a mask may hold together in a reachable state."""
         return (
-            self._looks.is_exceeded
+            self._looks.is_limit_exceeded
             or self._find_literals_compatible_with_all(self._drop_disjunction_bits(needed)) is not None
         )
 
@@ -443,7 +443,7 @@ class _ReachableLiteralPairs:
         """Add the pairs of literals that effects can make true together. Return whether any is new."""
         grew = False
         for rule in effects:
-            if self._looks.is_exceeded:
+            if self._looks.is_limit_exceeded:
                 return False
             grew |= self._add_new_literal_pairs(rule)
         return grew

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
-from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_schema_of_execution, match_atom
+from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_execution_schema, match_atom
 from eai.planning.search import SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, find_argument_indices, find_object
 from eai.world.action import Action
@@ -123,7 +123,7 @@ class Achiever:
         """Return the objects of variables with which the effect's atom has these arguments, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
-    def complete_bindings(
+    def generate_complete_bindings(
         self, state: State, scope: Mapping[str, int], usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
         """Yield all bindings of the effect's variables that meet the conditions that are not subgoals.
@@ -137,7 +137,9 @@ class Achiever:
         Yields:
             A binding of `schema.variables`: the same list each time, changed in place.
         """
-        return complete_bindings(state, self.make_partial_binding(state.scene, scope), usable_mask, effort)
+        return generate_complete_bindings(
+            state, self.make_partial_binding(state.scene, scope), usable_mask, effort
+        )
 
     def make_partial_binding(
         self, scene: Scene, scope: Mapping[str, int], *, only_static_conditions: bool = False
@@ -214,7 +216,7 @@ class Achiever:
         return _BindingProcedure(tuple(self._compiler.compile_test(c) for c in first), tuple(steps), needed)
 
 
-def complete_bindings(
+def generate_complete_bindings(
     state: State, partial: _PartialBinding, usable_mask: int, effort: SearchEffort | None = None
 ) -> Iterator[FrameBinding]:
     """Yield the bindings of all variables that an incomplete binding allows in a state.
@@ -282,7 +284,7 @@ class AchieversByPredicate:
         self.schemas = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
-        self._taking = {o.name: Achiever(make_schema_of_execution(o), vocabulary) for o in domain.operators}
+        self._taking = {o.name: Achiever(make_execution_schema(o), vocabulary) for o in domain.operators}
         self._matches: _AtomAchieverFinder | None = None
         for operator in domain.operators:
             for schema in self.schemas[operator.name]:
@@ -324,7 +326,7 @@ class AchieversByPredicate:
             *[tuples[slot] for slot in self._fixed_tuples],
         ]
 
-    def get_achievers_of_execution(self, operator_names: Iterable[str]) -> list[Achiever]:
+    def get_achievers_for_executing_operators(self, operator_names: Iterable[str]) -> list[Achiever]:
         """Return an `Achiever` for each named operator; its goal is to execute any action of the operator.
 
         The achiever has one binding for each action of the operator. Unknown names are skipped.
@@ -340,7 +342,7 @@ class AchieversByPredicate:
             state: the state.
             usable_mask: the mask of the objects that actions may use.
         """
-        if self._matches is None or not self._matches.is_finder_valid_in(state, usable_mask):
+        if self._matches is None or not self._matches.can_be_used_in_state(state, usable_mask):
             self._matches = _AtomAchieverFinder(self, state, usable_mask)
         return self._matches
 
@@ -402,7 +404,7 @@ def _can_evaluate_by_masks(formula: f.Formula, vocabulary: Vocabulary) -> bool:
 
 
 def _can_evaluate_predicate_by_masks(name: str, vocabulary: Vocabulary) -> bool:
-    if vocabulary.find_stored(name) is not None:
+    if vocabulary.find_stored_predicate(name) is not None:
         return True
     derived = vocabulary.derived_by_name[name]
     if isinstance(derived, LookupPredicate):
@@ -421,12 +423,14 @@ def _is_static_formula(formula: f.Formula, vocabulary: Vocabulary) -> bool:
 def _find_stored_literal(condition: f.Formula, vocabulary: Vocabulary) -> f.Atom | None:
     """Return the atom of a stored predicate that a condition demands or denies; None for other conditions."""
     literal = condition.operand if isinstance(condition, f.Not) else condition
-    is_stored = isinstance(literal, f.Atom) and vocabulary.find_stored(literal.predicate) is not None
+    is_stored = (
+        isinstance(literal, f.Atom) and vocabulary.find_stored_predicate(literal.predicate) is not None
+    )
     return literal if isinstance(literal, f.Atom) and is_stored else None
 
 
 def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
-    stored = vocabulary.find_stored(name)
+    stored = vocabulary.find_stored_predicate(name)
     if stored is not None:
         return stored.static
     derived = vocabulary.derived_by_name[name]
@@ -479,7 +483,7 @@ class _GroundAction:
         failing = [index for index, (_, holds) in tests if not holds(state, binding)]
         return [self._get_condition(index) for index in failing] if failing else ()
 
-    def keep_test(self, readers: _Readers) -> None:
+    def keep_test_results(self, readers: _Readers) -> None:
         """Keep test results of the action if each condition is about one stored fact.
 
         Other results would cost more to keep than to compute again. ``readers`` maps a fact to the actions
@@ -554,7 +558,7 @@ class _PartlyBoundAchiever:
         self._cached_action_counter = cached_action_counter
         self._actions: dict[tuple[int, ...], _GroundAction] = {}
 
-    def complete_bindings(
+    def generate_complete_bindings(
         self, state: State, usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
         """Yield the complete bindings of the achiever's variables in a state.
@@ -562,12 +566,12 @@ class _PartlyBoundAchiever:
         Bindings meet the conditions that the search does not make true by actions.
         """
         return (
-            complete_bindings(state, self._partial, usable_mask, effort)
+            generate_complete_bindings(state, self._partial, usable_mask, effort)
             if self._cached_bindings is None
             else map(list, self._cached_bindings)
         )
 
-    def has_failing_conditions(self, state: State, min_count: float) -> bool:
+    def has_min_number_of_failing_conditions(self, state: State, min_count: float) -> bool:
         """Whether at least ``min_count`` conditions without unbound variables fail in a state."""
         binding, failing = [*self._partial.binding], 0
         for holds in self._partial.join.needed:
@@ -584,7 +588,7 @@ class _PartlyBoundAchiever:
         """
         if self._cached_bindings is not None and len(self._actions) == len(self._cached_bindings):
             return self._actions.values()
-        bindings = self.complete_bindings(state, usable_mask, effort)
+        bindings = self.generate_complete_bindings(state, usable_mask, effort)
         return _CandidateActions(self._get_action(tuple(binding), state.scene) for binding in bindings)
 
     def _get_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
@@ -595,7 +599,7 @@ class _PartlyBoundAchiever:
 
     def _cache_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
         action = self._actions[binding] = _GroundAction(self.achiever, binding, scene)
-        action.keep_test(self._readers)
+        action.keep_test_results(self._readers)
         return action
 
 
@@ -618,14 +622,14 @@ class _AtomAchieverFinder:
         self._cached_action_counter = SearchEffort(_MAX_CACHED_ACTIONS)
         self._readers: _Readers = {}
 
-    def remove_changed_tests(self, tests: FailingConditions, before: State, after: State) -> None:
+    def remove_outdated_test_results(self, tests: FailingConditions, before: State, after: State) -> None:
         """Remove the test results of actions with conditions on a fact that differs between two states."""
         change = compare_states(before, after)
         for fact in change.added + change.removed:
             for action in self._readers.get(fact, ()):
                 tests.pop(action, None)
 
-    def is_finder_valid_in(self, state: State, usable_mask: int) -> bool:
+    def can_be_used_in_state(self, state: State, usable_mask: int) -> bool:
         """Whether this finder can also be used for a state and for actions on the objects in a mask."""
         return (
             self._state.scene is state.scene
@@ -659,13 +663,13 @@ class _AtomAchieverFinder:
                 fixed = achiever.make_partial_binding(self._state.scene, scope, only_static_conditions=True)
                 max_bindings = _MAX_CACHED_BINDINGS + 1 if achiever.is_fixed else 1
                 effort = SearchEffort(_MAX_BINDINGS)
-                completions = complete_bindings(self._state, fixed, self._usable, effort)
+                completions = generate_complete_bindings(self._state, fixed, self._usable, effort)
                 bindings = [tuple(b) for b in islice(completions, max_bindings)]
-                if bindings or effort.is_exceeded:
+                if bindings or effort.is_limit_exceeded:
                     partial = achiever.make_partial_binding(self._state.scene, scope)
                     is_whole = (
                         len(bindings) < max_bindings
-                        and not effort.is_exceeded
+                        and not effort.is_limit_exceeded
                         and not self._cached_action_counter.spend(len(bindings))
                     )
                     cached = bindings if is_whole else None
@@ -679,7 +683,7 @@ class _AtomAchieverFinder:
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
         """Return an achiever for each named operator. Its ground actions are all actions of the operator."""
         matches = []
-        for achiever in self._achievers.get_achievers_of_execution(operator_names):
+        for achiever in self._achievers.get_achievers_for_executing_operators(operator_names):
             if achiever not in self._operators:
                 partial = achiever.make_partial_binding(self._state.scene, {})
                 self._operators[achiever] = _PartlyBoundAchiever(

@@ -28,7 +28,9 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 """Function that returns the cost of a condition: the estimated number of actions that make it true."""
 
 
-def choose_cheapest_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
+def choose_exact_number_of_conditions(
+    number: int, conditions: Sequence[Subgoal], cost: Cost
+) -> list[Subgoal] | None:
     """Choose ``number`` of some conditions: the cheapest ones, together with the negations of all others.
 
     This makes exactly ``number`` conditions true.
@@ -47,7 +49,7 @@ def choose_cheapest_exactly(number: int, conditions: Sequence[Subgoal], cost: Co
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
-def choose_cheapest_pairs(
+def choose_cheapest_cells_of_pairing(
     number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost
 ) -> list[Subgoal] | None:
     """Choose ``number`` cells of a table, no two in one row or column, by a greedy choice.
@@ -173,19 +175,22 @@ class _SubgoalSplitter:
                         if truth
                         else self._find_usable_objects(variable)
                     )
-                    return AnyOf(self._make_instances(variable, body, scope, truth, values))
+                    return AnyOf(self._make_subgoals_for_values(variable, body, scope, truth, values))
                 violating = self._find_violating_values(variable, body, scope, truth)
-                return AllOf(self._make_instances(variable, body, scope, truth, violating))
+                return AllOf(self._make_subgoals_for_values(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
                 return ExactlyOf(
-                    count, self._make_instances(variable, body, scope, truth, self._find_all_values(variable))
+                    count,
+                    self._make_subgoals_for_values(
+                        variable, body, scope, truth, self._find_all_values(variable)
+                    ),
                 )
             case f.ForPairs() if truth:
                 return self._make_object_pairing(formula, scope)
             case _:
                 return None
 
-    def _make_instances(
+    def _make_subgoals_for_values(
         self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool, values: Sequence[int]
     ) -> tuple[Subgoal, ...]:
         return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
@@ -279,7 +284,9 @@ class CostEstimates:
         self._usable = make_mask(objects)
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
         self._candidates: dict[object, GroundActions] = {}
-        self._kept_tests: FailingConditions = {} if previous is None else self._take_over_tests(previous)
+        self._kept_tests: FailingConditions = (
+            {} if previous is None else self._take_valid_tests_from(previous)
+        )
         self._other_tests: FailingConditions = {}
         self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
@@ -350,7 +357,7 @@ class CostEstimates:
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
             return cached
-        if cached.action is not None or tried_limit >= limit or self._is_being_computed(atom):
+        if cached.action is not None or tried_limit >= limit or self._must_not_be_computed(atom):
             return _NO_SUPPORTER
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
@@ -382,7 +389,7 @@ class CostEstimates:
             else self._matches.get_achievers_of_operators(target)
         )
         for match in matches:
-            if match.has_failing_conditions(self.state, best.cost - _MIN_COST):
+            if match.has_min_number_of_failing_conditions(self.state, best.cost - _MIN_COST):
                 continue
             candidates = self._candidates.get(match)
             if candidates is None:
@@ -415,7 +422,7 @@ class CostEstimates:
         cached, tried_limit = self._costs.get(key, (INFINITE, 0.0))
         if cached < limit:
             return cached
-        if cached < INFINITE or tried_limit >= limit or self._is_being_computed(key):
+        if cached < INFINITE or tried_limit >= limit or self._must_not_be_computed(key):
             return INFINITE
         self._open.add(key)
         horizon = _round_up_cost_limit(limit)
@@ -424,7 +431,7 @@ class CostEstimates:
         self._costs[key] = (cost, horizon)
         return cost if cost < limit else INFINITE
 
-    def _is_being_computed(self, key: _Key) -> bool:
+    def _must_not_be_computed(self, key: _Key) -> bool:
         """Whether a cost must not be computed: its computation is under way, or too many are nested."""
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
@@ -479,9 +486,9 @@ class CostEstimates:
                 cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
             case ExactlyOf(number, conditions):
-                return choose_cheapest_exactly(number, conditions, self.estimate)
+                return choose_exact_number_of_conditions(number, conditions, self.estimate)
             case AndOrTreePairing(number, cells):
-                return choose_cheapest_pairs(number, cells, self.estimate)
+                return choose_cheapest_cells_of_pairing(number, cells, self.estimate)
 
     def _find_cheapest(self, conditions: Sequence[Subgoal]) -> Subgoal | None:
         for condition in conditions:
@@ -504,7 +511,7 @@ class CostEstimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _take_over_tests(self, previous: CostEstimates) -> FailingConditions:
+    def _take_valid_tests_from(self, previous: CostEstimates) -> FailingConditions:
         """Take over the test results of earlier estimates, and return the results that hold in this state.
 
         The earlier estimates keep no results.
@@ -512,7 +519,7 @@ class CostEstimates:
         tests, previous._kept_tests = previous._kept_tests, {}
         if previous._matches is not self._matches:
             return {}
-        self._matches.remove_changed_tests(tests, previous.state, self.state)
+        self._matches.remove_outdated_test_results(tests, previous.state, self.state)
         return tests
 
     def _find_cheapest_candidate(self, candidates: GroundActions, best: _CheapestAction) -> _CheapestAction:

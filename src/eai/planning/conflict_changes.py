@@ -13,12 +13,12 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates
-from eai.planning.achievers import AchieversByPredicate, complete_bindings
+from eai.planning.achievers import AchieversByPredicate, generate_complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
     FactChange,
     find_changes_towards,
-    find_predicates_without_schema,
+    find_predicates_with_incomplete_schemas,
     match_atom,
 )
 from eai.planning.search import SearchEffort
@@ -26,7 +26,7 @@ from eai.planning.subgoal import find_argument_indices, find_object
 from eai.planning.successor_generator import ACTION_BINDINGS
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator, Scope
-from eai.world.derived import find_definition, find_stored_predicates
+from eai.world.derived import find_definition, find_stored_dependencies
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
@@ -53,7 +53,7 @@ _MAX_BINDINGS = 3_000_000
 """Maximum number of values tried for parameters to list the actions of one operator."""
 
 
-class _EffectOnChange(NamedTuple):
+class _EffectOnFact(NamedTuple):
     """An effect that makes a change of a fact or the opposite change, with objects for its variables.
 
     Attributes:
@@ -89,7 +89,7 @@ class FactChangeFinder:
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schema_conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
         self._unread = {
-            o.name: unread for o in domain.operators if (unread := find_predicates_without_schema(o))
+            o.name: unread for o in domain.operators if (unread := find_predicates_with_incomplete_schemas(o))
         }
         # These dictionaries are caches: `functools.cache` on a method would keep the episode in memory.
         self._writers: dict[FactChange, tuple[Action, ...]] = {}
@@ -103,7 +103,7 @@ class FactChangeFinder:
         self._changed_by = {
             name: {schema.atom.predicate for schema in schemas} for name, schemas in achievers.schemas.items()
         }
-        self._effects: dict[Action, dict[FactChange, Sequence[_EffectOnChange]]] = {}
+        self._effects: dict[Action, dict[FactChange, Sequence[_EffectOnFact]]] = {}
         self._changes_of_predicates: dict[int, tuple[ChangeSet, f.Formula]] = {}
         self._depths: dict[int, tuple[int, f.Formula]] = {}
         self._readings = FormulaEvaluator(domain.vocabulary)
@@ -111,7 +111,7 @@ class FactChangeFinder:
         self.names = self._readings.list_free_variables
         self.derived = domain.vocabulary.derived_by_name.get
 
-    def forget_effects(self) -> None:
+    def clear_cached_effects(self) -> None:
         """Remove the effects of single actions from the cache, which grows with each new action."""
         self._effects.clear()
 
@@ -203,10 +203,10 @@ class FactChangeFinder:
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}
-            for achiever in self._achievers.get_achievers_of_execution([name]):
+            for achiever in self._achievers.get_achievers_for_executing_operators([name]):
                 partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
                 effort = SearchEffort(_MAX_BINDINGS)
-                for binding in complete_bindings(self._initial, partial, self._usable, effort):
+                for binding in generate_complete_bindings(self._initial, partial, self._usable, effort):
                     if effort.spend(ACTION_BINDINGS):
                         break
                     actions[Action(name, achiever.get_operator_arguments(binding))] = None
@@ -227,12 +227,12 @@ class FactChangeFinder:
 
     def _exceeds_action_limit(self, operator_name: str) -> bool:
         effort = SearchEffort(_MAX_BINDINGS)
-        for achiever in self._achievers.get_achievers_of_execution([operator_name]):
+        for achiever in self._achievers.get_achievers_for_executing_operators([operator_name]):
             partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
-            for _ in complete_bindings(self._initial, partial, self._usable, effort):
+            for _ in generate_complete_bindings(self._initial, partial, self._usable, effort):
                 if effort.spend(ACTION_BINDINGS):
                     break
-        return effort.is_exceeded
+        return effort.is_limit_exceeded
 
     def may_make_change(self, action: Action, change: FactChange) -> bool:
         """Whether an action may make a change of a fact."""
@@ -262,7 +262,7 @@ class FactChangeFinder:
                     conditions = self._schema_conditions[id(schema)] = _list_conditions_with_variables(schema)
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
-    def find_changes_improving_step(
+    def find_earlier_changes_for_wanted_change(
         self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
         """Return changes of facts that may improve a step, and whether the step undoes a wanted change.
@@ -300,7 +300,7 @@ class FactChangeFinder:
             earlier_changes |= self.find_changes_to_skip_or_unskip_step(step, state, is_executed=True)
         return frozenset(earlier_changes), undoes
 
-    def find_all_changes_if_effects_are_unknown(self, operator_name: str) -> ChangeSet:
+    def get_changes_by_unknown_effects(self, operator_name: str) -> ChangeSet:
         """Return all possible changes of facts if effect schemas of an operator are missing, else none.
 
         An operator without complete schemas may have any effect.
@@ -317,15 +317,13 @@ class FactChangeFinder:
             if change.predicate in predicates and self._find_effects_making_or_undoing(step, change)
         ]
 
-    def _find_effects_making_or_undoing(
-        self, action: Action, change: FactChange
-    ) -> Sequence[_EffectOnChange]:
+    def _find_effects_making_or_undoing(self, action: Action, change: FactChange) -> Sequence[_EffectOnFact]:
         effects_by_change = self._effects.setdefault(action, {})
         effects = effects_by_change.get(change)
         if effects is None:
             effects = effects_by_change[change] = tuple(
                 [
-                    _EffectOnChange(schema, scope, schema.adds == change.truth)
+                    _EffectOnFact(schema, scope, schema.adds == change.truth)
                     for schema in self._achievers.schemas[action.operator]
                     if (scope := self._match_schema(schema, action, change._replace(truth=schema.adds)))
                     is not None
@@ -384,7 +382,7 @@ class FactChangeFinder:
                 )
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
-                    return self._find_changes_of_instances(variable, body, scope, state, truth)
+                    return self._find_changes_for_value_of_variable(variable, body, scope, state, truth)
                 holding = make_mask(self._readings.find_witnesses(variable, body, scope, state))
                 values = iterate_bits(
                     state.scene.get_category_mask(variable.category) & ~holding if truth else holding
@@ -422,7 +420,7 @@ class FactChangeFinder:
                     break
         return best
 
-    def _find_changes_of_instances(
+    def _find_changes_for_value_of_variable(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
         """Return changes; one of them must happen before a quantified formula can have the value ``truth``.
@@ -456,7 +454,7 @@ class FactChangeFinder:
         """
         cached = self._depths.get(id(formula))
         if cached is None:
-            names = find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
+            names = find_stored_dependencies(find_predicates(formula), self._domain.vocabulary)
             cached = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
         return cached[0]
 
@@ -494,7 +492,7 @@ class FactChangeFinder:
         """Return all possible changes of facts of the predicates that a condition reads."""
         cached = self._changes_of_predicates.get(id(formula))
         if cached is None:
-            names = find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
+            names = find_stored_dependencies(find_predicates(formula), self._domain.vocabulary)
             changes = frozenset(self._find_changes_of_predicates(names))
             cached = self._changes_of_predicates[id(formula)] = changes, formula
         return cached[0]

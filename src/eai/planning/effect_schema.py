@@ -50,7 +50,7 @@ class EffectSchema(NamedTuple):
     read_variables: frozenset[str] = frozenset()
 
 
-def make_schema_of_execution(operator: Operator) -> EffectSchema:
+def make_execution_schema(operator: Operator) -> EffectSchema:
     """Return a schema that stands for the execution of an operator and has no fact as its effect.
 
     Its only condition is that the operator's checks pass. It serves for goals to execute the operator, and as
@@ -62,7 +62,7 @@ def make_schema_of_execution(operator: Operator) -> EffectSchema:
 
 def make_effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
     """Yield the schemas of an operator's additions and deletions, in the order in which they are written."""
-    operator_schema = make_schema_of_execution(operator)
+    operator_schema = make_execution_schema(operator)
     yield from _make_nested_schemas(operator.effects, operator_schema)
     for attempt in operator.alternatives:
         yield from _make_nested_schemas(
@@ -70,16 +70,16 @@ def make_effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
         )
 
 
-def find_written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
+def find_predicates_changed_by_effects(effects: Iterable[Effect]) -> Iterator[str]:
     """Yield the predicates that effects change, including effects that `make_effect_schemas` leaves out."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
                 yield atom.predicate
             case When(_, inner, otherwise):
-                yield from find_written_predicates((*inner, *otherwise))
+                yield from find_predicates_changed_by_effects((*inner, *otherwise))
             case ForEach(_, _, inner) | Let(_, _, inner):
-                yield from find_written_predicates(inner)
+                yield from find_predicates_changed_by_effects(inner)
 
 
 def find_changed_predicates(operator: Operator) -> list[str]:
@@ -90,11 +90,11 @@ def find_changed_predicates(operator: Operator) -> list[str]:
     return [
         name
         for effects in (operator.effects, *(t.effects for t in operator.alternatives))
-        for name in find_written_predicates(effects)
+        for name in find_predicates_changed_by_effects(effects)
     ]
 
 
-def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
+def find_predicates_with_incomplete_schemas(operator: Operator) -> frozenset[str]:
     """Return the predicates that an operator changes if its effect schemas are incomplete, else an empty set.
 
     `make_effect_schemas` leaves out an effect whose variable has the name of an outer variable. The schemas

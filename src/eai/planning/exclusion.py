@@ -21,12 +21,12 @@ from eai.logic.traversal import find_object_names, find_predicates
 from eai.planning.effect_schema import (
     EffectSchema,
     find_changed_predicates,
-    find_predicates_without_schema,
+    find_predicates_with_incomplete_schemas,
     make_effect_schemas,
     match_atom,
 )
 from eai.planning.subgoal import GroundAtom, find_object
-from eai.world.derived import find_definition, find_stored_predicates
+from eai.world.derived import find_definition, find_stored_dependencies
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.state import State
@@ -102,14 +102,14 @@ class ExclusionRules:
         self.effects = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
         self.changed = {name for o in domain.operators for name in find_changed_predicates(o)}
-        self.unread = {name for o in domain.operators for name in find_predicates_without_schema(o)}
+        self.unread = {name for o in domain.operators for name in find_predicates_with_incomplete_schemas(o)}
         self.rivals = self._map_to_possibly_exclusive_predicates(domain)
         self.constants = self._find_constants(domain)
         self.lemmas: dict[tuple[_Facts, tuple[int, ...]], list[_Lemma]] = {}
 
-    def make_exclusion_prover(self, initial: State) -> _ExclusionProver:
+    def make_fact_exclusion_prover(self, initial: State) -> _FactExclusionProver:
         """Return the object that proves which facts exclude each other in the episode from a state on."""
-        return _ExclusionProver(self, initial)
+        return _FactExclusionProver(self, initial)
 
     def _map_to_possibly_exclusive_predicates(self, domain: Domain) -> dict[str, set[str]]:
         """Return, for each predicate, the predicates whose facts may exclude its facts.
@@ -120,7 +120,7 @@ class ExclusionRules:
         for operator in domain.operators:
             effects = self.effects[operator.name]
             formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.conditions]
-            denied = {*find_stored_predicates(find_predicates(*formulas), domain.vocabulary)}
+            denied = {*find_stored_dependencies(find_predicates(*formulas), domain.vocabulary)}
             denied |= {effect.atom.predicate for effect in effects if not effect.adds}
             for added in {effect.atom.predicate for effect in effects if effect.adds}:
                 for predicate in denied:
@@ -140,7 +140,7 @@ class ExclusionRules:
         return [f.Constant(name) for name in names]
 
 
-class _ExclusionProver:
+class _FactExclusionProver:
     """Proves that no state of one episode meets given literals.
 
     Args:
@@ -203,7 +203,7 @@ class _ExclusionProver:
             case _FactWithOpenArguments(predicate, (None, None)):
                 return len(self._initial.relation(predicate)) > 0
             case _FactWithOpenArguments(predicate, arguments) if None in arguments:
-                members = self._initial.tuple_set(predicate).members
+                members = self._initial.get_tuple_set(predicate).members
                 return any(
                     _matches_pattern(_FactWithOpenArguments(predicate, member), fact) for member in members
                 )
@@ -233,7 +233,7 @@ class _InductionProof:
         answers: the facts of the initial state that the proof used, each with its truth.
     """
 
-    def __init__(self, prover: _ExclusionProver) -> None:
+    def __init__(self, prover: _FactExclusionProver) -> None:
         self.answers: dict[_Facts, bool] = {}
         self._prover = prover
         self._failed: set[_Facts] = set()
@@ -375,7 +375,7 @@ class _HypotheticalState:
 
     def __init__(
         self,
-        prover: _ExclusionProver,
+        prover: _FactExclusionProver,
         are_true_at_start: Callable[[_Facts], bool],
         are_exclusive: Callable[[_Facts], bool],
         *facts: _FactWithOpenArguments,
@@ -383,7 +383,7 @@ class _HypotheticalState:
         self._prover = prover
         self._are_true_at_start = are_true_at_start
         self._are_exclusive = are_exclusive
-        self._true = {fact: _replace_unknown_by_none(fact) for fact in facts}
+        self._true = {fact: _replace_unknown_objects_by_none(fact) for fact in facts}
         self._false: list[_FactWithOpenArguments] = []
         self._unknown = 0
 
@@ -393,7 +393,9 @@ class _HypotheticalState:
         The conditions are assumed, so that a contradiction between their consequences can be found.
         """
         # A second pass, because facts that follow from a later condition may contradict an earlier one.
-        return all(self._try_to_assume(condition) for _ in range(_PASSES) for condition in conditions)
+        return all(
+            self._assume_and_check_consistency(condition) for _ in range(_PASSES) for condition in conditions
+        )
 
     def _is_impossible(self, condition: _Condition) -> bool:
         """Whether no objects can meet a condition. A variable with the value None stands for any object."""
@@ -406,26 +408,26 @@ class _HypotheticalState:
             if isinstance(one, int) and isinstance(other, int):
                 return (one == other) is not truth
             return not truth and one == other and one is not None
-        are_all_needed, parts = self._split_condition(condition)
+        are_all_needed, parts = self._get_parts_and_whether_all_needed(condition)
         return (any if are_all_needed else all)(map(self._is_impossible, parts))
 
-    def _try_to_assume(self, condition: _Condition) -> bool:
+    def _assume_and_check_consistency(self, condition: _Condition) -> bool:
         """Assume a condition, and record its consequences. Return False if they contradict known facts."""
-        are_all_needed, parts = self._split_condition(condition, is_assumed_true=True)
+        are_all_needed, parts = self._get_parts_and_whether_all_needed(condition, is_assumed_true=True)
         if are_all_needed and parts and not isinstance(condition.formula, f.Exists | f.ForAll):
-            return all(map(self._try_to_assume, parts))
+            return all(map(self._assume_and_check_consistency, parts))
         if self._is_impossible(condition):
             return False
         if self._is_impossible(condition._replace(truth=not condition.truth)):
             return True
         fact = self._find_stored_fact(condition)
         if fact is not None:
-            return self._add_fact(fact, truth=condition.truth)
+            return self._add_fact_and_check_consistency(fact, truth=condition.truth)
         if not are_all_needed:
             parts = [part for part in parts if not self._is_impossible(part)]
-        return (not are_all_needed and len(parts) > 1) or all(map(self._try_to_assume, parts))
+        return (not are_all_needed and len(parts) > 1) or all(map(self._assume_and_check_consistency, parts))
 
-    def _split_condition(
+    def _get_parts_and_whether_all_needed(
         self, condition: _Condition, *, is_assumed_true: bool = False
     ) -> tuple[bool, Sequence[_Condition]]:
         """Return whether all parts of a condition must be met (if False, one part), and the parts.
@@ -495,12 +497,12 @@ class _HypotheticalState:
             case _:
                 return None
 
-    def _add_fact(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
+    def _add_fact_and_check_consistency(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
         if not truth:
             self._false.append(fact)
             return not any(_matches_pattern(known_fact, fact) for known_fact in self._true)
         if None not in fact.arguments:
-            self._true[fact] = _replace_unknown_by_none(fact)
+            self._true[fact] = _replace_unknown_objects_by_none(fact)
         return True
 
     def _is_fact_impossible(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
@@ -508,7 +510,7 @@ class _HypotheticalState:
 
         If ``truth`` is False: whether they imply that the fact is true for all these objects.
         """
-        rules, general = self._prover.rules, _replace_unknown_by_none(fact)
+        rules, general = self._prover.rules, _replace_unknown_objects_by_none(fact)
         if fact in self._true:
             return not truth
         if fact.predicate not in rules.changed:
@@ -517,10 +519,10 @@ class _HypotheticalState:
             )
         return truth and (
             any(_matches_pattern(fact, other) for other in self._false)
-            or any(self._exclude_each_other(general, other) for other in self._true.values())
+            or any(self._are_mutually_exclusive(general, other) for other in self._true.values())
         )
 
-    def _exclude_each_other(self, one: _FactWithOpenArguments, other: _FactWithOpenArguments) -> bool:
+    def _are_mutually_exclusive(self, one: _FactWithOpenArguments, other: _FactWithOpenArguments) -> bool:
         """Whether two facts without unknown objects exclude each other."""
         rules = self._prover.rules
         if one.predicate == other.predicate:
@@ -536,7 +538,7 @@ class _HypotheticalState:
         return self._are_exclusive(tuple(sorted((one, other), key=str)))
 
 
-def _replace_unknown_by_none(fact: _FactWithOpenArguments) -> _FactWithOpenArguments:
+def _replace_unknown_objects_by_none(fact: _FactWithOpenArguments) -> _FactWithOpenArguments:
     """Return a fact in which None (any object) replaces each name for an unknown object."""
     return _FactWithOpenArguments(
         fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments])

@@ -14,7 +14,11 @@ from eai.logic.formula import Atom
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.search import Limits, OpenList, SearchEffort, SearchEndReason, run_best_first_search
 from eai.planning.subgoal import GroundAtom, Subgoal
-from eai.planning.successor_generator import PlanNode, SuccessorGenerator, generate_applicable_of_operator
+from eai.planning.successor_generator import (
+    PlanNode,
+    SuccessorGenerator,
+    generate_applicable_actions_of_operator,
+)
 from eai.world.action import Action
 from eai.world.derived import DefinedPredicate
 
@@ -54,7 +58,7 @@ class GreedySearch:
     @property
     def is_over(self) -> bool:
         """Whether any limit of all searches together is reached."""
-        return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
+        return self.effort.is_used_up or self._looks.is_limit_exceeded or self.bindings.is_limit_exceeded
 
     def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> CostEstimates:
         """Return cost estimates from a node's state.
@@ -146,7 +150,7 @@ class _SingleGreedySearch:
 
     def search(self) -> PlanNode | SearchEndReason:
         """Search for a path from the start to the target."""
-        return self._queue_node_unless_target(self._start) or run_best_first_search(
+        return self._return_target_or_queue_node(self._start) or run_best_first_search(
             self._open.pop, self._expand_state
         )
 
@@ -166,7 +170,7 @@ class _SingleGreedySearch:
             if after is None or (after.state, after.met) in self._seen:
                 continue
             self._seen.add((after.state, after.met))
-            goal = self._queue_node_unless_target(after)
+            goal = self._return_target_or_queue_node(after)
             if goal is not None:
                 return goal
         return SearchEndReason.STATES if self._is_over else None
@@ -175,7 +179,7 @@ class _SingleGreedySearch:
     def _is_over(self) -> bool:
         return self._effort.is_used_up or self._searches.is_over
 
-    def _queue_node_unless_target(self, node: PlanNode) -> PlanNode | None:
+    def _return_target_or_queue_node(self, node: PlanNode) -> PlanNode | None:
         """Queue a node by its estimated cost. If it reaches the target of the search, return it instead."""
         self._effort.used += 1
         ahead, preferred = self._searches.estimate_cost_and_preferred_actions(node, *self._target)
@@ -239,7 +243,7 @@ class _PreferredActions:
 
     def _find_actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
         for operator in self._heuristic.achievers.find_changing_operators(predicates):
-            yield from generate_applicable_of_operator(
+            yield from generate_applicable_actions_of_operator(
                 self._heuristic.domain,
                 operator,
                 self._estimates.state,

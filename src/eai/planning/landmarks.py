@@ -105,7 +105,7 @@ class _RelaxationGraph:
         """Number of conditions and changes in the graph."""
         return len(self._parts)
 
-    def find_cut_without(self, actions: Collection[Action]) -> list[Action] | None:
+    def find_cut_avoiding_actions(self, actions: Collection[Action]) -> list[Action] | None:
         """Return a landmark (cut) without the given actions; None if these actions may reach the goals.
 
         A landmark is a set of actions; every plan that succeeds has at least one action of the set.
@@ -115,20 +115,20 @@ class _RelaxationGraph:
             reached = self._find_reached_conditions(actions)
             if reached[self._goal]:
                 return None
-            between = self._find_conditions_from_actions_to_goals(actions, reached)
-            if not self._add_actions_making(between):
+            between = self._find_conditions_between_actions_and_goals(actions, reached)
+            if not self._add_actions_for_changes(between):
                 break
         cut_actions: dict[Action, None] = {}
         is_apart = between.keys().isdisjoint
         for number in between:
             if number in self._changes:
-                for makers, conditions in self._group_actions_making(number):
+                for makers, conditions in self._group_actions_for_change(number):
                     if not conditions or is_apart(conditions):
                         cut_actions.update(makers)
                 cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers[number]]))
         return [action for action in cut_actions if action not in actions]
 
-    def _find_conditions_from_actions_to_goals(
+    def _find_conditions_between_actions_and_goals(
         self, actions: Collection[Action], reached: bytearray
     ) -> dict[int, None]:
         """Return the numbers of unreached conditions between the given actions and the goals, goals first.
@@ -156,7 +156,7 @@ class _RelaxationGraph:
             pending += fresh
         return seen
 
-    def _group_actions_making(self, node_number: int) -> list[tuple[dict[Action, None], list[int]]]:
+    def _group_actions_for_change(self, node_number: int) -> list[tuple[dict[Action, None], list[int]]]:
         """Return the actions that make a change of a fact, in groups whose effects have equal conditions.
 
         Each group comes with the numbers of its conditions that do not hold at the start. The change is given
@@ -192,7 +192,7 @@ class _RelaxationGraph:
             pending += [change for action, change in self._made.get(number, ()) if action in actions]
         return reached
 
-    def _add_actions_making(self, node_numbers: Iterable[int]) -> bool:
+    def _add_actions_for_changes(self, node_numbers: Iterable[int]) -> bool:
         """Add to the graph the actions that make the changes of the given nodes.
 
         Return whether any was added.
@@ -204,9 +204,9 @@ class _RelaxationGraph:
             for action in self._actions[self._tried[number] :]
         ]
         self._tried.update(dict.fromkeys([number for number, _ in fresh], len(self._actions)))
-        return sum([self._add_action_making(number, action) for number, action in fresh]) > 0
+        return sum([self._add_action_for_change(number, action) for number, action in fresh]) > 0
 
-    def _add_action_making(self, node_number: int, action: Action) -> bool:
+    def _add_action_for_change(self, node_number: int, action: Action) -> bool:
         """Add an action to the graph as a way to change a fact, if the action's conditions can be met.
 
         The change is given by the number of its node. Return whether the action was added.
@@ -214,7 +214,9 @@ class _RelaxationGraph:
         alternatives: list[int] = []
         for conditions in self._change_finder.find_effect_conditions(action, self._changes[node_number]):
             condition_numbers = [self._get_condition_node(*part, True) for part in conditions]
-            condition = self._add_conjunction_node([*self._find_preconditions(action), *condition_numbers])
+            condition = self._add_conjunction_node(
+                [*self._find_precondition_nodes(action), *condition_numbers]
+            )
             if condition != _FALSE:
                 alternatives.append(condition)
                 self._made.setdefault(condition, []).append((action, node_number))
@@ -222,7 +224,7 @@ class _RelaxationGraph:
             self._makers[node_number][action] = alternatives
         return bool(alternatives)
 
-    def _find_preconditions(self, action: Action) -> list[int]:
+    def _find_precondition_nodes(self, action: Action) -> list[int]:
         numbers = self._needs.get(action)
         if numbers is None:
             needs = self._change_finder.find_preconditions(action)
@@ -407,7 +409,7 @@ class Landmarks:
             missed &= ~self._hits.get(action, 0)
         return missed
 
-    def count_min_actions(self, cuts_mask: int) -> int:
+    def count_min_actions_for_cuts(self, cuts_mask: int) -> int:
         """Return the minimum size of a set of actions that contains an action of each landmark in a mask."""
         return self._get_min_hitting_set(cuts_mask)[0]
 
@@ -423,18 +425,18 @@ class Landmarks:
         """
         if plan_actions in self._done or effort.is_used_up:
             return
-        lacked = self.count_min_actions(self.find_missed_cuts_mask(plan_actions))
+        lacked = self.count_min_actions_for_cuts(self.find_missed_cuts_mask(plan_actions))
         while (
             plan_actions not in self._done
             and not effort.is_used_up
-            and self.count_min_actions(self.find_missed_cuts_mask(plan_actions)) == lacked
+            and self.count_min_actions_for_cuts(self.find_missed_cuts_mask(plan_actions)) == lacked
         ):
             actions, number = (
                 {*plan_actions, *self._get_min_hitting_set(self.find_missed_cuts_mask(plan_actions))[1]},
                 len(self.cuts),
             )
             while not effort.is_used_up:
-                cut = self._relaxation_graph.find_cut_without(actions)
+                cut = self._relaxation_graph.find_cut_avoiding_actions(actions)
                 effort.used += 1 + self._relaxation_graph.size // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break
@@ -481,14 +483,14 @@ class _HittingSetSearch:
             bit: reduce(or_, patterns_of_bit) for bit, patterns_of_bit in self._with_bit.items()
         }
         self._branches = 0
-        self.best: tuple[int, ...] = self._cover_cuts_greedily(mask)
+        self.best: tuple[int, ...] = self._choose_patterns_covering_cuts(mask)
         self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
             self._search_smaller_cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
-    def _cover_cuts_greedily(self, cuts_mask: int) -> tuple[int, ...]:
+    def _choose_patterns_covering_cuts(self, cuts_mask: int) -> tuple[int, ...]:
         chosen = []
         for bit, patterns in self._with_bit.items():
             if cuts_mask & bit:

@@ -174,13 +174,13 @@ def _search_plan(
     """Search until a plan is found, every kind of search has failed, or the limits are reached."""
     holds = search.heuristic.readings.holds
 
-    def is_reached(node: PlanNode) -> bool:
+    def is_goal_reached_at_node(node: PlanNode) -> bool:
         return node.met == len(goal.actions) and all(holds(c, {}, node.state) for c in goal.conditions)
 
     goals = make_subgoals(goal.conditions, start.state.scene)
     agenda = _GoalAgenda(search, goals)
     node, allowed, effort = start, _FIRST_LIMITS, search.effort
-    while not is_reached(node):
+    while not is_goal_reached_at_node(node):
         further = agenda.reach_next_goal(node, allowed)
         if search.is_over or (further is None and not limits.thorough):
             return SearchResult(SearchEndReason.STATES, states=effort.used)
@@ -194,7 +194,7 @@ def _search_plan(
             if end is SearchEndReason.UNREACHABLE:
                 return SearchResult(end, states=effort.used)
             node = node if isinstance(end, SearchEndReason) else end
-    last_node = search.successors.remove_needless_actions(start, node, is_reached)
+    last_node = search.successors.remove_needless_actions(start, node, is_goal_reached_at_node)
     return SearchResult(SearchEndReason.SOLVED, last_node.list_actions(), effort.used)
 
 
@@ -224,7 +224,7 @@ class _GoalAgenda:
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
         if node.met < len(self._search.successors.goals):
             pending.append(_NEXT_ACTION)
-        for i in self._sort_goals_by_cost(node, pending):
+        for i in self._generate_goals_by_cost(node, pending):
             if i == _NEXT_ACTION:
                 further = self._search_subgoals(node, reached, node.met + 1, limits)
             else:
@@ -243,7 +243,7 @@ class _GoalAgenda:
         self._hard |= new
         return bool(new)
 
-    def _sort_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
+    def _generate_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
         """Yield the indices of goals by their estimated cost, hard goals first.
 
         Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. If

@@ -18,7 +18,7 @@ from eai.logic.traversal import find_free_variables, find_predicates
 from eai.planning.search import SearchEffort
 from eai.planning.subgoal import find_object
 from eai.world.condition import Scope
-from eai.world.derived import DefinedPredicate, find_stored_predicates
+from eai.world.derived import DefinedPredicate, find_stored_dependencies
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.executable import compile_argument_finder
@@ -66,7 +66,7 @@ class PossibleFacts:
     @property
     def has_examined_all_actions(self) -> bool:
         """Whether all actions were examined within the limit of effort. If not, every fact may hold."""
-        return not self._effort.is_exceeded
+        return not self._effort.is_limit_exceeded
 
     def count_possible_literals(self) -> int:
         """Return the number of facts that may be true plus the number of facts that may be false."""
@@ -86,8 +86,8 @@ class PossibleFacts:
 
     def _is_static(self, check: Check) -> bool:
         vocabulary = self.domain.vocabulary
-        read = find_stored_predicates(find_predicates(check.condition), vocabulary)
-        stored = map(vocabulary.find_stored, read)
+        read = find_stored_dependencies(find_predicates(check.condition), vocabulary)
+        stored = map(vocabulary.find_stored_predicate, read)
         return all(predicate is not None and predicate.static for predicate in stored)
 
     def holds(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:
@@ -113,25 +113,25 @@ class PossibleFacts:
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 results = (
                     self.holds(body, inner, truth)
-                    for inner in self._generate_instance_scopes(variable, scope)
+                    for inner in self._generate_scopes_with_each_object(variable, scope)
                 )
                 return all(results) if isinstance(formula, f.ForAll) == truth else any(results)
             case f.Exactly(count, variable, body):
-                instances = list(self._generate_instance_scopes(variable, scope))
+                instances = list(self._generate_scopes_with_each_object(variable, scope))
                 may = sum(self.holds(body, inner) for inner in instances)
                 must = sum(not self.holds(body, inner, truth=False) for inner in instances)
                 return must <= count <= may if truth else (may, must) != (count, count)
             case f.ForPairs(first, second, body):
                 rows = [
-                    list(self._generate_instance_scopes(second, row))
-                    for row in self._generate_instance_scopes(first, scope)
+                    list(self._generate_scopes_with_each_object(second, row))
+                    for row in self._generate_scopes_with_each_object(first, scope)
                 ]
                 met = sum(any(self.holds(body, inner) for inner in row) for row in rows)
                 smaller = min(len(rows), len(rows[0]) if rows else 0)
                 return not truth or met >= (smaller if formula.count is None else formula.count)
         raise TypeError(f"{type(formula).__name__} is not about one state: use no temporal operators")
 
-    def _generate_instance_scopes(self, variable: f.Variable, scope: Scope) -> Iterator[Scope]:
+    def _generate_scopes_with_each_object(self, variable: f.Variable, scope: Scope) -> Iterator[Scope]:
         mask = self._scene.get_category_mask(variable.category)
         for index in range(len(self._scene.objects)):
             if mask >> index & 1:
@@ -166,12 +166,12 @@ class PossibleFacts:
                 else fact not in self.at_start or fact in self.possibly_false
             )
         return (
-            self._evaluate_definition(derived, arguments, truth)
+            self._may_defined_atom_have_truth(derived, arguments, truth)
             if isinstance(derived, DefinedPredicate)
             else True
         )
 
-    def _evaluate_definition(
+    def _may_defined_atom_have_truth(
         self, derived: DefinedPredicate, arguments: tuple[int, ...], truth: bool
     ) -> bool:
         """Whether an atom of a defined predicate may ever have the truth value ``truth``.
@@ -202,10 +202,12 @@ class PossibleFacts:
         self._done.clear()
         for operator in self.domain.operators:
             self._pending[operator.name] = [
-                scope for scope in self._pending[operator.name] if not self._apply_action(operator, scope)
+                scope
+                for scope in self._pending[operator.name]
+                if not self._apply_action_and_check_if_done(operator, scope)
             ]
 
-    def _apply_action(self, operator: Operator, scope: Scope) -> bool:
+    def _apply_action_and_check_if_done(self, operator: Operator, scope: Scope) -> bool:
         """Apply an action. Return whether applying it again later can have no further effect."""
         if self._effort.spend(_ACTION_LOOKS) or not self._may_pass_checks(operator.checks, scope):
             return False
@@ -241,7 +243,7 @@ class PossibleFacts:
                     if otherwise and self.holds(condition, scope, truth=False):
                         self._apply_effects(otherwise, scope)
                 case ForEach(variable, condition, inner) | Let(variable, condition, inner):
-                    for instance in list(self._generate_instance_scopes(variable, scope)):
+                    for instance in list(self._generate_scopes_with_each_object(variable, scope)):
                         if self.holds(condition, instance):
                             self._apply_effects(inner, instance)
 

@@ -36,7 +36,7 @@ class SearchEffort:
 
     Callers add their operations to `used`. If the limit is exceeded, `take_objects_within_limit` yields no
     more objects, so that every computation ends soon. The result of a computation is then invalid, so its
-    caller must check `is_exceeded`.
+    caller must check `is_limit_exceeded`.
 
     Args:
         limit: maximum number of operations of all callers together; infinite by default.
@@ -58,7 +58,7 @@ class SearchEffort:
         return self.used >= self.limit
 
     @property
-    def is_exceeded(self) -> bool:
+    def is_limit_exceeded(self) -> bool:
         """Whether more operations were counted than the limit allows."""
         return self.used > self.limit
 

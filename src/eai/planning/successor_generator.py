@@ -61,7 +61,7 @@ class SuccessorGenerator:
     ) -> Iterator[Action]:
         """Yield all actions that are possible in a node, until ``binding_effort`` exceeds its limit."""
         for operator in self._domain.operators:
-            yield from generate_applicable_of_operator(
+            yield from generate_applicable_actions_of_operator(
                 self._domain, operator, node.state, self.objects, binding_effort
             )
 
@@ -88,7 +88,7 @@ class SuccessorGenerator:
         return end
 
 
-def generate_applicable_of_operator(
+def generate_applicable_actions_of_operator(
     domain: Domain,
     operator: Operator,
     state: State,

@@ -120,7 +120,7 @@ class Scoring(WorkerPool):
             _add_harness_and_game_rules, default=_find_harness_and_game_rules(suite.ability, answers)
         )
         work = partial(_score_rows_of_response_file, suite, settings, answers.model, mark, finish)
-        if not self.has_processes or not suite.is_openable_by_reference:
+        if not self.has_worker_processes or not suite.is_openable_by_reference:
             sizes = (
                 (1, 1)
                 if suite.ability is Ability.TRANSITION_MODELING

@@ -348,7 +348,7 @@ def compute_difference_intervals(
         for sums in (sum_shares_by_task, sum_shares_by_task_name)
     ]
     both_inputs = [
-        _make_interval_inputs(compute_rate_difference_by_sampling_unit(one, other))
+        _make_confidence_interval_inputs(compute_rate_difference_by_sampling_unit(one, other))
         for one, other in pairs
         if one and other
     ]
@@ -401,7 +401,7 @@ class _IntervalInputs(NamedTuple):
     units: int
 
 
-def _make_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
+def _make_confidence_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
     quantile = compute_student_quantile(LEVEL, rate.degrees_of_freedom)
     return _IntervalInputs(
         rate.value,
@@ -418,7 +418,7 @@ def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _Interva
     This equals the variance of the estimate, divided by the variance of one yes-or-no answer. A unit is a
     task or a group of near copies.
     """
-    inputs = _make_interval_inputs(rate)
+    inputs = _make_confidence_interval_inputs(rate)
     return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))
 
 

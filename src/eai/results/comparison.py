@@ -192,7 +192,7 @@ def _make_task_contributions(
     ]
 
 
-_YES_NO_NUMERATORS = (0, 1)
+_WRONG_AND_RIGHT_NUMERATOR = (0, 1)
 """Possible numerators of one answer in a metric without partial credit: 0 if wrong, 1 if right."""
 
 
@@ -205,7 +205,7 @@ def compare_metric(first: TaskContributions, second: TaskContributions, *, yes_n
         yes_no: whether each task contributes 0 or 1. The mean over several answers to a task may be a
             fraction.
     """
-    yes_no = yes_no and all(case.share.numerator in _YES_NO_NUMERATORS for case in (*first, *second))
+    yes_no = yes_no and all(case.share.numerator in _WRONG_AND_RIGHT_NUMERATOR for case in (*first, *second))
     right_in_first, right_in_second = (
         [bool(case.share.numerator) for case in cases] for cases in (first, second)
     )

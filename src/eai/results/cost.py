@@ -10,7 +10,7 @@ from importlib import resources
 
 from pydantic import ConfigDict, Field
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.files import parse_toml
 from eai.base.grouping import group_pairs
@@ -37,8 +37,8 @@ class Spending:
     """
 
     answers: int = 0
-    usage: Usage = field(default_factory=Usage)
-    unpriced: Usage = field(default_factory=Usage)
+    usage: AnswerUsage = field(default_factory=AnswerUsage)
+    unpriced: AnswerUsage = field(default_factory=AnswerUsage)
     unpriced_answers: int = 0
 
     @property
@@ -60,7 +60,7 @@ class Spending:
         if price is None or not self.unpriced_answers:
             return self
         dollars = price.compute_dollars(self.unpriced)
-        return Spending(self.answers, self.usage + Usage(cost=dollars))
+        return Spending(self.answers, self.usage + AnswerUsage(cost=dollars))
 
 
 class _TokenPrice(Options):
@@ -71,7 +71,7 @@ class _TokenPrice(Options):
     input: float = Field(ge=0)
     output: float = Field(ge=0)
 
-    def compute_dollars(self, usage: Usage) -> float:
+    def compute_dollars(self, usage: AnswerUsage) -> float:
         """Return the price of some tokens in dollars."""
         return (self.input * (usage.input_tokens or 0) + self.output * (usage.output_tokens or 0)) / _MILLION
 
@@ -109,10 +109,10 @@ def sum_spending(records: Iterable[Record]) -> Spending:
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     usages = [usage for usage in usages if usage.tokens is not None]
     unpriced = [usage for usage in usages if usage.cost is None]
-    return Spending(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
+    return Spending(len(usages), sum(usages, AnswerUsage()), sum(unpriced, AnswerUsage()), len(unpriced))
 
 
-def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, TaskContributions]:
+def make_success_cost_cases_by_unit(records: Iterable[Record]) -> dict[str, TaskContributions]:
     """Return the cost and the success (1, else 0) of each answer, for each unit of cost.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers have a cost, too. A unit is left out if
@@ -126,7 +126,9 @@ def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, TaskCon
     return {name: cases for name, cases in cost_cases_by_unit.items() if len(cases) == len(answers)}
 
 
-def _list_tokens_dollars_and_seconds(record: Record, usage: Usage) -> Iterator[tuple[str, TaskContribution]]:
+def _list_tokens_dollars_and_seconds(
+    record: Record, usage: AnswerUsage
+) -> Iterator[tuple[str, TaskContribution]]:
     won = find_answer_outcome(record) is AnswerOutcome.SUCCESS
     for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:

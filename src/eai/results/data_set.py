@@ -140,17 +140,17 @@ def _compute_all_statistics(benchmark: Benchmark, source: Source) -> Iterator[_D
     )
     yield _DataSetStatistic("tasks", len(profiles), "the denominator of goal interpretation")
     yield _DataSetStatistic("instructions", len(tasks), f"tasks that have a goal; {without_goals} have none")
-    yield from _count_tasks_of_each_ability(benchmark, source)
-    yield from _count_goals([profile.features for profile in tasks])
-    yield from _count_plans([profile for profile in tasks if profile.features.annotated_steps])
-    yield from _count_objects(tasks)
+    yield from _list_task_counts_by_ability(benchmark, source)
+    yield from _list_goal_statistics([profile.features for profile in tasks])
+    yield from _list_plan_statistics([profile for profile in tasks if profile.features.annotated_steps])
+    yield from _list_object_statistics(tasks)
     operator_tasks = benchmark.operators(source)
     if operator_tasks:
-        yield from _count_operators(next(iter(operator_tasks.values())).domain)
-        yield from _count_categories(profiles)
+        yield from _list_operator_statistics(next(iter(operator_tasks.values())).domain)
+        yield from _list_category_statistics(profiles)
 
 
-def _count_tasks_of_each_ability(benchmark: Benchmark, source: Source) -> Iterator[_DataSetStatistic]:
+def _list_task_counts_by_ability(benchmark: Benchmark, source: Source) -> Iterator[_DataSetStatistic]:
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
         if ability in PAPER_ABILITIES:
             number = len(benchmark.tasks_for(ability, source))
@@ -161,7 +161,7 @@ def _count_tasks_of_each_ability(benchmark: Benchmark, source: Source) -> Iterat
     yield _DataSetStatistic("transition modeling tasks", number, "tasks in which it is asked for")
 
 
-def _count_goals(tasks: Sequence[TaskStatistics]) -> Iterator[_DataSetStatistic]:
+def _list_goal_statistics(tasks: Sequence[TaskStatistics]) -> Iterator[_DataSetStatistic]:
     first = "in the first way to meet each goal"
     ground, conditions = [task.ground_goals for task in tasks], [task.goals for task in tasks]
     yield _DataSetStatistic(
@@ -190,7 +190,7 @@ def _count_goals(tasks: Sequence[TaskStatistics]) -> Iterator[_DataSetStatistic]
     yield _DataSetStatistic("goal options, median", median(options or [0]), "half of the tasks have no more")
 
 
-def _count_plans(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
+def _list_plan_statistics(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     steps = [profile.features.annotated_steps or 0 for profile in tasks]
     yield _DataSetStatistic("trajectories", len(steps), "annotated plans of the instructions")
     if not steps:
@@ -214,14 +214,14 @@ def _count_plans(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     yield _DataSetStatistic("actions", len(actions), "distinct ones in those plans")
 
 
-def _count_objects(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
+def _list_object_statistics(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     task_objects = _round_mean(profile.features.objects for profile in tasks)
     yield _DataSetStatistic("objects per task", task_objects, "that the task is about")
     scene_objects = _round_mean(len(profile.task.scene.objects) for profile in tasks)
     yield _DataSetStatistic("objects per scene", scene_objects, "all, the agent included")
 
 
-def _count_operators(library: OperatorLibrary) -> Iterator[_DataSetStatistic]:
+def _list_operator_statistics(library: OperatorLibrary) -> Iterator[_DataSetStatistic]:
     gold = [read_action(text.write_pddl) for text in library.operators.values()]
     condition_predicates = [{*find_predicates(action.precondition)} for action in gold]
     effect_predicates = [
@@ -236,7 +236,7 @@ def _count_operators(library: OperatorLibrary) -> Iterator[_DataSetStatistic]:
         yield _DataSetStatistic(label, sum(map(len, words)) + empty, note)
 
 
-def _count_categories(profiles: Iterable[_TaskProfile]) -> Iterator[_DataSetStatistic]:
+def _list_category_statistics(profiles: Iterable[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     asked_profiles = [profile for profile in profiles if profile.asked is not None]
     tasks = Counter(category for profile in asked_profiles for category in profile.categories)
     largest = max(len(profile.categories) for profile in asked_profiles)

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
-from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.declaration import QuestionAndAnswerDeclaration, get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.feedback import ScenePerception
@@ -31,23 +31,23 @@ from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, generate_run_records, score_run
 from eai.results.certainty import TaskContributions
 from eai.results.codec import dataclass_to_json, hash_text
-from eai.results.cost import make_json_of_success_cost, map_cost_units_to_rate_cases
+from eai.results.cost import make_json_of_success_cost, make_success_cost_cases_by_unit
 from eai.results.options import ScoringOptions
 from eai.results.record import AnswerOrigin, Record
 from eai.results.records import (
     MAX_BATCH_RECORDS,
     RECORDS,
     RecordBatch,
-    RunDescription,
+    RunFieldAndRatesByAttempt,
     make_record_batch,
     read_records,
     write_record_batches,
 )
 from eai.results.repeats import find_success_metric, make_task_contributions_by_pass_at_k, pass_at_k_to_json
 from eai.results.responses import Response, ResponseFile, format_attempt_name, write_responses
-from eai.results.summary import compute_rates_by_attempt, make_cases_by_metric
+from eai.results.summary import compute_rates_by_attempt, make_contributions_by_metric
 from eai.results.totals import RunTotals
-from eai.results.trials import Answer, AnswerKey, TrialSet, make_trial_record
+from eai.results.trials import Answer, AnswerKey, SuiteConversations, make_trial_record
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.task import Task
 
@@ -125,7 +125,7 @@ class ModelBeliefsInPrompts:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: ScenePerception | None = None
 
-    def combine_scenes_with_goal_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
+    def add_goals_from_other_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
         """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
 
         Only tasks with both a scene and goals remain.
@@ -135,7 +135,7 @@ class ModelBeliefsInPrompts:
         """
         shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
         return ModelBeliefsInPrompts(
-            {i: self.beliefs[i].adopt_goals(goal_beliefs.beliefs[i]) for i in shared},
+            {i: self.beliefs[i].with_goals_of(goal_beliefs.beliefs[i]) for i in shared},
             self.experiment.combine(goal_beliefs.experiment),
             f"{self.missing_reason}, or {goal_beliefs.missing_reason}",
             {i: {**self.metadata.get(i, {}), **goal_beliefs.metadata.get(i, {})} for i in shared},
@@ -228,7 +228,7 @@ class ModelAnswers:
     answers: Mapping[AnswerKey, Answer]
     failures: Mapping[AnswerKey, str]
     epochs: int
-    trials: TrialSet | None = None
+    trials: SuiteConversations | None = None
     attempts: Mapping[AnswerKey, Sequence[Attempt]] = field(default_factory=dict)
     beliefs: ModelBeliefsInPrompts | None = None
     experiment: Experiment = field(default_factory=Experiment)
@@ -274,10 +274,10 @@ class SuiteResult:
         return sum(record.is_cut_off for record in self._records_that_metrics_count)
 
     @property
-    def usage(self) -> Usage:
+    def usage(self) -> AnswerUsage:
         """The tokens, cost and time of all answers."""
         origins = [record.origin for record in self.map_keys_to_records().values()]
-        return sum([origin.usage for origin in origins if origin and origin.usage], Usage())
+        return sum([origin.usage for origin in origins if origin and origin.usage], AnswerUsage())
 
     @property
     def _records_that_metrics_count(self) -> Collection[Record]:
@@ -310,7 +310,7 @@ class SuiteResult:
                 shown.setdefault(task_id, epoch)
         return shown
 
-    def make_summary_fields_beside_metrics(self) -> dict[str, Json]:
+    def make_summary_fields_except_metrics(self) -> dict[str, Json]:
         """Return the values of ``summary.json`` other than metrics, such as tokens and missing answers."""
         return {
             "answered": self.totals.coverage.answered,
@@ -318,7 +318,7 @@ class SuiteResult:
             "truncated": self.truncated_answer_count,
             "usage": dataclass_to_json(self.usage),
             "per_success": make_json_of_success_cost(
-                map_cost_units_to_rate_cases([*self.map_keys_to_records().values()])
+                make_success_cost_cases_by_unit([*self.map_keys_to_records().values()])
             ),
             **(
                 {
@@ -341,7 +341,9 @@ class SuiteResult:
         metric = find_success_metric(ability)
         if metric is None:
             return ()
-        return [make_cases_by_metric(result.records, ability).get(metric, ()) for result in self.by_epoch]
+        return [
+            make_contributions_by_metric(result.records, ability).get(metric, ()) for result in self.by_epoch
+        ]
 
 
 def score_answers(
@@ -381,12 +383,12 @@ def score_answers(
             records.extend([record.drop_explanations() for record in batch])
             yield make_record_batch(batch)
 
-    def describe_run(totals: RunTotals) -> RunDescription:
+    def describe_run(totals: RunTotals) -> RunFieldAndRatesByAttempt:
         result = SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
         digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
         run_fields = {
             "prompts_sha256": hash_text(json.dumps(digests)),
-            **result.make_summary_fields_beside_metrics(),
+            **result.make_summary_fields_except_metrics(),
         }
         return run_fields, compute_rates_by_attempt(records)
 
@@ -458,7 +460,7 @@ def _score_model_answers(
 
 def _make_multi_attempt_records(
     model_answers: ModelAnswers,
-    trials: TrialSet,
+    trials: SuiteConversations,
     last_answers: Mapping[str, Answer],
     unanswered_records: Iterable[Record],
 ) -> list[Record]:
@@ -483,8 +485,8 @@ def _add_answer_origin(
     answer, prompt = scored_answers.get(record.task_id), model_answers.prompts.get(record.task_id)
     if answer is None:
         return replace(record, origin=AnswerOrigin(None if prompt is None else prompt.sha256))
-    spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
-    usage = sum(spent, Usage())
+    spent = [attempt.usage or AnswerUsage() for attempt in record.attempts] or [answer.usage]
+    usage = sum(spent, AnswerUsage())
     fields = answer.prompt_sha256, answer.stop_reason, answer.is_cut_off, usage, answer.repairs
     if answer.is_cut_off and record.protocol is DEFAULT_PROTOCOL:
         verdict, explanation = mark_as_cut_off(record.verdict, record.explanation)

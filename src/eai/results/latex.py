@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import groupby
 
 from eai.base.files import escape_unprintable
-from eai.results.table import Cell, Column, Estimate, Label, Row, Table
+from eai.results.table import Cell, Column, Estimate, Row, Table, TextCell
 
 _ESCAPES = {
     "\\": r"\textbackslash{}",
@@ -129,7 +129,7 @@ def _format_cell(column: Column, cell: Cell) -> str:
         case Estimate():
             number = cell.format_number(column, "--")
             return (rf"\textbf{{{number}}}" if cell.best else number) + _format_footnote_marks(cell.notes)
-        case Label(text=text, origin=origin, notes=notes):
+        case TextCell(text=text, origin=origin, notes=notes):
             name = escape_latex(text)
             return (rf"\emph{{{name}}} ({origin})" if origin else name) + _format_footnote_marks(notes)
         case _:

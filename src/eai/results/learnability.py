@@ -50,7 +50,7 @@ def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBa
     """
     suite = reward.suite
     rewards = {}
-    for name, open_answers in NULL_BOOKS.items():
+    for name, open_answers in OPEN_NULL_MODEL_ANSWERS.items():
         try:
             answers = open_answers(suite.benchmark, suite.ability, suite.source)
         except InputError:  # the null model does not answer questions of this ability
@@ -90,15 +90,15 @@ def _classify_reward_spread(
     return "none" if rewards[0] == 0 else "full" if rewards[0] == 1 else "equal"
 
 
-def _open_random_answers_by_task(benchmark: Benchmark, ability: Ability, source: Source) -> AnswersByTask:
+def _make_random_answers_by_task(benchmark: Benchmark, ability: Ability, source: Source) -> AnswersByTask:
     answer, tasks = open_random_answers(benchmark, ability, source), benchmark.tasks_for(ability, source)
     return TaskSet(tasks, lambda task_id: answer(task_id, _RANDOM_SEED, ()), tasks.sha256)
 
 
-NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswersByTask]] = {
+OPEN_NULL_MODEL_ANSWERS: dict[str, Callable[[Benchmark, Ability, Source], AnswersByTask]] = {
     "eai/copy": open_copied_answers,
     "eai/empty": open_empty_answers,
     "eai/lookup": open_answers_of_similar_tasks,
-    "eai/random": _open_random_answers_by_task,
+    "eai/random": _make_random_answers_by_task,
 }
 """For each null model (trivial built-in model of `eai run`), the function that returns its answers."""

@@ -162,7 +162,7 @@ class StepLine(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalLine(TidyTableLine):
+class GoalRow(TidyTableLine):
     """One goal of a task, and whether an answer with a plan or subgoals reaches it.
 
     Attributes:
@@ -181,7 +181,7 @@ class GoalLine(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InterpretedGoalLine(TidyTableLine):
+class InterpretedGoalRow(TidyTableLine):
     """One goal of an answer to goal interpretation, or one right goal that the answer lacks.
 
     Attributes:
@@ -225,8 +225,8 @@ class OperatorClauseLine(TidyTableLine):
 TABLES: Mapping[str, type[TidyTableLine]] = {
     "answers": AnswerLine,
     "steps": StepLine,
-    "goals": GoalLine,
-    "atoms": InterpretedGoalLine,
+    "goals": GoalRow,
+    "atoms": InterpretedGoalRow,
     "clauses": OperatorClauseLine,
 }
 """Mapping from the name of each tidy table to the class of its lines."""
@@ -244,7 +244,7 @@ ALL_MODELS = "all models"
 """Name that replaces the model in rows about the answers of all models together."""
 
 
-AnswerMeasure: TypeAlias = Literal["score", "executable", "goals"]
+AnswerScoreName: TypeAlias = Literal["score", "executable", "goals"]
 """Name of a score of answers (`MEASURES`). Analyses show how the score depends on features of tasks."""
 
 WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
@@ -330,7 +330,7 @@ def make_task_contribution(line: TidyTableLine, share: Share) -> TaskContributio
     return TaskContribution(line.task, line.name, share)
 
 
-MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
+MEASURES: Mapping[AnswerScoreName, Callable[[AnswerLine], Share]] = {
     "score": compute_contribution_to_main_score,
     "executable": compute_executed_share,
     "goals": compute_goal_share,

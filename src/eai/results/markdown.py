@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from eai.base.files import escape_unprintable
-from eai.results.table import Cell, Column, Estimate, Label, Table, format_short_number, format_superscript
+from eai.results.table import Cell, Column, Estimate, Table, TextCell, format_short_number, format_superscript
 
 NO_NUMBER_MARK = "–"
 """Mark that replaces a missing number."""
@@ -62,7 +62,7 @@ def _format_row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list
     """Yield the cells of a row as one list and, if the row has intervals, its intervals as a second list."""
     yield [_format_cell(column, cell) for column, cell in zip(columns, row, strict=True)]
     if any(isinstance(cell, Estimate) and cell.low is not None for cell in row):
-        name = next(i for i, cell in enumerate(row) if isinstance(cell, Label))
+        name = next(i for i, cell in enumerate(row) if isinstance(cell, TextCell))
         yield ["*95 %*" if i == name else _format_interval(cell) for i, cell in enumerate(row)]
 
 
@@ -87,7 +87,7 @@ def _format_plain_cell(cell: Cell) -> str:
             return "yes" if cell else "no"
         case float():
             return format_short_number(cell)
-        case Label(text=text, target=target, origin=origin):
+        case TextCell(text=text, target=target, origin=origin):
             name = escape_markdown(text) if target is None else f"[{escape_markdown(text)}]({target})"
             return f"{name}{f' *({origin})*' if origin else ''}{format_superscript(cell.notes)}"
         case _:

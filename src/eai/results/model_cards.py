@@ -9,7 +9,7 @@ from importlib import resources
 from typing import Any
 
 from eai.base.files import parse_toml
-from eai.results.table import Label, Row, Table, make_table
+from eai.results.table import Row, Table, TextCell, make_table
 
 _UNKNOWN = "unknown"
 
@@ -35,7 +35,7 @@ def _make_model_rows() -> Iterator[Row]:
             card["creator"],
             card["identifier"],
             card["release"].isoformat(),
-            Label(size or _UNKNOWN, notes=marks),
+            TextCell(size or _UNKNOWN, notes=marks),
             card["host"],
         )
 

@@ -238,7 +238,7 @@ def read_denominator(cell: Cell | None) -> int:
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
-def read_numerator(cell: Cell | None) -> int:
+def get_numerator_of_cell(cell: Cell | None) -> int:
     """Return the numerator of a table cell, such as a number of successes; 0 if the cell has no estimate."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
@@ -306,7 +306,7 @@ def draw_rates_by_name(
         return None
     shown.sort(key=lambda row: (-read_estimate(row[rate_column]), str(row[name_column])))
     one_whole = len({read_denominator(row[rate_column]) for row in shown}) == 1
-    count_of = read_numerator if one_whole else read_denominator
+    count_of = get_numerator_of_cell if one_whole else read_denominator
     labels = [
         f"{wrap_label(str(row[name_column]).replace('_', ' '))}\u2002{count_of(row[rate_column]):,}"
         for row in shown

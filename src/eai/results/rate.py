@@ -65,7 +65,10 @@ def add_contributions(
 
 def make_rates(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
     """Return a mapping from each metric to its rate, from its exact numerator and denominator, in order."""
-    return {name: Rate(_shorten_number(more), _shorten_number(of)) for name, (more, of) in sums.items()}
+    return {
+        name: Rate(_convert_to_int_if_whole(more), _convert_to_int_if_whole(of))
+        for name, (more, of) in sums.items()
+    }
 
 
 def _to_exact_number(number: float | Exact) -> Exact:
@@ -80,9 +83,9 @@ def compute_rate(shares: Iterable[Share]) -> Rate:
     for more, of in shares:
         numerator += more
         denominator += of
-    return Rate(_shorten_number(numerator), _shorten_number(denominator))
+    return Rate(_convert_to_int_if_whole(numerator), _convert_to_int_if_whole(denominator))
 
 
-def _shorten_number(number: float | Exact) -> float:
+def _convert_to_int_if_whole(number: float | Exact) -> float:
     """Return the number as an integer if it is whole, else as a float."""
     return int(number) if number == int(number) else float(number)

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.files import to_model_name
-from eai.benchmarks.errata_use import ErrataUse
+from eai.benchmarks.errata_use import ApplicableErrata
 from eai.tasks.task import TaskExclusion
 
 NOT_ANSWERED = TaskExclusion("not answered")
@@ -40,7 +40,7 @@ class AnswerOrigin:
     prompt_sha256: str | None = None
     stop_reason: str | None = None
     truncated: bool | None = None
-    usage: Usage | None = None
+    usage: AnswerUsage | None = None
     answer_repairs: tuple[str, ...] = ()
 
 
@@ -85,7 +85,7 @@ class Record:
     experiment: Experiment | None = None
     summaries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     attempts: tuple[Attempt, ...] = ()
-    errata: ErrataUse | None = None
+    errata: ApplicableErrata | None = None
     sample: int | None = None
 
     def __post_init__(self) -> None:

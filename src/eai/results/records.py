@@ -120,14 +120,14 @@ def make_record_batch(records: Sequence[Record]) -> RecordBatch:
     ), RunTotals.from_records(records)
 
 
-RunDescription: TypeAlias = tuple[Mapping[str, Json], Sequence[Mapping[str, Rate]]]
+RunFieldAndRatesByAttempt: TypeAlias = tuple[Mapping[str, Json], Sequence[Mapping[str, Rate]]]
 """Parts of ``summary.json``: the field ``run``, and all metrics after each of several attempts at a task."""
 
 
 def write_record_batches(
     folder: Path,
     batches: Iterable[RecordBatch],
-    describe_run: Callable[[RunTotals], RunDescription] | None = None,
+    describe_run: Callable[[RunTotals], RunFieldAndRatesByAttempt] | None = None,
 ) -> RunTotals:
     """Write the records (scored answers) of one model in one suite, and their summary.
 
@@ -164,7 +164,7 @@ _OPTIONAL_FIELDS = frozenset({"planner", "run", "by_attempt"})
 def format_summary(
     totals: RunTotals, run: Mapping[str, Json], rates_by_attempt: Sequence[Mapping[str, Rate]]
 ) -> str:
-    """Return the content of ``summary.json``: the rates of a run, and its `RunDescription`."""
+    """Return the content of ``summary.json``: the rates of a run, and its `RunFieldAndRatesByAttempt`."""
     first, errata = totals.first_record, totals.errata
     fields: dict[str, Json] = {
         "protocol": first.protocol.value,

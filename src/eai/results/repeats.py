@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
 from eai.results.certainty import TaskContribution, TaskContributions, compute_rate_intervals
 from eai.results.rate import compute_rate
-from eai.results.table import Column, Estimate, Label, Row, make_table
+from eai.results.table import Column, Estimate, Row, TextCell, make_table
 from eai.tasks.share import Share
 
 
@@ -69,7 +69,7 @@ def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskContributions]]) -> Ite
         n, cases = len(epochs), make_task_contributions_by_pass_at_k(epochs)
         for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, 2, 4, ... and n
             yield (
-                Label(name),
+                TextCell(name),
                 n,
                 k,
                 Estimate.from_cases(cases[f"pass@{k}"]),

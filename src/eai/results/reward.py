@@ -70,7 +70,7 @@ class Shaping(str, Enum):
     """
 
 
-def convert_reward_basis_to_reward(inputs: RewardInputs, shaping: Shaping) -> float:
+def compute_reward_from_inputs(inputs: RewardInputs, shaping: Shaping) -> float:
     """Return the reward for an answer.
 
     Args:
@@ -101,7 +101,7 @@ def convert_reward_basis_to_reward(inputs: RewardInputs, shaping: Shaping) -> fl
     return pay / (1 + inputs.added_actions)
 
 
-def compute_reward_basis_of_verdict(
+def compute_reward_inputs_of_verdict(
     verdict: Verdict, reached_at_start: Sequence[bool] = ()
 ) -> RewardInputs | None:
     """Return the results of an answer that rewards depend on, or None if its task gives no reward.
@@ -204,7 +204,7 @@ class Reward:
         return self._compute_reward(
             task_id,
             text,
-            self._compute_reward_basis_of_answer(task_id, self._score_unless_too_long(task_id, text)),
+            self._compute_reward_inputs_of_answer(task_id, self._score_unless_too_long(task_id, text)),
         )
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
@@ -224,14 +224,14 @@ class Reward:
             InputError: the task id is unknown.
         """
         verdict = self._score_unless_too_long(task_id, text)
-        inputs = self._compute_reward_basis_of_answer(task_id, verdict)
+        inputs = self._compute_reward_inputs_of_answer(task_id, verdict)
         return Grade(
-            self._compute_reward(task_id, text, inputs), make_metrics_of_reward_basis(inputs), verdict
+            self._compute_reward(task_id, text, inputs), make_metrics_from_reward_inputs(inputs), verdict
         )
 
     def _compute_reward(self, task_id: str, text: str, inputs: RewardInputs | None) -> float | None:
         if inputs is None or self.shaping is not Shaping.REPAIR:
-            return None if inputs is None else convert_reward_basis_to_reward(inputs, self.shaping)
+            return None if inputs is None else compute_reward_from_inputs(inputs, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(
@@ -252,10 +252,10 @@ class Reward:
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
         return replace(self.suite.score(task_id, ""), error=too_long)
 
-    def _compute_reward_basis_of_answer(self, task_id: str, verdict: Verdict) -> RewardInputs | None:
+    def _compute_reward_inputs_of_answer(self, task_id: str, verdict: Verdict) -> RewardInputs | None:
         if not self.suite.answers_are_plans:
-            return compute_reward_basis_of_verdict(verdict)
-        inputs = compute_reward_basis_of_verdict(verdict, self._at_start(task_id))
+            return compute_reward_inputs_of_verdict(verdict)
+        inputs = compute_reward_inputs_of_verdict(verdict, self._at_start(task_id))
         if inputs is None or not isinstance(verdict, PlanVerdict) or verdict.is_task_declined_by_answer:
             return inputs
         if self.suite.tasks[task_id].has_no_plan:
@@ -328,7 +328,7 @@ def _drop_planner_that_tests_operators(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def make_metrics_of_reward_basis(inputs: RewardInputs | None) -> dict[str, float]:
+def make_metrics_from_reward_inputs(inputs: RewardInputs | None) -> dict[str, float]:
     """Return the attribute ``metrics`` of a `Grade`, by name of the metric.
 
     All metrics are 0 if the inputs are None.

@@ -69,12 +69,12 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def is_run_without_study_or_rules(self) -> bool:
+    def is_standard_run(self) -> bool:
         """Whether no study (variation) changes the run's questions, and its game rules are standard.
 
         Only such runs are ranked.
         """
-        return self.experiment is None or self.experiment.is_run_without_study_or_rules
+        return self.experiment is None or self.experiment.is_standard_run
 
     @property
     def sort_key(self) -> tuple[int, int, str, int, str, str]:
@@ -122,12 +122,12 @@ def recount_goals_as_in_paper(run: Run) -> Run:
     if protocol is None:
         return run
 
-    def count_only_goals_stated_in_prompt(record: Record) -> Record:
+    def judge_by_goals_stated_in_prompt(record: Record) -> Record:
         task = TaskReference(record.domain, record.ability, record.task_id)
         verdict = protocol.judge_by_goals_in_prompt(task, record.verdict)
         return record if verdict is record.verdict else replace(record, verdict=verdict)
 
-    return replace(run, records=tuple(map(count_only_goals_stated_in_prompt, run.records)))
+    return replace(run, records=tuple(map(judge_by_goals_stated_in_prompt, run.records)))
 
 
 def recount_errors_as_in_paper(run: Run) -> Run:
@@ -136,7 +136,7 @@ def recount_errors_as_in_paper(run: Run) -> Run:
     if protocol is None:
         return run
 
-    def count_errors_as_paper_script_did(record: Record) -> Record:
+    def recount_errors_of_record_as_in_paper(record: Record) -> Record:
         options = ReplanningOptions.from_experiment(record.experiment)
         if options is None or not record.attempts:
             return record
@@ -146,7 +146,7 @@ def recount_errors_as_in_paper(run: Run) -> Run:
         attempts = tuple([replace(attempt, verdict=verdict) for attempt, verdict in pairs])
         return replace(record, attempts=attempts, verdict=counted[-1])
 
-    return replace(run, records=tuple(map(count_errors_as_paper_script_did, run.records)))
+    return replace(run, records=tuple(map(recount_errors_of_record_as_in_paper, run.records)))
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:
@@ -233,7 +233,7 @@ def _read_inspect_log_reference(record_file: Path) -> LogSamples | None:
         raise InputError(f'{path}: expected a JSON object {{"log": ..., "epoch": ...}}') from error
 
 
-def make_explorer_address(record: Record) -> str:
+def make_explorer_url_fragment(record: Record) -> str:
     """Return the fragment of a web address that shows a record in the explorer of a report."""
     agent = get_declaration(record.ability).read_episode_settings(record.response)
     key = _make_run_key(record if agent is None else record.add_experiment(agent))

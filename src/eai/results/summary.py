@@ -68,7 +68,9 @@ def compute_metric_shares_by_task(records: Sequence[Record]) -> dict[str, ShareB
     }
 
 
-def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[TaskContribution]]:
+def make_contributions_by_metric(
+    records: Sequence[Record], ability: Ability
+) -> dict[str, list[TaskContribution]]:
     """Return for each metric the contributions of a run's records to the metric.
 
     Excluded records do not count. If no record has an answer, nothing contributes to the metrics.
@@ -119,7 +121,7 @@ AbilityMetric: TypeAlias = tuple[Ability, str]
 """A kind of question (ability), and the name of one of the metrics of its answers."""
 
 
-def choose_and_weigh_averaged_metrics(
+def compute_weights_of_averaged_metrics(
     metric_values: Mapping[AbilityMetric, float | None] | None = None,
 ) -> dict[AbilityMetric, float]:
     """Return the weight of each metric in the average over the paper's four abilities.
@@ -151,7 +153,7 @@ def compute_average_performance(values: Mapping[AbilityMetric, float | None]) ->
     Args:
         values: mapping from ability and metric to percent.
     """
-    weights = choose_and_weigh_averaged_metrics(values)
+    weights = compute_weights_of_averaged_metrics(values)
     parts = [weight * value for key, weight in weights.items() if (value := values.get(key)) is not None]
     return sum(parts) if len(parts) == len(weights) else None
 
@@ -174,7 +176,7 @@ def drop_later_attempts(record: Record, attempts: int) -> Record:
     )
 
 
-def count_max_attempts(records: Sequence[Record]) -> int:
+def find_max_attempts_per_task(records: Sequence[Record]) -> int:
     """Return how many attempts a run allows at each task; 0 if no record has attempts."""
     if not any(record.attempts for record in records):
         return 0
@@ -192,7 +194,7 @@ def compute_rates_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rat
         compute_metric_rates(
             [drop_later_attempts(record, number).verdict for record in records], records[0].ability
         )
-        for number in range(1, count_max_attempts(records) + 1)
+        for number in range(1, find_max_attempts_per_task(records) + 1)
     ]
 
 
@@ -319,7 +321,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
     """Yield the number of each step at which an action was tried, from 0, and the step's explanation."""
     steps = () if record.explanation is None else record.explanation.steps
     yield from (
-        (number, step) for number, step in enumerate(steps) if record.verdict.is_step_an_action(number)
+        (number, step) for number, step in enumerate(steps) if record.verdict.is_turn_an_action(number)
     )
 
 

@@ -1,6 +1,6 @@
 """Tables of results for reports, analyses, leaderboards, comparisons and statistics of data.
 
-A cell is a plain value, a `Label`, or an `Estimate` (a number with its fraction and its interval). Writers
+A cell is a plain value, a `TextCell`, or an `Estimate` (a number with its fraction and its interval). Writers
 decide on the form: `table_files` (CSV, JSON, Markdown and Parquet of an analysis), `markdown`, `latex` and
 `terminal`.
 """
@@ -67,7 +67,7 @@ class Estimate:
         """Return the estimate of a rate in percent, without an interval."""
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
-    def map_parts_to_values(self) -> dict[str, float | None]:
+    def map_estimate_parts_to_values(self) -> dict[str, float | None]:
         """Return the numbers of this estimate, such as the lower bound of its interval, by name.
 
         A number is None if it is unknown.
@@ -99,7 +99,7 @@ NO_NUMBER = Estimate(None)
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class TextCell:
     """A cell with a text. It may have a link, footnotes, emphasis, and the origin of the text.
 
     Attributes:
@@ -123,7 +123,7 @@ class Label:
         return f"{self.text} ({self.origin})" if self.origin else self.text
 
 
-Cell: TypeAlias = Plain | Estimate | Label
+Cell: TypeAlias = Plain | Estimate | TextCell
 Row: TypeAlias = tuple[Cell, ...]
 
 
@@ -217,30 +217,30 @@ class Table:
 
     def csv_column_names(self) -> list[str]:
         """Return the names of the columns in CSV: each number of an estimate has a column of its own."""
-        parts = zip(self.names, self._has_estimates(), strict=True)
-        return [name for column, is_estimate in parts for name in _name_csv_columns(column, is_estimate)]
+        parts = zip(self.names, self._list_whether_columns_have_estimates(), strict=True)
+        return [name for column, is_estimate in parts for name in _make_csv_column_names(column, is_estimate)]
 
     def csv_rows(self) -> Iterator[list[Plain]]:
         """Yield the rows of the table as in CSV, with a cell for each number of an estimate."""
-        estimates = self._has_estimates()
+        estimates = self._list_whether_columns_have_estimates()
         for row in self.rows:
             flat: list[Plain] = []
             for cell, is_estimate in zip(row, estimates, strict=True):
                 if isinstance(cell, Estimate):
-                    flat += cell.map_parts_to_values().values()
-                elif isinstance(cell, Label):
+                    flat += cell.map_estimate_parts_to_values().values()
+                elif isinstance(cell, TextCell):
                     flat.append(cell.text)
                 else:
                     flat += [cell] * (len(ESTIMATE_PARTS) if is_estimate else 1)
             yield flat
 
-    def _has_estimates(self) -> list[bool]:
+    def _list_whether_columns_have_estimates(self) -> list[bool]:
         return [
             any(isinstance(row[index], Estimate) for row in self.rows) for index in range(len(self.columns))
         ]
 
     def _has_numbers(self, column_index: int) -> bool:
-        return not any(isinstance(row[column_index], str | bool | Label) for row in self.rows)
+        return not any(isinstance(row[column_index], str | bool | TextCell) for row in self.rows)
 
 
 def make_table(
@@ -292,7 +292,7 @@ def format_superscript(numbers: Sequence[int]) -> str:
     return ",".join(map(str, numbers)).translate(_SUPERSCRIPTS)
 
 
-def _name_csv_columns(column: str, is_estimate: bool) -> list[str]:
+def _make_csv_column_names(column: str, is_estimate: bool) -> list[str]:
     if not is_estimate:
         return [column]
     return [column if part == "value" else f"{column}_{part}" for part in ESTIMATE_PARTS]

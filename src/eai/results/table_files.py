@@ -17,7 +17,7 @@ from eai.base.json_value import Json
 from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteIdentity, TidyTableLine
 from eai.results.markdown import format_markdown_rows
 from eai.results.parquet import import_parquet
-from eai.results.table import Cell, Estimate, Label, Plain, Table
+from eai.results.table import Cell, Estimate, Plain, Table, TextCell
 
 _FORMULA = re.compile(r"[=+\-@\t\r].")
 """Pattern of texts that a spreadsheet reads as a formula."""
@@ -121,10 +121,10 @@ def _tables_to_json(tables: Sequence[Table], remarks: Sequence[str]) -> dict[str
 
 def _cell_to_json(cell: Cell) -> Json:
     if not isinstance(cell, Estimate):
-        return cell.text if isinstance(cell, Label) else cell
+        return cell.text if isinstance(cell, TextCell) else cell
     return {
         name: value
-        for name, value in cell.map_parts_to_values().items()
+        for name, value in cell.map_estimate_parts_to_values().items()
         if value is not None or name == "value"
     }
 

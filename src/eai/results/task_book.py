@@ -90,7 +90,7 @@ class TaskLookup:
         held = [False] * len(states)
         if predicate is None or vocabulary.find_arity(predicate) != len(arguments):
             return held
-        for objects in product(*(self._find_objects_named(task_id, name) for name in arguments)):
+        for objects in product(*(self._find_objects_by_name(task_id, name) for name in arguments)):
             frame = SlotAllocator()
             truth = ConditionCompiler(vocabulary, frame).compile_test(
                 Atom(predicate, objects), wanted=goal.positive
@@ -99,7 +99,7 @@ class TaskLookup:
             held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]
         return held
 
-    def _find_objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
+    def _find_objects_by_name(self, task_id: str, name: str) -> Iterator[Constant]:
         """Yield the objects of a task that have a name in answers, or (with a number) in the scene."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:

@@ -11,7 +11,7 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from eai.results.table import Cell, Column, Estimate, Label, Table, format_superscript
+from eai.results.table import Cell, Column, Estimate, Table, TextCell, format_superscript
 
 _PrintedColumn: TypeAlias = tuple[Column, Sequence[Text]]
 """A column with its cells as printed texts."""
@@ -95,7 +95,7 @@ def _format_cell(column: Column, cell: Cell) -> Text:
             if low is not None and high is not None:
                 text.append(f"\n±{(high - low) / 2:.1f}", style="dim not bold")
             return text
-        case Label(origin=origin, notes=notes):
+        case TextCell(origin=origin, notes=notes):
             style = "bold" if cell.bold else "dim" if cell.dim or origin else ""
             return Text(f"{cell}{format_superscript(notes)}", style=style)
         case _:

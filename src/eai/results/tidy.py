@@ -12,7 +12,7 @@ from eai.abilities.explanation import parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, ShareByMetric
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
-from eai.results.lines import AnswerLine, GoalLine, InterpretedGoalLine, OperatorClauseLine, StepLine
+from eai.results.lines import AnswerLine, GoalRow, InterpretedGoalRow, OperatorClauseLine, StepLine
 from eai.results.record import Record
 from eai.results.summary import (
     compute_metric_shares_by_task,
@@ -43,8 +43,8 @@ class TidyTables:
     def __init__(self, source: Source, *, features: bool = True) -> None:
         self.answers: list[AnswerLine] = []
         self.steps: list[StepLine] = []
-        self.goals: list[GoalLine] = []
-        self.atoms: list[InterpretedGoalLine] = []
+        self.goals: list[GoalRow] = []
+        self.atoms: list[InterpretedGoalRow] = []
         self.clauses: list[OperatorClauseLine] = []
         self._source = source
         self._features = features
@@ -61,7 +61,7 @@ class TidyTables:
                 continue
             self.steps.extend(_make_step_lines(record, key))
             self.goals.extend(_make_goal_lines(record, key))
-            self.atoms.extend(_make_atom_lines(record, key, task_lookup))
+            self.atoms.extend(_make_interpreted_goal_lines(record, key, task_lookup))
             self.clauses.extend(_make_clause_lines(record, key))
 
     def _open_task_lookup(self, domain: str) -> TaskLookup | None:
@@ -179,19 +179,19 @@ def _make_step_lines(record: Record, key: IdentifyingColumns) -> Iterator[StepLi
         )
 
 
-def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[GoalLine]:
+def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[GoalRow]:
     if not isinstance(record.verdict, PlanVerdict):
         return
     for number, (report, satisfied) in enumerate(list_judged_goals(record)):
         names = " ".join(report.predicates)
-        yield GoalLine(
+        yield GoalRow(
             **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied
         )
 
 
-def _make_atom_lines(
+def _make_interpreted_goal_lines(
     record: Record, key: IdentifyingColumns, task_lookup: TaskLookup | None
-) -> Iterator[InterpretedGoalLine]:
+) -> Iterator[InterpretedGoalRow]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
@@ -207,7 +207,7 @@ def _make_atom_lines(
                 if status == "wrong" and task_lookup is not None
                 else None
             )
-            yield InterpretedGoalLine(
+            yield InterpretedGoalRow(
                 **key, verdict=status, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )
 

@@ -16,7 +16,7 @@ _ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED, _CUT_OFF = 1, 2,
 """Bits of a task's status. A task with several answers has the bits of all these answers."""
 
 
-def _encode_statuses_as_bits(record: Record) -> int:
+def _encode_record_status_as_bits(record: Record) -> int:
     excluded, errata, error = record.verdict.excluded, record.errata, record.verdict.error
     return (
         _ANSWERED * (record.unanswered is None)
@@ -74,11 +74,11 @@ class RunTotals:
         self.sizes.add(record.suite_size)
         if record.errata is not None:
             self.versions[record.errata.version] = None
-        if verdict.planner_used is not None:
-            self.judges[verdict.planner_used] += 1
+        if verdict.name_of_used_planner is not None:
+            self.judges[verdict.name_of_used_planner] += 1
         if verdict.outcome_of_second_planner is not None:
             self.left[verdict.outcome_of_second_planner] += 1
-        self._add_task_statuses({record.task_id: _encode_statuses_as_bits(record)})
+        self._add_task_statuses({record.task_id: _encode_record_status_as_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)
             self.void.update(declared.missing_metrics(verdict))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias
 
-from eai.abilities.attempt import Attempt, Usage
+from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.explanation import Explanation
 from eai.abilities.feedback import QuestionWriter
 from eai.abilities.protocol import Ability
@@ -50,7 +50,7 @@ class Answer:
     reasoning: str
     stop_reason: str
     repairs: tuple[str, ...]
-    usage: Usage
+    usage: AnswerUsage
     attempt: int = 1
 
     @property
@@ -137,7 +137,7 @@ def add_answer_details_to_attempts(
 
 
 @dataclass(frozen=True)
-class TrialSet:
+class SuiteConversations:
     """Conversations in which a model has several attempts at each task of a suite; made by `open_trials`.
 
     Attributes:
@@ -241,7 +241,7 @@ def open_trials(
     question_writer: QuestionWriter,
     task_ids: Iterable[str],
     tasks_with_stated_goals: Mapping[str, Task] | None = None,
-) -> TrialSet:
+) -> SuiteConversations:
     """Return the object that begins trials (series of attempts) at some tasks of a suite.
 
     Some protocols (scoring rules) tell from all answers of a model whether plans name objects with ids. A
@@ -258,4 +258,4 @@ def open_trials(
     suite_of_questions = suite.adapt_suite_to_answers(
         [question_writer.prompt_of(task_id).user for task_id in task_ids]
     )
-    return TrialSet(suite_of_questions, options, question_writer, tasks_with_stated_goals or {})
+    return SuiteConversations(suite_of_questions, options, question_writer, tasks_with_stated_goals or {})

@@ -193,7 +193,7 @@ class WorkerPool:
         self._folder: TemporaryDirectory[str] | None = None
 
     @property
-    def has_processes(self) -> bool:
+    def has_worker_processes(self) -> bool:
         """Whether worker processes do the work, not this process."""
         return self._number > 1
 
@@ -241,7 +241,7 @@ class WorkerPool:
         Raises:
             EaiError: workers die repeatedly at the same items.
         """
-        if not self.has_processes:
+        if not self.has_worker_processes:
             yield from map_one_by_one(work, items)
             return
         content = pickle.dumps(work)

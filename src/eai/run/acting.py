@@ -20,28 +20,28 @@ from inspect_ai.tool import ToolDef, ToolError, ToolParams
 from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
 from pydantic import Field
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.abilities.protocol import Ability
 from eai.agents.command import DONE
 from eai.agents.play import BY_TEXT, EpisodeFactory, RecordedGame
 from eai.agents.setting import AUTO, HARNESSES, TEXT, AgentSetting
-from eai.agents.tools import list_tool_names_texts_and_schemas, read_tool_call
+from eai.agents.tools import convert_tool_call_to_command, list_tool_names_texts_and_schemas
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, load_object
 from eai.benchmarks.suite import open_suite
-from eai.run.job import ERRATA, KEPT_TASKS, is_built_in
+from eai.run.job import ERRATA, KEPT_TASKS, is_built_in_model
 from eai.run.journal import RunState
 from eai.run.request_errors import describe_error
 from eai.run.solver import (
     add_epoch_to_metadata,
     find_reasoning,
-    is_refused_parameter,
+    is_error_about_refused_parameter,
     make_answer,
     make_message_content,
     read_usage,
-    report_failure,
+    report_failure_in_block,
     restore_answer,
     split_reply,
 )
@@ -109,7 +109,7 @@ def _read_last_model_reply() -> str:
 def _make_tools(state: TaskState, play: RecordedGame) -> list[ToolDef]:
     def make_tool_function(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
         async def call(**arguments: Any) -> str | list[Content]:
-            return _play_command(state, play, read_tool_call(name, arguments))
+            return _play_command(state, play, convert_tool_call_to_command(name, arguments))
 
         return call
 
@@ -217,15 +217,15 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
         agent.messages, agent.output = result.messages, result.output
         return
 
-    async def resumes(agent: AgentState) -> bool:
+    async def must_continue(agent: AgentState) -> bool:
         is_over = state.store_as(_EpisodeInInspectStore).episode["ended"] in ("done", "steps")
         return bool(agent.output.message.tool_calls) and not is_over
 
     refusal = ""
     try:
-        await react(prompt=None, tools=state.tools, submit=False, on_continue=resumes)(agent)
+        await react(prompt=None, tools=state.tools, submit=False, on_continue=must_continue)(agent)
     except Exception as error:
-        if harness != AUTO or not is_refused_parameter(error):
+        if harness != AUTO or not is_error_about_refused_parameter(error):
             raise
         refusal = f"the server refused tools: {describe_error(error)}"
     play = _begin_episode(state)  # the tool calls have played the episode up to here, and stored its commands
@@ -273,7 +273,7 @@ def play_missing_episodes(run: RunState) -> Solver:
             return state
         question, request = recorded.conversation.question, run.hash_request_for_next_answer(recorded)
         state.metadata[BEGUN] = run.journal.record_and_count_episode_starts(key, request)
-        with report_failure(run, key):
+        with report_failure_in_block(run, key):
             state = await perform(await begin(state, generate), generate)
         usage = _sum_usage_of_replies(run.job.endpoint.model)
         run.add_answer(recorded, make_answer(state, request, question, usage))
@@ -282,8 +282,8 @@ def play_missing_episodes(run: RunState) -> Solver:
     return solve
 
 
-def _sum_usage_of_replies(model: str) -> Usage:
+def _sum_usage_of_replies(model: str) -> AnswerUsage:
     """Return the summed tokens, cost and time of all replies of an episode; built-in models are not timed."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
-    seconds = None if is_built_in(model) else sum([reply.time or 0.0 for reply in replies])
-    return sum(map(read_usage, replies), Usage(seconds=seconds))
+    seconds = None if is_built_in_model(model) else sum([reply.time or 0.0 for reply in replies])
+    return sum(map(read_usage, replies), AnswerUsage(seconds=seconds))

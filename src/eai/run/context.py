@@ -17,7 +17,7 @@ from eai.base.errors import EaiError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite
-from eai.run.job import DecodingOptions, is_built_in
+from eai.run.job import DecodingOptions, is_built_in_model
 from eai.run.request_errors import MIN_SECONDS_BETWEEN_TRIES, REFUSED, is_connection_refused
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
@@ -90,7 +90,7 @@ def choose_answer_limit(model: str, suite: Suite, decoding: DecodingOptions) -> 
     """
     reasons = decoding.reasoning_effort not in (None, "none") or decoding.reasoning_tokens is not None
     is_limited = decoding.max_tokens is not None or reasons or get_declaration(suite.ability).takes_turns
-    if is_limited or is_built_in(model) or _REASONING_MODEL.search(model):
+    if is_limited or is_built_in_model(model) or _REASONING_MODEL.search(model):
         return None
     return max(MIN_ANSWER_TOKENS, GOLD_LENGTHS * estimate_longest_answer(suite))
 

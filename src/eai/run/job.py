@@ -21,7 +21,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import make_answer_schema
 from eai.benchmarks.suite import Suite
 from eai.results.codec import hash_text
-from eai.results.trials import Conversation, TrialSet
+from eai.results.trials import Conversation, SuiteConversations
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import Endpoint
 from eai.tasks.options import Options
@@ -76,7 +76,7 @@ def can_model_answer(name: str, ability: Ability) -> bool:
     return ability in _ABILITIES_OF_MODEL.get(model, (ability,))
 
 
-def is_built_in(name: str) -> bool:
+def is_built_in_model(name: str) -> bool:
     """Whether a model is built in, such as ``eai/oracle``."""
     return name.startswith(f"{PROVIDER}/")
 
@@ -182,7 +182,7 @@ class QuestionJob:
     epochs: int = 1
     decoding: DecodingOptions = field(default_factory=DecodingOptions)
     pace: RequestOptions = field(default_factory=RequestOptions)
-    trials: TrialSet | None = None
+    trials: SuiteConversations | None = None
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     experiment: Experiment | None = None
     answer_limit: int | None = None

@@ -32,16 +32,16 @@ from eai.benchmarks.copied_answers import (
     open_empty_answers,
 )
 from eai.benchmarks.gold_answers import (
+    AnswerInParts,
     AnswersByTask,
-    WrittenAnswer,
-    drop_reached_goals,
     make_answer_heeding_feedback,
+    make_benchmark_starting_after_actions,
+    make_benchmark_without_reached_goals,
     make_no_answer_error,
     make_noisy_answer,
     open_answers_of_planner,
     open_gold_answers,
     replace_goals_by_answers,
-    start_after_actions,
 )
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
@@ -250,7 +250,7 @@ class _BuiltInModel(ModelAPI):
             return recorded[question.task_id]
         if self.model_name == "planner" and (question.done or question.scene is not None):
             answers = open_answers_of_planner(
-                _make_benchmark_with_task_as_asked(question),
+                _make_benchmark_with_task_of_question(question),
                 question.ability,
                 question.source,
                 PLANNER_LIMITS,
@@ -258,7 +258,7 @@ class _BuiltInModel(ModelAPI):
             return _get_text_or_raise(answers[question.task_id])
         if self.model_name in ("planner", "copy") and question.stated is not None:
             answers = _ANSWER_OPENERS[self.model_name](
-                _make_benchmark_with_task_as_asked(question), question.ability, question.source
+                _make_benchmark_with_task_of_question(question), question.ability, question.source
             )
             return _get_text_or_raise(answers[question.task_id])
         if self.model_name == "random":
@@ -276,7 +276,7 @@ class _BuiltInModel(ModelAPI):
 
         On average, half of the errors leave out a fact, and half give a fact a wrong object.
         """
-        from eai.studies.perception.belief import open_scene_graph_vocabulary
+        from eai.studies.perception.belief import make_scene_graph_vocabulary
         from eai.studies.perception.noise import PerceptionNoise, perceive_with_noise
 
         half = self._arguments.rate / 2
@@ -286,10 +286,10 @@ class _BuiltInModel(ModelAPI):
         )
         task = question.benchmark.tasks_for(question.ability, question.source)[question.task_id]
         return perceive_with_noise(
-            task, open_scene_graph_vocabulary(question.benchmark), noise, stream
+            task, make_scene_graph_vocabulary(question.benchmark), noise, stream
         ).json_text
 
-    def _corrupt_answer(self, answers: AnswersByTask, question: _ModelQuestion) -> WrittenAnswer:
+    def _corrupt_answer(self, answers: AnswersByTask, question: _ModelQuestion) -> AnswerInParts:
         """Return a corrupted answer to a question.
 
         Each attempt at a task draws new errors, unless the argument ``heed`` is given. Then a later attempt
@@ -314,27 +314,31 @@ class _BuiltInModel(ModelAPI):
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _make_benchmark_with_task_as_asked(question: _ModelQuestion) -> Benchmark:
+def _make_benchmark_with_task_of_question(question: _ModelQuestion) -> Benchmark:
     """Return the benchmark of a question, with the question's task changed as the question describes it.
 
     The task gets the state after the executed actions, the perceived scene, and the stated goals.
     """
     benchmark, task_id = question.benchmark, question.task_id
     if question.done:
-        benchmark = start_after_actions(benchmark, task_id, question.done)
+        benchmark = make_benchmark_starting_after_actions(benchmark, task_id, question.done)
     if question.scene is not None:
-        from eai.studies.perception.belief import apply_scene_graphs, open_scene_graph_vocabulary
+        from eai.studies.perception.belief import apply_scene_graphs, make_scene_graph_vocabulary
 
         graph = read_scene_graph(
-            question.scene, open_scene_graph_vocabulary(benchmark).arity_by_scene_graph_name
+            question.scene, make_scene_graph_vocabulary(benchmark).arity_by_scene_graph_name
         )
         benchmark = apply_scene_graphs(benchmark, {task_id: graph})
     if question.stated is not None:
         benchmark = replace_goals_by_answers(benchmark, {task_id: question.stated})
-    return drop_reached_goals(benchmark, task_id, question.done) if question.done else benchmark
+    return (
+        make_benchmark_without_reached_goals(benchmark, task_id, question.done)
+        if question.done
+        else benchmark
+    )
 
 
-def _get_text_or_raise(answer: WrittenAnswer) -> str:
+def _get_text_or_raise(answer: AnswerInParts) -> str:
     if answer.why_none:
         raise InputError(answer.why_none)
     return answer.text

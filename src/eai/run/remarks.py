@@ -13,7 +13,7 @@ from eai.abilities.declaration import get_declaration
 from eai.agents.play import EpisodeAnswer, read_episode
 from eai.agents.setting import AGENT, AUTO
 from eai.results.trials import Answer, AnswerKey
-from eai.run.job import QuestionJob, is_built_in
+from eai.run.job import QuestionJob, is_built_in_model
 
 _MAX_QUOTED = 60
 """Maximum number of characters of a quoted reply."""
@@ -28,7 +28,7 @@ _MAX_CHARACTERS_PER_TOKEN = 8
 """Number of characters that a token has at most, on average over a prompt."""
 
 
-def list_remarks(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple[str, ...]:
+def list_signs_of_ignored_requests(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple[str, ...]:
     """Return a sentence on each part of the requests that the server or the model seems to have ignored.
 
     Args:
@@ -71,7 +71,7 @@ def _describe_cut_prompts(job: QuestionJob, answers: Mapping[AnswerKey, Answer])
     left out, because they count words.
     """
     grows = job.trials is not None or get_declaration(job.suite.ability).takes_turns
-    if grows or is_built_in(job.endpoint.model):
+    if grows or is_built_in_model(job.endpoint.model):
         return ""
     counted = [
         (answer.usage.input_tokens, len(job.prompts[task_id].user) + len(job.prompts[task_id].system or ""))

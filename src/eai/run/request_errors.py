@@ -54,7 +54,7 @@ def describe_error(error: BaseException) -> str:
         return f"the question is too long for the model's context{f' of {length:,} tokens' if length else ''}"
     error = _find_last_error(error)
     if is_prerequisite_missing(error):
-        return read_marked_up_message(error)
+        return get_message_without_markup(error)
     lines = str(error).strip().splitlines()
     first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
     if isinstance(error, UNREADABLE):
@@ -85,7 +85,7 @@ def is_prerequisite_missing(error: BaseException) -> bool:
     return type(_find_last_error(error)).__name__ == "PrerequisiteError"
 
 
-def read_marked_up_message(error: BaseException) -> str:
+def get_message_without_markup(error: BaseException) -> str:
     """Return the message of an error in one line, without the markup of Inspect's messages."""
     message = str(getattr(error, "message", error))
     if is_prerequisite_missing(error):  # only messages on missing prerequisites contain markup
@@ -135,7 +135,7 @@ def limit_tries_of_refused_connections(model: Model) -> Model:
         return model
     should_retry, first_refusal = api.should_retry, float("-inf")
 
-    def decide_retry(error: Exception) -> object:
+    def should_retry_unless_refused_twice(error: Exception) -> object:
         nonlocal first_refusal
         seconds = time.monotonic() - first_refusal
         if is_connection_refused(error):
@@ -145,6 +145,6 @@ def limit_tries_of_refused_connections(model: Model) -> Model:
                 first_refusal = time.monotonic()
         return should_retry(error)
 
-    decide_retry.limits_refused_tries = True  # type: ignore[attr-defined]
-    api.should_retry = decide_retry  # type: ignore[assignment, method-assign]
+    should_retry_unless_refused_twice.limits_refused_tries = True  # type: ignore[attr-defined]
+    api.should_retry = should_retry_unless_refused_twice  # type: ignore[assignment, method-assign]
     return model

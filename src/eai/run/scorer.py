@@ -46,7 +46,7 @@ from eai.results.codec import experiment_from_json, record_from_json, record_to_
 from eai.results.epochs import find_majority_index
 from eai.results.record import Record
 from eai.results.responses import Response
-from eai.results.runs import make_explorer_address
+from eai.results.runs import make_explorer_url_fragment
 from eai.results.summary import compute_metric_rates, find_answer_outcome
 from eai.results.trials import make_trial_record, replay_attempts_at_task
 from eai.run.acting import read_episode_text
@@ -74,10 +74,10 @@ def explain_record(record: Record) -> str:
         ),
     )
     written = ["\n".join(filter(None, [title, *lines])) for title, lines in sections if lines]
-    return "\n\n".join([f"**{_write_headline(record)}**", *written])
+    return "\n\n".join([f"**{_write_first_line_of_explanation(record)}**", *written])
 
 
-def _write_headline(record: Record) -> str:
+def _write_first_line_of_explanation(record: Record) -> str:
     verdict, answer_outcome = record.verdict, find_answer_outcome(record)
     if answer_outcome is AnswerOutcome.EXCLUDED:
         return f"Excluded: {verdict.excluded}"
@@ -101,7 +101,7 @@ def _describe_step(step: StepReport) -> Iterator[str]:
 
 def _describe_goal_part(part: GoalPartReport, number: int) -> str:
     if part.met_after is not None:
-        return f"✓ `{part.part}`, {part.time_met_text}"
+        return f"✓ `{part.part}`, {part.description_of_time_met}"
     never = "never after that" if number else "never"
     missing_text = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
     return f"✗ `{part.part}`{missing_text}"
@@ -117,7 +117,7 @@ def make_inspect_metric_of_paper_scores(ability: str) -> Metric:
     model to tell whether plans name objects with ids. Then the answers are scored again.
     """
 
-    def compute_paper_columns(scores: list[SampleScore]) -> Value:
+    def compute_metrics_of_paper(scores: list[SampleScore]) -> Value:
         ability_of_scores = Ability.from_name(ability)
         ordered = sorted(scores, key=lambda score: int(_get_metadata(score)["epoch"]))
         by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
@@ -133,7 +133,7 @@ def make_inspect_metric_of_paper_scores(ability: str) -> Metric:
         }
         return shares if scores else dict.fromkeys(shares, nan)
 
-    return compute_paper_columns
+    return compute_metrics_of_paper
 
 
 def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
@@ -180,12 +180,12 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
     else:  # Inspect also scores samples of failed requests
         answer = Response(task_id, "", unanswered="the request failed")
     record = next(Scoring().score_records(suite, model, [answer], explanations=answer.unanswered is None))
-    return apply_experiment(
+    return add_study_results_to_record(
         record, suite.adapt_suite_to_answers([state.input_text]), state.metadata, state.epoch
     )
 
 
-def _add_agent_harness_and_rules_of_record(log_experiment: Experiment, record: Record) -> Experiment:
+def _add_harness_and_rules_of_episode(log_experiment: Experiment, record: Record) -> Experiment:
     """Return the options of a log, with an episode's harness (program that let the model act) and game rules.
 
     If the log's rules include all rules of the episode, the log's rules are kept. They may also include
@@ -204,7 +204,9 @@ def _add_agent_harness_and_rules_of_record(log_experiment: Experiment, record: R
     return replace(log_experiment, harness=agent.harness or log_experiment.harness, rules=rules)
 
 
-def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
+def add_study_results_to_record(
+    record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int
+) -> Record:
     """Return the record of an answer from Inspect's log, completed with options and results of studies.
 
     Studies are variations of the questions. Their options (the experiment) are read from the sample's
@@ -221,7 +223,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
     if written is None:
         return record
     stated = experiment_from_json(written) or Experiment()
-    experiment, task_id = _add_agent_harness_and_rules_of_record(stated, record), record.task_id
+    experiment, task_id = _add_harness_and_rules_of_episode(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
     options = ReplanningOptions.from_experiment(experiment)
@@ -249,7 +251,7 @@ def make_record_of_logged_answer(
     metadata, epoch, question = samples.get(
         record_without_experiment.task_id, ({EXPERIMENT: experiment}, 1, "")
     )
-    logged = apply_experiment(
+    logged = add_study_results_to_record(
         record_without_experiment, suite.adapt_suite_to_answers([question]), metadata, epoch
     )
     return logged.drop_explanations() if record_without_experiment.explanation is None else logged
@@ -263,7 +265,12 @@ def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
         reason=record.verdict.excluded,
         answer=str(fields.pop("response")),
         explanation=explain_record(record),
-        metadata={"epoch": epoch, "answered": answered, "explorer": make_explorer_address(record), **fields},
+        metadata={
+            "epoch": epoch,
+            "answered": answered,
+            "explorer": make_explorer_url_fragment(record),
+            **fields,
+        },
     )
     if answer_outcome is not AnswerOutcome.EXCLUDED:
         score.value = CORRECT if answer_outcome is AnswerOutcome.SUCCESS else INCORRECT

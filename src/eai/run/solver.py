@@ -32,9 +32,9 @@ from inspect_ai.model import (
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import JSONSchema
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.abilities.reasoning import split_answer_and_reasoning
-from eai.results.trials import Answer, AnswerKey, Conversation, TrialSet
+from eai.results.trials import Answer, AnswerKey, Conversation, SuiteConversations
 from eai.run.context import REMEDIES, describe_long_tasks, find_long_tasks
 from eai.run.job import QuestionJob
 from eai.run.journal import RunState
@@ -151,11 +151,11 @@ class _ModelReply(NamedTuple):
 
     output: ModelOutput
     parts: _ReplyParts
-    usage: Usage
+    usage: AnswerUsage
 
 
 @contextmanager
-def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
+def report_failure_in_block(run: RunState, key: AnswerKey) -> Iterator[None]:
     """Report an error of the `with` block. The run gives up the task, or stops if no request can succeed."""
     try:
         yield
@@ -163,13 +163,13 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
         is_final = find_http_status(error) in FINAL_STATUSES or is_prerequisite_missing(error)
         if is_final or is_connection_refused(error):
             run.stop_asking_questions(describe_error(error))
-        elif (misfits := _describe_tasks_beyond_context(run, error)) is not None:
+        elif (misfits := _describe_tasks_longer_than_context(run, error)) is not None:
             run.stop_asking_questions(misfits)
         run.record_failure(*key, describe_error(error))
         raise
 
 
-def _describe_tasks_beyond_context(run: RunState, error: Exception) -> str | None:
+def _describe_tasks_longer_than_context(run: RunState, error: Exception) -> str | None:
     """Return one line on the tasks that do not fit into the context that an error names, or None."""
     job, context = run.job, find_context_length(error) if is_prompt_too_long(error) else None
     if context is None or job.pace.too_long != "stop":
@@ -198,7 +198,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
                 return state
             question, request = conversation.question, run.hash_request_for_next_answer(recorded)
             messages = transcript.add_question(question, conversation)
-            with report_failure(run, key):
+            with report_failure_in_block(run, key):
                 reply = await _ask_within_limit(run, messages, restrictions(key[0], question.stop))
             transcript.add_reply(reply)
             answer = make_answer(state, request, question, reply.usage, transcript.attempt, reply.parts)
@@ -209,7 +209,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def ask_without_journal(trials: TrialSet | None) -> Solver:
+def ask_without_journal(trials: SuiteConversations | None) -> Solver:
     """Return a solver for runs without a journal (file of all answers so far).
 
     Stop sequences come from the sample's metadata.
@@ -307,7 +307,7 @@ def make_answer(
     state: TaskState,
     request_sha256: str,
     prompt: Prompt,
-    usage: Usage,
+    usage: AnswerUsage,
     attempt: int = 1,
     parts: _ReplyParts | None = None,
 ) -> Answer:
@@ -351,7 +351,7 @@ async def _ask_within_limit(
     It is unsuitable if question and limit together exceed the model's context, if the server allows only
     shorter answers, or if the model reasons. In the last two cases, the run sends no limit from then on.
     """
-    first_usage, limit = Usage(), run.answer_limit
+    first_usage, limit = AnswerUsage(), run.answer_limit
     if limit is not None:
         try:
             reply = await _ask_model(messages, restrictions, limit)
@@ -380,14 +380,14 @@ async def _ask_model(
     unrestricted = GenerateConfig(max_tokens=max_tokens)
     if restrictions is None:
         return await _send_request(messages, unrestricted)
-    first_usage = Usage()
+    first_usage = AnswerUsage()
     try:
         reply = await _send_request(messages, restrictions.merge(unrestricted))
         if reply.parts.answer.strip() or reply.output.stop_reason != "stop":
             return reply
         first_usage = reply.usage
     except Exception as error:
-        if not is_refused_parameter(error):
+        if not is_error_about_refused_parameter(error):
             raise
     output, parts, usage = await _send_request(messages, unrestricted)
     if restrictions.response_schema is not None:
@@ -395,7 +395,7 @@ async def _ask_model(
     return _ModelReply(output, parts, first_usage + usage)
 
 
-def is_refused_parameter(error: BaseException) -> bool:
+def is_error_about_refused_parameter(error: BaseException) -> bool:
     """Whether a server refused a request because of a parameter that it does not support."""
     return find_http_status(error) in _REFUSED_PARAMETER_STATUSES and not is_prompt_too_long(error)
 
@@ -425,7 +425,7 @@ def find_reasoning(output: ModelOutput) -> list[str]:
     return [block.summary or "" if block.redacted else block.reasoning for block in blocks]
 
 
-def read_usage(output: ModelOutput) -> Usage:
+def read_usage(output: ModelOutput) -> AnswerUsage:
     """Return the usage of a reply, with None for unknown numbers.
 
     The library Inspect reports zeros if a provider counts nothing. Every question has tokens, so zero input
@@ -433,12 +433,12 @@ def read_usage(output: ModelOutput) -> Usage:
     """
     usage = output.usage
     if usage is None:
-        return Usage()
+        return AnswerUsage()
     cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
     input_tokens, output_tokens = usage.input_tokens + cached, usage.output_tokens
     counts = (input_tokens, output_tokens, usage.reasoning_tokens, usage.total_cost)
     if min(number or 0 for number in counts) < 0:
-        return Usage()
+        return AnswerUsage()
     if not input_tokens:
-        return Usage(None, output_tokens or None, usage.reasoning_tokens or None, usage.total_cost)
-    return Usage(*counts)
+        return AnswerUsage(None, output_tokens or None, usage.reasoning_tokens or None, usage.total_cost)
+    return AnswerUsage(*counts)

@@ -223,7 +223,7 @@ class RunSpec(Options):
             for variation in list_studies_with_run_options()
         }
         choices = {
-            name: variation.make_recorded_settings(name)
+            name: variation.make_study_settings_for_records(name)
             for name, variation in variations_by_study.items()
             if variation.study_option_chosen_by_user
         }
@@ -242,7 +242,7 @@ class RunSpec(Options):
 _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items() if name != "studies"}
 
 
-def list_sections() -> Mapping[str, type[Options]]:
+def get_options_by_section() -> Mapping[str, type[Options]]:
     """Return a mapping from names to sections of a specification, with sections of studies last."""
     return {**_CORE, **{study.name: study.options for study in list_studies_with_run_options()}}
 
@@ -255,7 +255,7 @@ def read_spec(tables: Mapping[str, object]) -> RunSpec:
     Raises:
         InputError: a section, an option or a value is unknown, or options contradict each other.
     """
-    options_of_section = list_sections()
+    options_of_section = get_options_by_section()
     for name in tables:
         _refuse_unknown_name(name, options_of_section)
     read = {name: options_of_section[name].read(name, given) for name, given in tables.items()}
@@ -285,13 +285,13 @@ def _refuse_unknown_name(name: str, known_names: Collection[str]) -> None:
         )
 
 
-def list_option_defaults() -> dict[str, str]:
+def get_default_text_by_option() -> dict[str, str]:
     """Return a mapping from options, as ``section.name``, to their default values as text.
 
     The text is empty for options without a default.
     """
     return {
         f"{section}.{name}": options.format_default(name)
-        for section, options in list_sections().items()
+        for section, options in get_options_by_section().items()
         for name in options.model_fields
     }

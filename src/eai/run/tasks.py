@@ -50,15 +50,15 @@ from eai.results.codec import experiment_to_json
 from eai.results.epochs import ModelAnswers, ModelBeliefsInPrompts, SuiteResult, find_majority_index
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.trials import TrialSet, open_trials
+from eai.results.trials import SuiteConversations, open_trials
 from eai.run.acting import offer_task_tools, play_missing_episodes, player, read_episode_text
 from eai.run.context import calls_server, require_server
-from eai.run.job import ERRATA, QuestionJob, describe_unknown_provider, is_built_in
+from eai.run.job import ERRATA, QuestionJob, describe_unknown_provider, is_built_in_model
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.request_errors import (
+    get_message_without_markup,
     is_prerequisite_missing,
     limit_tries_of_refused_connections,
-    read_marked_up_message,
 )
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
 from eai.run.solver import (
@@ -68,7 +68,7 @@ from eai.run.solver import (
     make_solver_that_asks_questions,
 )
 from eai.run.spec import find_study_of_option, read_spec
-from eai.studies.prompts.choice import make_prompt_name_experiment
+from eai.studies.prompts.choice import make_experiment_with_prompt_name
 from eai.studies.variation import Endpoint, StageBeforeQuestions
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source
@@ -114,19 +114,19 @@ class _SamplesFedToInspect(SampleSource):
 
     async def next_samples(self) -> list[Sample] | None:
         """Return the next samples for Inspect to run, or None if no sample is left."""
-        return self._take_samples_that_may_begin() or None
+        return self._take_next_samples_within_limit() or None
 
     async def sample_complete(self, sample: EvalSample) -> list[Sample]:
         """Return the samples that Inspect can start next. Inspect calls this when a sample has finished."""
         self._unfinished -= 1
-        return self._take_samples_that_may_begin()
+        return self._take_next_samples_within_limit()
 
     async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
         """Return the samples that Inspect can start next. Inspect calls this when a sample was cancelled."""
         self._unfinished -= 1
-        return self._take_samples_that_may_begin()
+        return self._take_next_samples_within_limit()
 
-    def _take_samples_that_may_begin(self) -> list[Sample]:
+    def _take_next_samples_within_limit(self) -> list[Sample]:
         free = max(0, self._ahead - self._unfinished)
         taken = list(islice(self._samples, -(-free // self._epochs)))
         self._unfinished += self._epochs * len(taken)
@@ -229,7 +229,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
             solver = ask_without_journal(None)
-            stage = spec.combined_study_options.make_stage_before_questions(
+            stage = spec.combined_study_options.make_stage_that_obtains_beliefs(
                 library, {suite.domain: asked}, _raise_instead_of_asking_model
             )
             if takes_turns:
@@ -248,7 +248,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 )
             if not takes_turns:
                 experiment = combine_experiments(
-                    [experiment, make_prompt_name_experiment(spec.prompts.prompt_label)]
+                    [experiment, make_experiment_with_prompt_name(spec.prompts.prompt_label)]
                 )
         task = build_task(suite, asked, solver, experiment=experiment, question_metadata=about)
         task.config = GenerateConfig(temperature=0.0)
@@ -270,7 +270,7 @@ def make_trials(
     suite: Suite,
     prompts: Mapping[str, Prompt],
     beliefs: ModelBeliefsInPrompts | None,
-) -> TrialSet | None:
+) -> SuiteConversations | None:
     """Return the object that executes answers and asks again; None if each question is sent once.
 
     Raises:
@@ -426,7 +426,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     )
 
 
-def make_adder_of_experiment_in_log(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
+def make_function_that_adds_logged_options(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
     """Return a function that adds the options of studies in a log to a record of an answer in the log.
 
     Return None if the log has no such options, or if the ability's results are means over several answers.
@@ -524,10 +524,10 @@ def _find_or_make_log(job: QuestionJob, run: RunState, log_dir: Path) -> Path:
     return _require_finished_log(job, log_of_run)
 
 
-def _choose_connections(job: QuestionJob) -> int | None:
+def _choose_max_connections(job: QuestionJob) -> int | None:
     """Return the maximum number of simultaneous requests, or None for Inspect's default."""
     # an interrupt waits for the running request of a built-in model
-    return 1 if is_built_in(job.endpoint.model) else job.pace.max_connections
+    return 1 if is_built_in_model(job.endpoint.model) else job.pace.max_connections
 
 
 def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
@@ -535,7 +535,7 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
 
     Questions with an answer in the journal (file of earlier answers) are not sent again.
     """
-    ahead = None if job.pace.batch else 2 * (_choose_connections(job) or _USUAL_CONNECTIONS)
+    ahead = None if job.pace.batch else 2 * (_choose_max_connections(job) or _USUAL_CONNECTIONS)
     return build_task(
         job.suite,
         job.prompts,
@@ -570,7 +570,7 @@ def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path)
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
-        max_connections=_choose_connections(job),
+        max_connections=_choose_max_connections(job),
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,
@@ -591,7 +591,7 @@ def find_model(endpoint: Endpoint) -> Model:
     except EaiError:
         raise
     except Exception as error:  # providers raise many kinds of errors
-        message = read_marked_up_message(error)
+        message = get_message_without_markup(error)
         if message.startswith("Model API ") and message.endswith(" not recognized."):
             message = describe_unknown_provider(endpoint.model)
         elif is_prerequisite_missing(error) and "API_KEY" in message:

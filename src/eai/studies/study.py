@@ -106,7 +106,9 @@ def name_run_figure(key: RunKey, name: str, figure: Figure | None) -> tuple[str,
     return name, figure
 
 
-def write_paper_remarks(printed_tables: Iterable[PaperTable], protocol: Protocol) -> list[str]:
+def make_remarks_on_comparison_with_paper(
+    printed_tables: Iterable[PaperTable], protocol: Protocol
+) -> list[str]:
     """Return remarks for readers who compare runs, scored by a protocol (set of rules), with the paper."""
     on_columns = (
         printed_table.notes.get(("", column), ())

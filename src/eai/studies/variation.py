@@ -96,7 +96,7 @@ class StageBeforeQuestions:
         if self.previous is None:
             return self.believe(self, endpoint, suite)
         earlier = self.previous.collect_beliefs(endpoint, suite)
-        return earlier.combine_scenes_with_goal_beliefs(self.believe(self, endpoint, suite))
+        return earlier.add_goals_from_other_beliefs(self.believe(self, endpoint, suite))
 
     @property
     def earliest_stage_before_questions(self) -> StageBeforeQuestions:
@@ -156,7 +156,7 @@ class VariationOptions(Options):
         """The options of replanning; None if a task has one attempt, in which every action works."""
         return None
 
-    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
         """Return the options of the study that differ from their defaults, for the records of a run.
 
         Some studies return None. Their options are recorded with the goals or scenes that the questions state
@@ -179,7 +179,7 @@ class VariationOptions(Options):
         """
         return sorted(set(requested or PAPER_ABILITIES), key=get_ability_sort_key)
 
-    def make_stage_before_questions(
+    def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
         """Return a stage before the run's questions that asks models, or None if the study needs no stage.
@@ -259,7 +259,7 @@ class _OptionsOfCombinedStudies(VariationOptions):
             )
         return shared
 
-    def make_stage_before_questions(
+    def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
         """Return the last stage that asks models before the run's questions; None if no study needs a stage.
@@ -268,7 +268,7 @@ class _OptionsOfCombinedStudies(VariationOptions):
         """
         last: StageBeforeQuestions | None = None
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):
-            stage = variation.make_stage_before_questions(library, task_ids_by_domain, ask)
+            stage = variation.make_stage_that_obtains_beliefs(library, task_ids_by_domain, ask)
             if stage is not None:
                 stage.earliest_stage_before_questions.previous, last = last, stage
         return last

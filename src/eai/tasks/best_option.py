@@ -241,7 +241,7 @@ def _make_mask_of_positive_conditions(atom_count: int) -> _ConditionMask:
     return ((1 << 2 * atom_count) - 1) // 3
 
 
-def _negate_each_condition(conditions: _ConditionMask, positive: _ConditionMask) -> _ConditionMask:
+def _negate_conditions(conditions: _ConditionMask, positive: _ConditionMask) -> _ConditionMask:
     return (conditions & positive) << 1 | conditions >> 1 & positive
 
 
@@ -274,7 +274,7 @@ class _GoalPartCompiler:
     ) -> None:
         self._fixed = fixed
         self._positive = positive
-        self._barred = _negate_each_condition(fixed, positive)
+        self._barred = _negate_conditions(fixed, positive)
         self._common: set[int] = set()
         self._occurring = 0
         self._all = self._count_atom_mentions(AllOf(tuple(choices)))
@@ -307,15 +307,15 @@ class _GoalPartCompiler:
             case AllOf(parts):
                 return self._make_finder_for_conjunction(parts)
             case AnyOf(parts):
-                return self._drop_conditions_only_in_goal_part(
+                return self._make_finder_dropping_unshared_conditions(
                     _make_finder_for_disjunction(
                         [self.make_finder_for_goal_part(member) for member in parts]
                     ),
                     goal_part,
                 )
             case ExactlyOf(count, parts):
-                return self._drop_conditions_only_in_goal_part(
-                    self._make_finder_choosing_exactly(
+                return self._make_finder_dropping_unshared_conditions(
+                    self._make_finder_that_satisfies_count(
                         count, [self.make_finder_for_goal_part(member) for member in parts]
                     ),
                     goal_part,
@@ -325,7 +325,7 @@ class _GoalPartCompiler:
                     [None if cell is None else self.make_finder_for_goal_part(cell) for cell in row]
                     for row in cells
                 ]
-                return self._drop_conditions_only_in_goal_part(
+                return self._make_finder_dropping_unshared_conditions(
                     self._make_finder_matching_rows_to_columns(count, tables), goal_part
                 )
             case _:
@@ -366,8 +366,8 @@ class _GoalPartCompiler:
             best: _ValueByConditionSet = {0: value}
             for member, closed in steps:
                 best = self._keep_best_condition_sets(
-                    _drop_conditions_adding_their_values(
-                        self._join_condition_sets(best, member(search)), closed, search
+                    _remove_conditions_and_count_their_values(
+                        self._combine_condition_sets_pairwise(best, member(search)), closed, search
                     ),
                     search,
                 )
@@ -416,7 +416,7 @@ class _GoalPartCompiler:
         ]
         return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
-    def _make_finder_choosing_exactly(
+    def _make_finder_that_satisfies_count(
         self, count: int, members: Sequence[_BestConditionSetsFinder]
     ) -> _BestConditionSetsFinder:
         def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
@@ -427,7 +427,9 @@ class _GoalPartCompiler:
             best: list[_ValueByConditionSet] = [{0: 0}, *[{} for _ in range(count)]]
             for sets in tables:
                 for size in range(count, 0, -1):
-                    _merge_keeping_greater_values(best[size], self._join_condition_sets(best[size - 1], sets))
+                    _merge_keeping_greater_values(
+                        best[size], self._combine_condition_sets_pairwise(best[size - 1], sets)
+                    )
                     best[size] = self._keep_best_condition_sets(best[size], search)
             return best[count]
 
@@ -442,11 +444,11 @@ class _GoalPartCompiler:
                 weights = [[sets.get(0) for sets in row] for row in rows]
                 pairs = find_heaviest_matching(weights, pair_count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._find_best_sets_matching_rows_to_columns(pair_count, rows, search)
+            return self._find_best_sets_in_distinct_rows_and_columns(pair_count, rows, search)
 
         return find_best_condition_sets
 
-    def _find_best_sets_matching_rows_to_columns(
+    def _find_best_sets_in_distinct_rows_and_columns(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
         """Return the ways to satisfy ``count`` parts of the goal, no two of them in one row or column.
@@ -461,7 +463,8 @@ class _GoalPartCompiler:
                 for column, cell in enumerate(row):
                     if cell and not taken >> column & 1 and taken.bit_count() < count:
                         _merge_keeping_greater_values(
-                            wider.setdefault(taken | 1 << column, {}), self._join_condition_sets(sets, cell)
+                            wider.setdefault(taken | 1 << column, {}),
+                            self._combine_condition_sets_pairwise(sets, cell),
                         )
             best = {taken: self._keep_best_condition_sets(sets, search) for taken, sets in wider.items()}
             if len(best) > _MAX_SETS:
@@ -473,7 +476,7 @@ class _GoalPartCompiler:
                 _merge_keeping_greater_values(last, sets)
         return last
 
-    def _join_condition_sets(
+    def _combine_condition_sets_pairwise(
         self, left: _ValueByConditionSet, right: _ValueByConditionSet
     ) -> _ValueByConditionSet:
         """Return the union of each left and each right set, with the sum of their values.
@@ -491,13 +494,13 @@ class _GoalPartCompiler:
                     joined[both] = total
         return joined
 
-    def _drop_conditions_only_in_goal_part(
+    def _make_finder_dropping_unshared_conditions(
         self, find_best_condition_sets: _BestConditionSetsFinder, goal_part: _NumberedChoice
     ) -> _BestConditionSetsFinder:
         closed = self._find_conditions_in_no_other_part(self._count_atom_mentions(goal_part))
         if not closed:
             return find_best_condition_sets
-        return lambda search: _drop_conditions_adding_their_values(
+        return lambda search: _remove_conditions_and_count_their_values(
             find_best_condition_sets(search), closed, search
         )
 
@@ -535,7 +538,7 @@ class _GoalPartCompiler:
         return {each: kept[each] for each in best}
 
     def _can_contradict_other_conditions(self, conditions: _ConditionMask) -> bool:
-        return bool(_negate_each_condition(conditions, self._positive) & self._occurring)
+        return bool(_negate_conditions(conditions, self._positive) & self._occurring)
 
 
 def _return_no_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
@@ -562,7 +565,7 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
             best[conditions] = value
 
 
-def _drop_conditions_adding_their_values(
+def _remove_conditions_and_count_their_values(
     sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
     """Remove some conditions from all sets of conditions, and add the values of the conditions to the sets.

@@ -99,10 +99,10 @@ class GoalTest:
         self._actions = tuple(
             [list_actions_that_meet_goal(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
         )
-        shares = [_divide_goal_among_kinds(goal) for goal in task.goals_without_hazards]
+        shares = [_divide_credit_among_kinds(goal) for goal in task.goals_without_hazards]
         shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
-        self._totals = tuple([_convert_halves_to_goals(sum(of_kind)) for of_kind in self._shares])
+        self._totals = tuple([_halve_credit(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
         self._tally_cache: dict[tuple[bool, ...], TalliesByGoalKind] = {}
 
@@ -117,7 +117,7 @@ class GoalTest:
             trajectory: the whole execution; None if nothing was executed.
         """
         reached = [test.truth(final, test.binding.copy()) for test in self._tests]
-        for number in self._find_met_action_goals(self._actions, actions) if self._actions else ():
+        for number in self._find_indices_of_met_action_goals(self._actions, actions) if self._actions else ():
             reached[self._action_indices[number]] = True
         if self._over_time:
             trace = to_trace(trajectory or Trajectory((final,), ()))
@@ -174,13 +174,11 @@ class GoalTest:
         """
         tallies = self._tally_cache.get(reached)
         if tallies is None:
-            satisfied = [
-                _convert_halves_to_goals(sum(map(mul, reached, of_kind))) for of_kind in self._shares
-            ]
+            satisfied = [_halve_credit(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
             tallies = self._tally_cache[reached] = TalliesByGoalKind(*map(Share, satisfied, self._totals))
         return tallies
 
-    def _find_met_action_goals(
+    def _find_indices_of_met_action_goals(
         self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
     ) -> Sequence[int]:
         """Return the indices of the action goals that the actions meet, in order.
@@ -306,11 +304,11 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
     return all(any(action in wanted for action in left) for wanted in goals)
 
 
-_HalfGoalsByKind: TypeAlias = tuple[int, int, int]
+_CreditByKind: TypeAlias = tuple[int, int, int]
 """Parts of a goal that count for states, for relations and for actions, in halves of a goal; the sum is 2."""
 
 
-def _divide_goal_among_kinds(goal: Goal) -> _HalfGoalsByKind:
+def _divide_credit_among_kinds(goal: Goal) -> _CreditByKind:
     """Return how many halves of a goal count for states, for relations and for actions.
 
     A goal about states and relations counts half for each. Every other goal counts wholly for its kind.
@@ -323,5 +321,5 @@ def _divide_goal_among_kinds(goal: Goal) -> _HalfGoalsByKind:
     return (0, 2, 0) if binary == {True} else (2, 0, 0)
 
 
-def _convert_halves_to_goals(half_goals: int) -> int | float:
+def _halve_credit(half_goals: int) -> int | float:
     return half_goals / 2 if half_goals % 2 else half_goals // 2

@@ -7,8 +7,8 @@ from dataclasses import replace
 import eai.logic.formula as f
 from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
 from eai.logic.ltl import read_formula
-from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
+from eai.logic.ltl_printer import format_ltl
+from eai.logic.rewriting import rewrite_state_subformulas, standardize_variable_names
 from eai.logic.signature import describe_arity
 from eai.logic.traversal import (
     find_free_variables,
@@ -45,7 +45,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
         is_object = offence.kind == "unknown_object"
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(f"{offence}{did_you_mean(offence.name, known)}")
-    formula = rewrite_state_subformulas(stated, lexicon.to_domain_names)
+    formula = rewrite_state_subformulas(stated, lexicon.replace_by_domain_names)
     actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:
@@ -134,4 +134,4 @@ def write_goal(formula: f.Formula) -> str:
         case f.Or(operands) if operands and all(isinstance(operand, f.Occurs) for operand in operands):
             return " or ".join(map(write_goal, operands))
         case _:
-            return print_ltl(rename_variables(formula))
+            return format_ltl(standardize_variable_names(formula))

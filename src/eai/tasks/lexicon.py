@@ -53,11 +53,11 @@ class FormulaLexicon:
         return {index: name for name, index in self.objects.items()}
 
     @cached_property
-    def _text_name_by_predicate(self) -> Mapping[str, str]:
+    def _name_in_texts_by_predicate(self) -> Mapping[str, str]:
         return {name: word for word, name in self.predicates.items()}
 
     @cached_property
-    def _text_name_by_action(self) -> Mapping[str, str]:
+    def _name_in_texts_by_action(self) -> Mapping[str, str]:
         return {name: word for word, name in self.actions.items()}
 
     def name(self, index: int) -> str:
@@ -68,20 +68,20 @@ class FormulaLexicon:
         """Return a literal without variables as a formula with the names that answers and task files use."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
-        word = name if spoken else self._text_name_by_predicate.get(name, name)
+        word = name if spoken else self._name_in_texts_by_predicate.get(name, name)
         atom = f.Atom(word, self._write_objects(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
         """Return an action on given objects as a formula with the names that answers and task files use."""
         return f.Occurs(
-            self._text_name_by_action.get(action.operator, action.operator),
+            self._name_in_texts_by_action.get(action.operator, action.operator),
             self._write_objects(action.arguments),
         )
 
     def has_text_name_for_action(self, operator: str) -> bool:
         """Whether answers and task files have a name for an action of the domain."""
-        return self._text_name_by_action.get(operator, operator) in self.signature.actions
+        return self._name_in_texts_by_action.get(operator, operator) in self.signature.actions
 
     def find_predicates_of_arity(self, arity: int, put_first: str) -> Iterator[str]:
         """Yield the domain's predicates of a given arity that answers and task files can name.
@@ -131,37 +131,40 @@ class FormulaLexicon:
             name in self.unobserved_objects for name in names
         )
 
-    def to_domain_names(self, formula: f.Formula) -> f.Formula:
+    def replace_by_domain_names(self, formula: f.Formula) -> f.Formula:
         """Return a formula from an answer or a task file with the names that the domain and its scene use.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def use_domain_names(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def use_names_in_domain(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
                 return is_a(self._replace_by_scene_name(leaf.arguments[0]), self.categories[leaf.predicate])
             return _rename_leaf(leaf, self.predicates, self.actions, self._replace_by_scene_name)
 
-        return rewrite_leaves(formula, use_domain_names)
+        return rewrite_leaves(formula, use_names_in_domain)
 
-    def to_text_names(self, formula: f.Formula) -> f.Formula:
+    def replace_by_names_in_texts(self, formula: f.Formula) -> f.Formula:
         """Return a formula of the domain with the names that answers and task files use.
 
-        This is the inverse of `to_domain_names`.
+        This is the inverse of `replace_by_domain_names`.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def use_text_names(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def use_names_in_texts(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             return _rename_leaf(
-                leaf, self._text_name_by_predicate, self._text_name_by_action, self._replace_by_text_name
+                leaf,
+                self._name_in_texts_by_predicate,
+                self._name_in_texts_by_action,
+                self._replace_by_name_in_texts,
             )
 
-        return rewrite_leaves(formula, use_text_names)
+        return rewrite_leaves(formula, use_names_in_texts)
 
-    def _replace_by_text_name(self, term: f.Term) -> f.Term:
+    def _replace_by_name_in_texts(self, term: f.Term) -> f.Term:
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.name(index))
 
@@ -193,7 +196,7 @@ def _rename_leaf(
             return f.Equals(rename_term(left), rename_term(right))
 
 
-def list_objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
+def collect_names_of_objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
     """Return the names of the objects of a scene, and of the objects' classes.
 
     A class's name stands for any object of the class.
@@ -215,6 +218,6 @@ def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     signature = Signature(
         {word: vocabulary.find_arity(name) for word, name in predicates.items()},
         {word: domain.operator_arities[name] for word, name in actions.items()},
-        list_objects_and_classes(objects, scene),
+        collect_names_of_objects_and_classes(objects, scene),
     )
     return FormulaLexicon(scene, signature, objects, predicates, actions)

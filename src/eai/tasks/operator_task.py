@@ -52,7 +52,7 @@ It stops before the first step that has no corresponding action.
 """
 
 
-def _translate_no_steps(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
+def _return_no_actions(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
     return ()
 
 
@@ -75,7 +75,7 @@ class TransitionTask:
     operators: tuple[str, ...]
     categories: tuple[PredicateCategory, ...]
     problem_text: str
-    actions_of: StepTranslator = _translate_no_steps
+    actions_of: StepTranslator = _return_no_actions
 
     @cached_property
     def problem(self) -> PddlProblem:

@@ -199,7 +199,7 @@ class _ProblemConverter:
         facts = [
             Fact(name, tuple([index[term.name] for term in arguments]))
             for name, arguments in stored
-            if self.domain.vocabulary.find_stored(name) is not None
+            if self.domain.vocabulary.find_stored_predicate(name) is not None
         ]
         names = {word: thing.name for word, thing in spelt.items()}
         return scene.state(facts), lambda formula: self._to_declared_names(formula, names)
@@ -213,20 +213,22 @@ class _ProblemConverter:
     def _to_declared_names(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         """Return the condition with declared names in place of the problem's spelling."""
 
-        def to_declared_term(term: f.Term) -> f.Term:
+        def replace_name_by_declared_name(term: f.Term) -> f.Term:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
 
         match formula:
             case f.Atom(name, (argument,)) if name in self.kinds:
-                return is_a(to_declared_term(argument), self.kinds[name])
+                return is_a(replace_name_by_declared_name(argument), self.kinds[name])
             case f.Atom(name) if name in self.performed:
                 return f.Occurs(self.performed[name], ())
             case f.Atom(name) if name == self.order:
                 return f.TRUE
             case f.Atom(name, arguments):
-                return f.Atom(self.predicates.get(name, name), tuple(map(to_declared_term, arguments)))
+                return f.Atom(
+                    self.predicates.get(name, name), tuple(map(replace_name_by_declared_name, arguments))
+                )
             case f.Equals():
-                return map_terms(formula, to_declared_term)
+                return map_terms(formula, replace_name_by_declared_name)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
                 return replace(
                     formula,

@@ -8,11 +8,11 @@ from functools import cached_property
 from itertools import groupby
 
 import eai.logic.formula as f
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.traversal import find_predicates, map_subformulas
-from eai.planning.effect_schema import find_written_predicates
+from eai.planning.effect_schema import find_predicates_changed_by_effects
 from eai.world.condition import FormulaEvaluator
-from eai.world.derived import DefinedPredicate, LookupPredicate, find_definition, find_stored_predicates
+from eai.world.derived import DefinedPredicate, LookupPredicate, find_definition, find_stored_dependencies
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
@@ -51,7 +51,9 @@ class DomainRules:
     @cached_property
     def operators(self) -> tuple[Operator, ...]:
         """The operators whose rules prompts may state."""
-        return tuple([operator for operator in self.domain.operators if self._can_be_shown(operator)])
+        return tuple(
+            [operator for operator in self.domain.operators if self._can_be_written_as_rule(operator)]
+        )
 
     @cached_property
     def operator_names(self) -> frozenset[str]:
@@ -79,7 +81,7 @@ class DomainRules:
     def changed_predicates_by_operator(self) -> Mapping[str, frozenset[str]]:
         """Mapping from the name of each operator to the visible predicates that it changes."""
         return {
-            operator.name: frozenset(find_written_predicates(operator.effects))
+            operator.name: frozenset(find_predicates_changed_by_effects(operator.effects))
             - self.changeable_hidden_predicates
             for operator in self.operators
         }
@@ -91,14 +93,14 @@ class DomainRules:
 
         A derived predicate is replaced by the predicates in its definition.
         """
-        decisive = find_stored_predicates(find_predicates(*formulas), self.domain.vocabulary)
+        decisive = find_stored_dependencies(find_predicates(*formulas), self.domain.vocabulary)
         return frozenset(decisive).union(*(self._used_predicates_by_operator[name] for name in operators))
 
     @cached_property
     def _used_predicates_by_operator(self) -> Mapping[str, frozenset[str]]:
         vocabulary = self.domain.vocabulary
         return {
-            name: self.changed_predicates_by_operator[name].union(find_stored_predicates(read, vocabulary))
+            name: self.changed_predicates_by_operator[name].union(find_stored_dependencies(read, vocabulary))
             for name, read in self._condition_predicates_by_operator.items()
         }
 
@@ -134,7 +136,7 @@ class DomainRules:
             checks = [c for c in operator.checks if (c.fault is FaultKind.ADDITIONAL_STEP) is of_needless]
             conditions = dict.fromkeys([_write_formula(check.condition) for check in checks])
             lines += [f"{_INDENT}{heading}: {'; '.join(conditions)}"] if conditions else []
-        return "\n".join([*lines, *self._write_changes(operator)])
+        return "\n".join([*lines, *self._write_effect_lines(operator)])
 
     def write_predicate_definitions(self) -> list[str]:
         """Return the definitions of derived predicates as text.
@@ -144,13 +146,13 @@ class DomainRules:
         return [
             text
             for name, text in self._definition_text_by_predicate.items()
-            if not self._depend_on_hidden_predicates([name])
+            if not self._does_any_depend_on_hidden_predicates([name])
         ]
 
-    def write_operator_heads(self, operators: Collection[str]) -> str:
+    def write_operator_signatures(self, operators: Collection[str]) -> str:
         """Return the first lines of some operators' rules, which give only the names and parameters."""
         return "\n".join(
-            [_write_operator_head(operator) for operator in self.operators if operator.name in operators]
+            [_write_operator_signature(operator) for operator in self.operators if operator.name in operators]
         )
 
     @cached_property
@@ -164,16 +166,16 @@ class DomainRules:
             operator.name: find_predicates(*find_operator_conditions(operator)) for operator in self.operators
         }
 
-    def _can_be_shown(self, operator: Operator) -> bool:
+    def _can_be_written_as_rule(self, operator: Operator) -> bool:
         vocabulary = self.domain.vocabulary
         read = find_predicates(*find_operator_conditions(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._find_derived_predicates_used_by(read)]
         undefined = any(find_definition(predicate) is None for predicate in derived)
-        return not (operator.alternatives or undefined or self._depend_on_hidden_predicates(read))
+        return not (operator.alternatives or undefined or self._does_any_depend_on_hidden_predicates(read))
 
-    def _depend_on_hidden_predicates(self, names: Iterable[str]) -> bool:
+    def _does_any_depend_on_hidden_predicates(self, names: Iterable[str]) -> bool:
         return not self.changeable_hidden_predicates.isdisjoint(
-            find_stored_predicates(names, self.domain.vocabulary)
+            find_stored_dependencies(names, self.domain.vocabulary)
         )
 
     def _find_derived_predicates_used_by(self, names: Iterable[str]) -> list[str]:
@@ -198,9 +200,9 @@ class DomainRules:
                 f"{_INDENT}requirement {number}: {_write_formula(check.condition)}"
                 f'   [otherwise "{check.reason.format_map(names)}"]'
             )
-        return "\n".join([*lines, *self._write_changes(operator)])
+        return "\n".join([*lines, *self._write_effect_lines(operator)])
 
-    def _write_changes(self, operator: Operator) -> list[str]:
+    def _write_effect_lines(self, operator: Operator) -> list[str]:
         return [*self._write_effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
 
     def _write_effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
@@ -257,13 +259,13 @@ def explain_rule_notation(rules: str) -> str:
     return " ".join([words for sign, words in _EXPLANATIONS if sign in rules])
 
 
-def _write_operator_head(operator: Operator) -> str:
+def _write_operator_signature(operator: Operator) -> str:
     return f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
 
 
 def write_operator_title(operator: Operator) -> str:
     """Return the first line of an operator's rule: its name, its parameters and a short description."""
-    head = _write_operator_head(operator)
+    head = _write_operator_signature(operator)
     return f"{head}: {operator.description}" if operator.description else head
 
 
@@ -275,7 +277,7 @@ def _write_definition(derived: DerivedPredicate, defined: DefinedPredicate) -> s
 
 def _write_formula(formula: f.Formula) -> str:
     """Return a formula as text. Trivial parts are left out, and ``is_a(x, lamp)`` states that x is a lamp."""
-    return print_ltl(_simplify_formula(formula))
+    return format_ltl(_simplify_formula(formula))
 
 
 def _simplify_formula(formula: f.Formula) -> f.Formula:

@@ -154,10 +154,10 @@ def open_tasks_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
     opened: dict[Path, TaskSet[T]] = {}
 
     @wraps(opener)
-    def open_once(source: Source) -> TaskSet[T]:
+    def open_task_set_once(source: Source) -> TaskSet[T]:
         folder = (source.store or Store()).folder
         if folder not in opened:
             opened[folder] = opener(source)
         return opened[folder]
 
-    return open_once
+    return open_task_set_once

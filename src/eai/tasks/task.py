@@ -141,7 +141,7 @@ class Task:
         return not isinstance(self.special, AmbiguousTaskMark)
 
     @property
-    def with_only_prompted_goals(self) -> Task:
+    def with_only_goals_in_prompt(self) -> Task:
         """The task with only the goals that prompts state."""
         if not self.has_goals_in_prompts:
             return replace(self, goals=())

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from eai.base.errors import InputError, prefix_errors_with_location
 from eai.base.files import number_lines, read_content, write_files_atomically
 from eai.base.grouping import MapItems, map_one_by_one
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.start import is_refuted_by_initial_state
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import is_impossible
@@ -248,7 +248,7 @@ def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):
         if goal.is_over_time and is_refuted_by_initial_state(goal.formula, start):
-            yield f"goals.{number}: no plan reaches it: the start already breaks {print_ltl(goal.formula)}"
+            yield f"goals.{number}: no plan reaches it: the start already breaks {format_ltl(goal.formula)}"
 
 
 def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:

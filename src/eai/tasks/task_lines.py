@@ -17,10 +17,10 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 import eai.logic.formula as f
 from eai.base.docstrings import read_docstring_entries
 from eai.base.errors import InputError, prefix_errors_with_location
-from eai.base.files import refuse_repeated_keys
+from eai.base.files import make_dict_refusing_repeated_keys
 from eai.base.json_value import Json
-from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
+from eai.logic.ltl_printer import format_ltl
+from eai.logic.rewriting import rewrite_state_subformulas, standardize_variable_names
 from eai.logic.signature import describe_arity
 from eai.tasks.goal_text import make_goal_lexicon, read_goal
 from eai.tasks.options import describe_validation_error
@@ -106,7 +106,7 @@ def read_task_line(text: str | bytes) -> _TaskLine:
             the expected value.
     """
     try:
-        value = json.loads(text, strict=False, object_pairs_hook=refuse_repeated_keys)
+        value = json.loads(text, strict=False, object_pairs_hook=make_dict_refusing_repeated_keys)
         if not isinstance(value, dict):
             raise InputError('expected a task as a JSON object with the string "id"')
         return _TaskLine.model_validate(value)
@@ -224,7 +224,7 @@ def write_task_line(
     special = {} if task.special is None else asdict(task.special)
     values |= {name: value for name, value in special.items() if value is not False}
     values |= {"about": remarks} if remarks else {}
-    values |= list_recorded_plans(task)
+    values |= get_recorded_plan_fields(task)
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 
@@ -233,7 +233,7 @@ def list_plan(task: Task) -> list[list[str]]:
     return _list_actions(task.script, task.scene)
 
 
-def list_recorded_plans(task: Task) -> dict[str, list[list[str]]]:
+def get_recorded_plan_fields(task: Task) -> dict[str, list[list[str]]]:
     """Return the fields ``shortest`` and ``reference`` of a task's line in a task file.
 
     ``shortest`` is the shortest known plan. ``reference`` has actions with which an agent wins the game
@@ -260,5 +260,8 @@ def list_facts(state: State) -> dict[str, list[str | Sequence[str]]]:
 def write_goals(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
     """Return goals as texts in the format of task files."""
     lexicon = make_goal_lexicon(domain, scene)
-    renamed = [rename_variables(formula) for formula in formulas]
-    return [print_ltl(rewrite_state_subformulas(formula, lexicon.to_text_names)) for formula in renamed]
+    renamed = [standardize_variable_names(formula) for formula in formulas]
+    return [
+        format_ltl(rewrite_state_subformulas(formula, lexicon.replace_by_names_in_texts))
+        for formula in renamed
+    ]

@@ -144,7 +144,7 @@ class SuiteWording:
         kinds = self.domain.vocabulary.list_kind_with_ancestors(task.scene.objects[index].category)
         return f"[{', '.join(kinds)}]: {', '.join(having) or '-'}"
 
-    def describe_initial(self, task: Task) -> str:
+    def describe_initial_state(self, task: Task) -> str:
         """Return the facts about a task's objects in the initial state, one a line."""
         about = self.list_prompt_objects(task)
         facts = [
@@ -186,7 +186,7 @@ class SuiteWording:
         """Return a fact about objects with the given names, as text for prompts."""
         return f"{self._get_answer_name(predicate)}({', '.join(object_names)})"
 
-    def describe_instruction(self, task: Task) -> str:
+    def write_instruction_line(self, task: Task) -> str:
         """Return a task's instruction as a line; empty if prompts omit it or state it in place of goals."""
         shown = self.states_instruction and task.has_goals_in_prompts
         return f"\nInstruction: {task.instruction}" if shown else ""
@@ -199,7 +199,7 @@ class SuiteWording:
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
         return _join_lines(
-            write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_prompted_goals.goals
+            write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_goals_in_prompt.goals
         )
 
     def _get_answer_name(self, predicate: str) -> str:

@@ -28,19 +28,19 @@ Scope: TypeAlias = Mapping[str, int]
 """Mapping from the names of variables to the indices of their objects."""
 
 
-def conjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
+def combine_tests_by_and(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether all parts of a formula hold, in the order of the parts."""
 
-    def all_hold(state: State, binding: FrameBinding) -> bool:
+    def do_all_tests_hold(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
             if not part(state, binding):
                 return False
         return True
 
-    return all_hold
+    return do_all_tests_hold
 
 
-def disjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
+def combine_tests_by_or(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether any part of a formula holds, in the order of the parts."""
 
     def any_holds(state: State, binding: FrameBinding) -> bool:
@@ -62,7 +62,7 @@ def negate_filter(part: ObjectFilter) -> ObjectFilter:
     return lambda state, binding, among: among & ~part(state, binding, among)
 
 
-def conjoin_filters(parts: Sequence[ObjectFilter]) -> ObjectFilter:
+def combine_filters_by_and(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     """Return a function that selects the objects that make all parts of a formula true.
 
     Each part tests only the objects that all earlier parts selected.
@@ -78,7 +78,7 @@ def conjoin_filters(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     return filter_objects
 
 
-def disjoin_filters(parts: Sequence[ObjectFilter]) -> ObjectFilter:
+def combine_filters_by_or(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     """Return a function that selects the objects that make any part of a formula true.
 
     Each part tests only the objects that no earlier part selected.
@@ -127,7 +127,11 @@ class ConditionCompiler:
                 return self.compile_test(operand, scope, wanted=not wanted)
             case f.And(operands) | f.Or(operands):
                 parts = [self.compile_test(operand, scope, wanted=wanted) for operand in operands]
-                return conjoin_tests(parts) if isinstance(formula, f.And) is wanted else disjoin_tests(parts)
+                return (
+                    combine_tests_by_and(parts)
+                    if isinstance(formula, f.And) is wanted
+                    else combine_tests_by_or(parts)
+                )
             case f.Implies(premise, conclusion):
                 return self.compile_test(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
             case f.Exists(variable, f.Equals(f.Variable(member), term)) if (
@@ -172,7 +176,11 @@ class ConditionCompiler:
                 return negate_filter(self.compile_filter(operand, slot, scope))
             case f.And(operands) | f.Or(operands):
                 parts = [self.compile_filter(operand, slot, scope) for operand in operands]
-                return conjoin_filters(parts) if isinstance(formula, f.And) else disjoin_filters(parts)
+                return (
+                    combine_filters_by_and(parts)
+                    if isinstance(formula, f.And)
+                    else combine_filters_by_or(parts)
+                )
             case f.Implies(premise, conclusion):
                 return self.compile_filter(f.Or((f.Not(premise), conclusion)), slot, scope)
             case f.Exists(variable, f.Equals(f.Variable(member), f.Variable(name))) if (
@@ -267,7 +275,7 @@ class ConditionCompiler:
         derived = self._find_derived_predicate(atom.predicate)
         match derived:
             case None:
-                return _compile_stored_truth(self._vocabulary, atom.predicate, slots, wanted)
+                return _compile_test_of_stored_predicate(self._vocabulary, atom.predicate, slots, wanted)
             case DefinedPredicate(definition=definition):
                 with self._forbid_recursion(derived):
                     return self.compile_test(
@@ -301,7 +309,7 @@ class ConditionCompiler:
             return lambda state, binding, among: of(state, (binding[other],)) & among
         if derived is not None or slots.count(slot) > 1:
             return self._compile_filter_that_tests_each(atom, slot, scope)
-        return _compile_stored_filter(self._vocabulary, atom.predicate, slots, slot)
+        return _compile_filter_by_stored_predicate(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived_predicate(self, predicate: str) -> DerivedPredicate | None:
         """Return a derived predicate in its fastest form (`to_fastest_form`); None for a stored predicate."""
@@ -339,7 +347,7 @@ def _make_lookup_value_finder(lookup: LookupPredicate, slots: Sequence[int]) -> 
     return lambda state, binding: values(state, tuple([binding[s] for s in slots]))
 
 
-def _compile_stored_truth(
+def _compile_test_of_stored_predicate(
     vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], wanted: bool
 ) -> ConditionTest:
     if len(slots) > 2:
@@ -358,7 +366,7 @@ def _compile_stored_truth(
     return lambda state, binding: state.unary[mask] >> binding[argument] & 1 == bit
 
 
-def _compile_stored_filter(
+def _compile_filter_by_stored_predicate(
     vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], slot: int
 ) -> ObjectFilter:
     if len(slots) == 1:
@@ -368,7 +376,10 @@ def _compile_stored_filter(
         tuple_slot, position = vocabulary.tuple_slots[predicate], slots.index(slot)
         others = slots[:position] + slots[position + 1 :]
         return lambda state, binding, among: (
-            state.tuples[tuple_slot].find_completions(position, tuple([binding[s] for s in others])) & among
+            state.tuples[tuple_slot].find_objects_completing_tuple(
+                position, tuple([binding[s] for s in others])
+            )
+            & among
         )
     relation = vocabulary.binary_slots[predicate]
     source, target = slots

@@ -21,7 +21,7 @@ from collections.abc import Set as AbstractSet
 from typing import TypeAlias
 
 from eai.logic.formula import And, Atom, Formula, Not, Or
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
@@ -58,11 +58,15 @@ def check_domain(
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     names = {predicate.name for predicate in domain.vocabulary.predicates}
     follow = frozenset() if simulated_predicates is None else names.difference(simulated_predicates)
-    walks = (defect for state in states for defect in _check_random_walk(domain, state, rng, steps, follow))
+    walks = (
+        defect
+        for state in states
+        for defect in _find_defects_on_random_walk(domain, state, rng, steps, follow)
+    )
     return tuple(dict.fromkeys(walks))
 
 
-def _check_random_walk(
+def _find_defects_on_random_walk(
     domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
 ) -> Iterator[_Defect]:
     """Execute random possible actions, and yield a text for each rule of execution that the domain breaks."""
@@ -85,7 +89,7 @@ def _check_random_walk(
         if _compute_facts_hash(history.state) != before:
             yield f"{action.operator}: trying the action changed the state in which it was tried"
         if isinstance(outcome, Fault):
-            yield from _check_reported_fault(domain, history, action, outcome)
+            yield from _find_defects_of_reported_fault(domain, history, action, outcome)
             continue
         after = simulator.act(action, outcome)
         if second_simulator.act(action, outcome) != after:
@@ -95,11 +99,11 @@ def _check_random_walk(
         ):
             yield f"{action.operator}: the simulator's state differs from the outcome that it returned"
         if isinstance(after, State):
-            yield from _check_simulator(domain, history.state, action, outcome, after, declared)
+            yield from _find_defects_of_simulator(domain, history.state, action, outcome, after, declared)
             history = history.extend(after)
 
 
-def _check_simulator(
+def _find_defects_of_simulator(
     domain: Domain,
     before: State,
     action: Action,
@@ -109,7 +113,7 @@ def _check_simulator(
 ) -> Iterator[_Defect]:
     for effect in _find_effects_made_true(domain, before, action, state_by_declared_effects):
         if not domain.holds(effect, simulated_state, map_parameters_to_indices(action, domain)):
-            yield f"{action.operator}: executed without its intended effect {print_ltl(effect)}"
+            yield f"{action.operator}: executed without its intended effect {format_ltl(effect)}"
     for name in sorted(
         compare_states(state_by_declared_effects, simulated_state).predicates & declared_predicates
     ):
@@ -119,7 +123,7 @@ def _check_simulator(
 def _find_effects_made_true(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
     """Yield the intended effects of an action (changes that it always makes) that were not yet true."""
     arguments = map_parameters_to_indices(action, domain)
-    for effect in _find_intended_effects(
+    for effect in _find_visible_effects_as_formulas(
         domain.compiled_operators[action.operator].operator.effects, domain.vocabulary
     ):
         if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
@@ -131,7 +135,7 @@ def _compute_facts_hash(state: State) -> int:
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
-def _check_reported_fault(
+def _find_defects_of_reported_fault(
     domain: Domain, history: History, action: Action, fault: Fault
 ) -> Iterator[_Defect]:
     if not describe_fault(fault, domain, action, history.state.scene):
@@ -141,18 +145,16 @@ def _check_reported_fault(
     if fault.earlier is not None and not 0 <= fault.earlier <= history.number:
         yield f"{action.operator}: the history rule returned a state outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _check_additional_step_changes_nothing(domain, history.state, action)
+        yield from _find_effects_of_additional_step(domain, history.state, action)
 
 
-def _check_additional_step_changes_nothing(
-    domain: Domain, before: State, action: Action
-) -> Iterator[_Defect]:
+def _find_effects_of_additional_step(domain: Domain, before: State, action: Action) -> Iterator[_Defect]:
     after = domain.apply(before, action)
     for effect in _find_effects_made_true(domain, before, action, after):
-        yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"
+        yield f"{action.operator}: an additional step that would bring about {format_ltl(effect)}"
 
 
-def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
+def _find_visible_effects_as_formulas(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
     """Yield formulas that hold after an action: the changes of visible predicates that it always makes.
 
     The formula of a conditional effect (`When`) is a disjunction: the changes if the condition of the effect
@@ -160,7 +162,7 @@ def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) ->
     """
 
     def is_visible(atom: Atom) -> bool:
-        predicate = vocabulary.find_stored(atom.predicate)
+        predicate = vocabulary.find_stored_predicate(atom.predicate)
         return predicate is not None and predicate.visible
 
     for effect in effects:
@@ -172,7 +174,8 @@ def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) ->
             case When(_, then, otherwise):
                 yield Or(
                     tuple(
-                        And(tuple(_find_intended_effects(branch, vocabulary))) for branch in (then, otherwise)
+                        And(tuple(_find_visible_effects_as_formulas(branch, vocabulary)))
+                        for branch in (then, otherwise)
                     )
                 )
             case _:

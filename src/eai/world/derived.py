@@ -141,7 +141,7 @@ def find_definition(derived: DerivedPredicate) -> DefinedPredicate | None:
             return None
 
 
-def find_stored_predicates(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
+def find_stored_dependencies(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
     """Return the stored predicates on which given predicates depend, directly or not, each once."""
     reached = list(dict.fromkeys(predicates))
     for name in reached:  # the list grows during the loop, which then visits the appended predicates, too

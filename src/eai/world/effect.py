@@ -202,16 +202,16 @@ class EffectCompiler:
         slots = [None if t == ANYTHING else self._frame.find_slot(t, scope) for t in atom.arguments]
         if adding:
             bound = [slot for slot in slots if slot is not None]
-            return lambda before, draft, binding: draft.include_tuple(
+            return lambda before, draft, binding: draft.add_tuple(
                 predicate_slot, tuple([binding[s] for s in bound])
             )
-        return lambda before, draft, binding: draft.exclude_tuples(
+        return lambda before, draft, binding: draft.remove_matching_tuples(
             predicate_slot, tuple([None if s is None else binding[s] for s in slots])
         )
 
     def _find_predicate_slot(self, atom: Atom) -> int:
         self._vocabulary.require_arity(atom.predicate, len(atom.arguments))
-        predicate = self._vocabulary.find_stored(atom.predicate)
+        predicate = self._vocabulary.find_stored_predicate(atom.predicate)
         if predicate is None:
             raise DomainError(
                 f"an effect changes {atom.predicate}, which is derived: change the predicates that define it"

@@ -59,7 +59,7 @@ class SlipSampler:
         stream = hashlib.sha256(f"{seed} {task_id} {epoch}".encode()).digest()
         self._random = random.Random(stream)  # noqa: S311 - chance, not secrets
 
-    def draw_slip(self) -> bool:
+    def draw_whether_next_action_slips(self) -> bool:
         """Draw whether the next possible action slips, that is, has no effect."""
         return self._random.random() < self._probability
 
@@ -119,7 +119,7 @@ class Episode:
             outcome = self._known_outcomes[action] = (attempt_action(self.domain, self._history, action), {})
         tried, then = outcome
         if isinstance(tried, State):
-            if self._slip_sampler is not None and self._slip_sampler.draw_slip():
+            if self._slip_sampler is not None and self._slip_sampler.draw_whether_next_action_slips():
                 return self.append_slipped_step(action)
             declared, tried = tried, self._simulator.act(action, tried)
             if tried is not declared:

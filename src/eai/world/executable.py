@@ -134,7 +134,7 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_alternatives_still_due(
+    def find_failed_alternatives_still_attempted(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedOperatorAlternative, ...]:
         """Return the failed alternatives (ways to act) whose conditions still hold after the action."""
@@ -252,7 +252,9 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
                 )
         binding[next_parameter] = UNBOUND
 
-    def find_arguments(state: State, objects: Sequence[int], spend: Spend) -> Iterator[tuple[int, ...]]:
+    def find_applicable_arguments(
+        state: State, objects: Sequence[int], spend: Spend
+    ) -> Iterator[tuple[int, ...]]:
         binding = frame.bind_arguments(state.scene, [UNBOUND] * len(names))
         if not first(state, binding):
             return
@@ -263,4 +265,4 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
                 return
         yield from generate_arguments_from_parameter(state, binding, 1, objects, allowed_objects, spend)
 
-    return find_arguments
+    return find_applicable_arguments

@@ -161,10 +161,10 @@ def to_trace(trajectory: Trajectory) -> Trace:
     actions = [
         (a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed_actions
     ]
-    return Trace([_NamedState(state, readings, atoms) for state in trajectory.states], actions)
+    return Trace([_StateWithObjectNames(state, readings, atoms) for state in trajectory.states], actions)
 
 
-class _NamedState:
+class _StateWithObjectNames:
     """A state whose objects are given by name, for the evaluation of formulas.
 
     All states of a trajectory share one atom for each derived predicate, so that it is compiled only once.
@@ -180,7 +180,7 @@ class _NamedState:
         if vocabulary.find_arity(predicate) != len(arguments) or any(name not in index for name in arguments):
             return False
         indices = [index[name] for name in arguments]
-        if vocabulary.find_stored(predicate) is not None:
+        if vocabulary.find_stored_predicate(predicate) is not None:
             return self._state.has(predicate, *indices)
         names = [f"argument {i}" for i in range(len(indices))]
         if predicate not in self._atoms:

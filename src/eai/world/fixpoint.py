@@ -101,7 +101,7 @@ class _RecursivePredicates:
         return replace(whole, predicates=predicates, derived=(*others, *next_ones))
 
     @cached_property
-    def _next_fact_listers_by_predicate(self) -> Sequence[tuple[str, FactLister]]:
+    def _next_round_fact_listers_by_predicate(self) -> Sequence[tuple[str, FactLister]]:
         names = [definition.name for definition in self._definitions]
         return [
             (
@@ -142,7 +142,7 @@ class _RecursivePredicates:
             )
             next_facts = [
                 Fact(name, fact.arguments)
-                for name, facts_of in self._next_fact_listers_by_predicate
+                for name, facts_of in self._next_round_fact_listers_by_predicate
                 for fact in facts_of.list_facts(extended, everything)
             ]
             if len(next_facts) == len(facts):

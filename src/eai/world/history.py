@@ -10,7 +10,7 @@ from collections.abc import Callable, Hashable
 from functools import partial
 from typing import TypeAlias
 
-from eai.world.condition import conjoin_tests
+from eai.world.condition import combine_tests_by_and
 from eai.world.executable import CheckFailure, find_failing_check
 from eai.world.fault import FaultKind
 from eai.world.frame import ConditionTest, FrameBinding
@@ -119,7 +119,7 @@ def find_when_action_was_possible(
     """
     if history.before is None:
         return None
-    conditions_hold = conjoin_tests(failure.check.history_conditions)
+    conditions_hold = combine_tests_by_and(failure.check.history_conditions)
 
     def is_action_possible(state: State) -> bool:
         return conditions_hold(state, binding) and find_failing_check(failure.checks, state, binding) is None

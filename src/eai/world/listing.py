@@ -12,7 +12,7 @@ from typing import TypeAlias
 from eai.base.errors import DomainError
 from eai.logic.formula import Variable
 from eai.world.condition import ConditionCompiler
-from eai.world.derived import find_stored_predicates
+from eai.world.derived import find_stored_dependencies
 from eai.world.frame import UNBOUND, ConditionTest, ObjectFilter, SlotAllocator
 from eai.world.relation import ObjectMask, iterate_bits, make_mask
 from eai.world.state import Fact, State
@@ -85,7 +85,7 @@ def make_fact_lister(
     Raises:
         DomainError: the predicate is not declared.
     """
-    sources = tuple(find_stored_predicates((predicate,), vocabulary))
+    sources = tuple(find_stored_dependencies((predicate,), vocabulary))
     return FactLister(
         predicate,
         sources,
@@ -95,11 +95,11 @@ def make_fact_lister(
 
 
 def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, allow_equal_arguments: bool) -> _TupleFinder:
-    if vocabulary.find_stored(predicate) is not None and vocabulary.find_arity(predicate) == 2:
+    if vocabulary.find_stored_predicate(predicate) is not None and vocabulary.find_arity(predicate) == 2:
         return partial(_list_stored_pairs, predicate, allow_equal_arguments)
     if predicate in vocabulary.tuple_slots:
         return partial(_list_stored_tuples, predicate, allow_equal_arguments)
-    declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
+    declared = vocabulary.find_stored_predicate(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(
             f"predicate {predicate} is not declared: declare it in the vocabulary, or correct the name"
@@ -135,7 +135,7 @@ def _list_stored_tuples(
     predicate: str, allow_equal: bool, state: State, objects: _ObjectIndices, including_any: ObjectMask
 ) -> Iterator[tuple[int, ...]]:
     order = {index: position for position, index in enumerate(objects)}
-    members = [m for m in state.tuple_set(predicate).members if _includes_any(m, including_any)]
+    members = [m for m in state.get_tuple_set(predicate).members if _includes_any(m, including_any)]
     listed = [m for m in members if order.keys() >= {*m} and (allow_equal or len({*m}) == len(m))]
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 

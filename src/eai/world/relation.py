@@ -242,7 +242,7 @@ class TupleSet:
         self.members = frozenset(members)
         self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
 
-    def find_completions(self, position: int, other_arguments: tuple[int, ...]) -> ObjectMask:
+    def find_objects_completing_tuple(self, position: int, other_arguments: tuple[int, ...]) -> ObjectMask:
         """Return the mask of the objects that stand at a position in tuples with these other arguments.
 
         ``other_arguments`` are the arguments at all other positions, in order.

@@ -138,7 +138,7 @@ class Scene:
                 f"{name}: expected a tuple of objects; write a tuple of one object with a comma, (x,)"
             )
         self.vocabulary.require_arity(name, len(arguments))
-        if self.vocabulary.find_stored(name) is None:
+        if self.vocabulary.find_stored_predicate(name) is None:
             raise InputError(f"{name} is derived from other facts: state those facts instead")
         return Fact(name, tuple([self.find(argument) for argument in arguments]))
 
@@ -210,7 +210,7 @@ class State:
             return self.binary[slot].has(*arguments)
         slot = self.scene.vocabulary.unary_slots.get(predicate)
         if slot is None:
-            return arguments in self.tuple_set(predicate).members
+            return arguments in self.get_tuple_set(predicate).members
         return bool(self.unary[slot] >> (arguments[0] if arguments else 0) & 1)
 
     def mask(self, predicate: str) -> int:
@@ -221,7 +221,7 @@ class State:
         """Return the pairs of objects for which a binary predicate holds in this state."""
         return self.binary[self.scene.vocabulary.binary_slots[predicate]]
 
-    def tuple_set(self, predicate: str) -> TupleSet:
+    def get_tuple_set(self, predicate: str) -> TupleSet:
         """Return the tuples of a predicate of three or more arguments."""
         return self.tuples[self.scene.vocabulary.tuple_slots[predicate]]
 
@@ -352,11 +352,11 @@ class StateDraft:
         if self.binary[slot].column(target):
             self._copy_relation(slot).set_column(target, 0)
 
-    def include_tuple(self, slot: int, arguments: tuple[int, ...]) -> None:
+    def add_tuple(self, slot: int, arguments: tuple[int, ...]) -> None:
         """Add a tuple to the set of a predicate of three or more arguments."""
         self._replace_tuples(slot, self.tuples[slot].members | {arguments})
 
-    def exclude_tuples(self, slot: int, pattern: tuple[int | None, ...]) -> None:
+    def remove_matching_tuples(self, slot: int, pattern: tuple[int | None, ...]) -> None:
         """Remove all tuples that match ``pattern`` from a set. None in ``pattern`` matches any object."""
         members = self.tuples[slot].members
         matching = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]

@@ -129,13 +129,13 @@ class Vocabulary:
                 break
         return tuple(kinds)
 
-    def find_stored(self, name: str) -> Predicate | None:
+    def find_stored_predicate(self, name: str) -> Predicate | None:
         """Return the stored predicate with this name, or None if there is no such predicate."""
         return self._stored.get(name)
 
     def find_arity(self, name: str) -> int | None:
         """Return the arity of a stored or derived predicate, or None if the name is unknown."""
-        predicate = self.find_stored(name) or self.derived_by_name.get(name)
+        predicate = self.find_stored_predicate(name) or self.derived_by_name.get(name)
         return None if predicate is None else predicate.arity
 
     def require_arity(self, name: str, number: int) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
-from eai.abilities.notation.plans import JsonPlans
+from eai.abilities.notation.plans import JsonPlanNotation
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.formula import Atom, Constant, Occurs
 from eai.tasks.share import Share, TalliesByGoalKind
@@ -19,7 +19,7 @@ LIT = Goal(GoalKind.STATE, Atom("lit", (Constant("lamp"),)))
 MOVED = Goal(GoalKind.RELATION, Atom("at", (Constant("red"), Constant("shed"))))
 DROPPED = Goal(GoalKind.ACTION, Occurs("DROP"))
 TASK = Task("1", "Toy", "Play.", toy.initial(), (LIT, MOVED, DROPPED), tuple(range(6)))
-SCORER = ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlans())
+SCORER = ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlanNotation())
 SUCCESS = ("LIFT red", "GO shed", "DROP red", "PRESS lamp")
 
 
@@ -120,7 +120,7 @@ def test_additional_steps_are_skipped_and_counted() -> None:
 @pytest.mark.parametrize("text", ["no plan", answer("FLY shed"), answer("GO hall, shed")])
 def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
     at_home = Goal(GoalKind.RELATION, Atom("at", (Constant("red"), Constant("hall"))))
-    scorer = ActionSequencingScorer(replace(TASK, goals=(at_home,)), toy.DOMAIN, JsonPlans())
+    scorer = ActionSequencingScorer(replace(TASK, goals=(at_home,)), toy.DOMAIN, JsonPlanNotation())
     found, idle = scorer.score(text), scorer.score(answer("GO hall"))
     assert isinstance(found, PlanVerdict)
     assert (found.success, found.goals_satisfied, found.additional_steps) == (False, (False,), 0)
@@ -131,7 +131,7 @@ def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
 def test_a_verdict_does_not_depend_on_earlier_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_OUTCOMES", 6)
     monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MAX_CACHED_STEPS", 3)
-    often = ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlans())
+    often = ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlanNotation())
     ways = [
         SUCCESS,
         SUCCESS[:3],
@@ -142,11 +142,11 @@ def test_a_verdict_does_not_depend_on_earlier_answers(monkeypatch: pytest.Monkey
     ]
     for steps in ways * 3:
         text = answer(*steps)
-        assert often.score(text) == ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlans()).score(text)
+        assert often.score(text) == ActionSequencingScorer(TASK, toy.DOMAIN, JsonPlanNotation()).score(text)
 
 
 def test_a_task_without_goals_is_excluded_but_explained() -> None:
-    scorer = ActionSequencingScorer(replace(TASK, goals=()), toy.DOMAIN, JsonPlans())
+    scorer = ActionSequencingScorer(replace(TASK, goals=()), toy.DOMAIN, JsonPlanNotation())
     assert scorer.score(answer(*SUCCESS)) == PlanVerdict(excluded=NO_GOALS)
     explanation = scorer.explain(answer(*SUCCESS))
     assert explanation.notes == (f"excluded: {NO_GOALS}",)

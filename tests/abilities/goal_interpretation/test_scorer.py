@@ -14,19 +14,19 @@ from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION
 from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
-from eai.abilities.notation.goals import JsonGoals
-from eai.abilities.verdict import Confusion
+from eai.abilities.notation.goals import JsonGoalNotation
+from eai.abilities.verdict import ConfusionCounts
 from eai.logic.formula import FALSE, Eventually, Or
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
-SCORER = GoalInterpretationScorer(make_task(), DOMAIN, JsonGoals())
+SCORER = GoalInterpretationScorer(make_task(), DOMAIN, JsonGoalNotation())
 
 LAMPS = [["lit", "lamp_0"], ["lit", "lamp_1"]]
 SHUT = ["not", ["open", "box_0"]]
 
 
-class ByCategory(JsonGoals):
+class ByCategory(JsonGoalNotation):
     """A notation in which several objects share a name."""
 
     symmetric = frozenset({"together"})
@@ -48,7 +48,7 @@ def judge(text: str, scorer: GoalInterpretationScorer = SCORER) -> GoalVerdict:
 def counts(text: str, scorer: GoalInterpretationScorer = SCORER) -> tuple[object, ...]:
     found: Any = judge(text, scorer).counts
     parts = tuple(tuple(found[kind]) for kind in ("state", "relation", "action"))
-    assert found["all"] == Confusion(*map(sum, zip(*parts, strict=True)))
+    assert found["all"] == ConfusionCounts(*map(sum, zip(*parts, strict=True)))
     return parts
 
 
@@ -148,7 +148,7 @@ def test_the_atoms_of_an_explanation_are_the_counted_goals(said: list[object]) -
     verdict = judge(answer(said, actions=["OPEN", "GO"]))
     assert verdict.counts is not None
     atoms = (verdict.matched, verdict.wrong, verdict.missing)
-    assert Confusion(*map(len, atoms)) == verdict.counts["all"]
+    assert ConfusionCounts(*map(len, atoms)) == verdict.counts["all"]
 
 
 def test_right_wrong_and_missing_goals_are_listed() -> None:
@@ -212,45 +212,49 @@ def test_symmetric_relations_hold_both_ways() -> None:
 
 
 def test_an_explanation_says_that_a_task_has_no_goals() -> None:
-    scorer = GoalInterpretationScorer(replace(make_task(), goals=()), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(replace(make_task(), goals=()), DOMAIN, JsonGoalNotation())
     assert "the task has no goals, so nothing that is stated is right" in scorer.explain(answer(LAMPS)).notes
     assert not any("no goals" in note for note in SCORER.explain(answer(LAMPS)).notes)
 
 
 def test_a_condition_of_two_goals_counts_once() -> None:
     lamp = atom("lit", "lamp_0")
-    scorer = GoalInterpretationScorer(make_task(lamp, lamp & atom("open", "box_0")), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(
+        make_task(lamp, lamp & atom("open", "box_0")), DOMAIN, JsonGoalNotation()
+    )
     assert counts(answer([LAMPS[0]]), scorer)[0] == (1, 0, 1)
     assert [goal.satisfied for goal in scorer.explain(answer([LAMPS[0]])).goals] == [True, False]
 
 
 def test_an_answer_is_compared_with_the_option_that_it_meets_best() -> None:
     one, other = atom("lit", "lamp_0"), atom("open", "box_0") & atom("open", "box_1") & atom("lit", "lamp_1")
-    scorer = GoalInterpretationScorer(make_task(Or((other, one))), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(make_task(Or((other, one))), DOMAIN, JsonGoalNotation())
     assert counts(answer(), scorer)[0] == (0, 0, 1)
     assert counts(answer([["open", "box_1"]]), scorer)[0] == (1, 0, 2)
     assert counts(answer([["open", "box_1"], LAMPS[0]]), scorer)[0] == (1, 1, 0)
 
 
 def test_an_unreachable_goal_has_no_condition_and_is_not_met() -> None:
-    scorer = GoalInterpretationScorer(make_task(FALSE), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(make_task(FALSE), DOMAIN, JsonGoalNotation())
     assert counts(answer([LAMPS[0]]), scorer)[0] == (0, 1, 0)
     assert [goal.satisfied for goal in scorer.explain(answer()).goals] == [False]
 
 
 def test_a_task_without_goals_can_only_be_answered_wrongly() -> None:
-    scorer = GoalInterpretationScorer(replace(make_task(), goals=()), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(replace(make_task(), goals=()), DOMAIN, JsonGoalNotation())
     assert counts(answer([LAMPS[0]]), scorer)[0] == (0, 1, 0)
     assert judge("", scorer).error is not None
 
 
 def test_goals_over_time_are_left_out() -> None:
-    scorer = GoalInterpretationScorer(make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(
+        make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoalNotation()
+    )
     assert scorer.task.goals == ()
 
 
 def test_the_tasks_own_goals_score_in_full() -> None:
-    notation = JsonGoals()
+    notation = JsonGoalNotation()
     text = notation.join(write_goals(make_task(), DOMAIN, notation))
     assert json.loads(text) == {
         "node goals": [*LAMPS, SHUT],
@@ -268,7 +272,7 @@ def test_each_predicted_goal_is_right_wrong_or_left_out(text: str) -> None:
     verdict = judge(text)
     assert verdict.counts is not None
     everything = verdict.counts["all"]
-    assert isinstance(everything, Confusion)
+    assert isinstance(everything, ConfusionCounts)
     left_out = verdict.ill_formed + len(verdict.hallucinated)
     assert everything.true_positives + everything.false_positives + left_out == verdict.predicted
     SCORER.explain(text)

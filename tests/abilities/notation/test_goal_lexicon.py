@@ -10,7 +10,7 @@ import json
 import pytest
 
 from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated_goals, write_goals
-from eai.abilities.notation.goals import JsonGoals
+from eai.abilities.notation.goals import JsonGoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
@@ -24,7 +24,7 @@ TASK = make_task("1", "Tidy up.", toy.initial(), toy.lit(Constant("lamp")))
 
 
 def stated(text: str) -> _StatedGoals:
-    return read_stated_goals(text, TASK, toy.DOMAIN, JsonGoals())
+    return read_stated_goals(text, TASK, toy.DOMAIN, JsonGoalNotation())
 
 
 def texts(read: _StatedGoals) -> list[tuple[GoalKind, str]]:
@@ -62,7 +62,7 @@ def test_ill_formed_goals_are_left_out() -> None:
     assert len(read.left_out) == 4
 
 
-class ByClass(JsonGoals):
+class ByClass(JsonGoalNotation):
     """A notation in which the name of an object is its class, so that several objects have one name."""
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:

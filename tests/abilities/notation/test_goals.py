@@ -8,7 +8,7 @@ import pytest
 
 from abilities.goal_interpretation.lamps import DOMAIN, make_task
 from eai.abilities.notation.goals import (
-    JsonGoals,
+    JsonGoalNotation,
     WrittenGoal,
     WrittenGoals,
     read_nested_formula,
@@ -19,7 +19,7 @@ from eai.logic.signature import make_term
 from eai.tasks.task import GoalKind
 from logic.bddl_text import print_condition
 
-NOTATION = JsonGoals()
+NOTATION = JsonGoalNotation()
 OPEN = WrittenGoal("open", ("box",))
 
 

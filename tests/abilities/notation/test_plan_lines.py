@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.notation.plan_form import WrittenPlan
-from eai.abilities.notation.plans import JsonPlans, PddlPlans, PlanNotation
-from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
-from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.abilities.notation.plans import JsonPlanNotation, PddlPlanNotation, PlanNotation
+from eai.abilities.verdict import AnswerSpan, AnswerSpanKind, Unreadable
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlanNotation
 
 ACTIONS = ("WALK", "GRAB", "PUT", "SLEEP")
 WALK, GRAB, PUT, SLEEP = ("WALK", ("soap",)), ("GRAB", ("soap",)), ("PUT", ("soap", "bin")), ("SLEEP", ())
@@ -50,7 +50,9 @@ LINES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("notation", [JsonPlans(), VirtualHomePlans()], ids=["default", "virtualhome"])
+@pytest.mark.parametrize(
+    "notation", [JsonPlanNotation(), VirtualHomePlanNotation()], ids=["default", "virtualhome"]
+)
 @pytest.mark.parametrize(("text", "steps", "repairs"), LINES)
 def test_lines_of_actions_are_read_by_named_repairs(
     notation: PlanNotation, text: str, steps: list[tuple[str, tuple[str, ...]]], repairs: tuple[str, ...]
@@ -66,7 +68,7 @@ def test_lines_of_actions_are_read_by_named_repairs(
     }
 
 
-@pytest.mark.parametrize("notation", [JsonPlans(), VirtualHomePlans(), PddlPlans()])
+@pytest.mark.parametrize("notation", [JsonPlanNotation(), VirtualHomePlanNotation(), PddlPlanNotation()])
 @pytest.mark.parametrize(
     "text",
     [
@@ -122,22 +124,22 @@ def test_lines_are_read_whole_or_not_at_all(notation: PlanNotation, text: str) -
 
 @pytest.mark.parametrize("text", ["WALK(soap)\nthen\nGRAB(soap)", "WALK(soap)\nGRAB the soap"])
 def test_the_line_that_cannot_be_read_is_named(text: str) -> None:
-    read = JsonPlans().read(text, ACTIONS)
+    read = JsonPlanNotation().read(text, ACTIONS)
     assert isinstance(read, Unreadable)
     assert read.reason.startswith("line 2 is no step of a plan, and looks like one: ")
 
 
 def test_a_fence_with_one_step_is_named_if_an_earlier_fence_has_others() -> None:
     text = "Step 1:\n```\nWALK(soap)\n```\n```\nGRAB(soap)\n```"
-    read = JsonPlans().read(text, ACTIONS)
+    read = JsonPlanNotation().read(text, ACTIONS)
     assert isinstance(read, Unreadable)
     assert read.reason == "line 6: the last code fence has only one step, and an earlier one has others"
-    assert Span(text.index("GRAB"), text.index("GRAB") + 10, AnswerSpanKind.UNREAD) in read.spans
+    assert AnswerSpan(text.index("GRAB"), text.index("GRAB") + 10, AnswerSpanKind.UNREAD) in read.spans
 
 
 def test_the_last_of_several_whole_plans_counts() -> None:
     fence = "```\nWALK(soap)\n%s(soap)\n```\n"
-    plan = JsonPlans().read(fence % "WALK" + fence % "GRAB", ACTIONS)
+    plan = JsonPlanNotation().read(fence % "WALK" + fence % "GRAB", ACTIONS)
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == [WALK, GRAB]
 
@@ -150,18 +152,18 @@ _LONG = 60_000
 )
 def test_long_runs_of_characters_do_not_take_quadratic_time(run: str) -> None:
     for begin in ("WALK(soap)", "Answer", "Answer 1"):
-        JsonPlans().read(f"{begin}{run * (_LONG // len(run))}x\nGRAB(soap)", ACTIONS)
+        JsonPlanNotation().read(f"{begin}{run * (_LONG // len(run))}x\nGRAB(soap)", ACTIONS)
 
 
 def test_reasoning_inside_a_line_does_not_take_quadratic_time() -> None:
-    plan = JsonPlans().read(
+    plan = JsonPlanNotation().read(
         f"WALK(soap)<think>{'so ' * (_LONG // 3)}</think> # to wash it\nGRAB(soap)", ACTIONS
     )
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == [WALK, GRAB]
 
 
-@pytest.mark.parametrize("notation", [JsonPlans(), VirtualHomePlans(), PddlPlans()])
+@pytest.mark.parametrize("notation", [JsonPlanNotation(), VirtualHomePlanNotation(), PddlPlanNotation()])
 @pytest.mark.parametrize(
     "remark",
     [
@@ -181,11 +183,11 @@ def test_remarks_beside_a_plan_in_json_are_harmless(notation: PlanNotation, rema
 
 
 def test_lines_are_not_read_if_the_names_of_actions_are_unknown() -> None:
-    assert isinstance(JsonPlans().read("WALK(soap)"), Unreadable)
+    assert isinstance(JsonPlanNotation().read("WALK(soap)"), Unreadable)
 
 
 def test_a_pddl_plan_may_have_lines_of_actions() -> None:
-    plan = PddlPlans().read("1. pick(ball1, rooma)\n2. DROP ball1 rooma", ("pick", "drop"))
+    plan = PddlPlanNotation().read("1. pick(ball1, rooma)\n2. DROP ball1 rooma", ("pick", "drop"))
     assert isinstance(plan, WrittenPlan)
     assert [step.objects for step in plan.steps] == [("ball1", "rooma")] * 2
     assert "action_lines" in plan.repairs
@@ -194,21 +196,21 @@ def test_a_pddl_plan_may_have_lines_of_actions() -> None:
 @pytest.mark.parametrize("step", ['{"action": "%s", "objects": ["soap"]}', '{"%s": ["soap"]}'])
 @pytest.mark.parametrize("word", ["walk", "Walk"])
 def test_steps_in_json_may_name_actions_in_other_letter_case(step: str, word: str) -> None:
-    plan = JsonPlans().read(f"[{step % word}]", ACTIONS)
+    plan = JsonPlanNotation().read(f"[{step % word}]", ACTIONS)
     assert isinstance(plan, WrittenPlan)
     assert [tuple(each) for each in plan.steps] == [WALK]
     assert "letter_case" in plan.repairs
 
 
 def test_a_name_that_differs_from_two_actions_in_letter_case_is_not_changed() -> None:
-    plan = JsonPlans().read('[{"action": "Walk", "object": "soap"}]', ("WALK", "walk"))
+    plan = JsonPlanNotation().read('[{"action": "Walk", "object": "soap"}]', ("WALK", "walk"))
     assert isinstance(plan, WrittenPlan)
     assert plan.steps[0].action == "Walk"
     assert plan.repairs == ()
 
 
 def test_a_name_of_mixed_letters_is_not_changed() -> None:
-    plan = JsonPlans().read('[{"action": "WAlk", "object": "soap"}]', ACTIONS)
+    plan = JsonPlanNotation().read('[{"action": "WAlk", "object": "soap"}]', ACTIONS)
     assert isinstance(plan, WrittenPlan)
     assert plan.steps[0].action == "WAlk"
 
@@ -218,11 +220,11 @@ def test_json_in_brackets_is_no_step_of_pddl() -> None:
         '([{"action": "WALK", "object": "soap"}])',
         '[{"action": "WALK", "object": "soap"}]\n(note)',
     ):
-        plan = PddlPlans().read(text, ACTIONS)
+        plan = PddlPlanNotation().read(text, ACTIONS)
         assert isinstance(plan, WrittenPlan)
         assert [tuple(step) for step in plan.steps] == [WALK]
     assert isinstance(
-        PddlPlans().read('(WALK soap)\n{"action": "GRAB", "object": "soap"', ACTIONS), Unreadable
+        PddlPlanNotation().read('(WALK soap)\n{"action": "GRAB", "object": "soap"', ACTIONS), Unreadable
     )
 
 
@@ -243,16 +245,16 @@ def test_json_in_brackets_is_no_step_of_pddl() -> None:
     ],
 )
 def test_a_step_of_pddl_is_neither_comment_nor_prose(text: str) -> None:
-    assert isinstance(PddlPlans().read(text, ("pick", "drop")), Unreadable)
+    assert isinstance(PddlPlanNotation().read(text, ("pick", "drop")), Unreadable)
 
 
 def test_a_comment_behind_a_step_of_pddl_is_ignored() -> None:
-    plan = PddlPlans().read("; pick the ball (if it is free)\n(pick a). ; cost 1", ("pick", "drop"))
+    plan = PddlPlanNotation().read("; pick the ball (if it is free)\n(pick a). ; cost 1", ("pick", "drop"))
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == [("pick", ("a",))]
 
 
 def test_a_step_whose_bracket_is_before_the_sign_of_a_comment_is_not_dropped() -> None:
-    plan = PddlPlans().read("(;pick a)\n(drop a)", ("pick", "drop"))
+    plan = PddlPlanNotation().read("(;pick a)\n(drop a)", ("pick", "drop"))
     assert isinstance(plan, WrittenPlan)
     assert [step.action for step in plan.steps] == [";pick", "drop"]

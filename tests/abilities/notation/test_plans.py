@@ -5,7 +5,7 @@ import pytest
 
 from eai.abilities.answer_text import MAX_LENGTH
 from eai.abilities.notation.plan_form import WrittenPlan
-from eai.abilities.notation.plans import JsonPlans, PddlPlans
+from eai.abilities.notation.plans import JsonPlanNotation, PddlPlanNotation
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Variable
 from eai.world.action import Action
@@ -14,7 +14,7 @@ from eai.world.operator import Operator
 from eai.world.vocabulary import Vocabulary
 from world import toy
 
-NOTATION = JsonPlans()
+NOTATION = JsonPlanNotation()
 OPEN = ("OPEN", ("jar_0",))
 
 
@@ -141,7 +141,7 @@ LINES = "(pick ball1 rooma left)\n(drop ball1 roomb left)"
 def test_plans_are_read_as_planners_write_them(
     text: str, steps: list[tuple[str, tuple[str, ...]]], repairs: tuple[str, ...]
 ) -> None:
-    plan = PddlPlans().read(text)
+    plan = PddlPlanNotation().read(text)
     assert not isinstance(plan, Unreadable)
     assert [tuple(step) for step in plan.steps] == steps
     assert plan.repairs == repairs
@@ -159,19 +159,19 @@ def test_plans_are_read_as_planners_write_them(
     ],
 )
 def test_a_line_that_looks_like_a_step_is_not_prose(text: str, line: str) -> None:
-    plan = PddlPlans().read(text, ("pick", "drop", "wait"))
+    plan = PddlPlanNotation().read(text, ("pick", "drop", "wait"))
     assert isinstance(plan, Unreadable)
     assert plan.reason.startswith(f"{line} is no step of a plan, and looks like one: ")
 
 
 @pytest.mark.parametrize("text", ["", "()", "pick ball1", "(pick (ball1))", "see (pick)"])
 def test_lines_without_steps_are_no_plan(text: str) -> None:
-    assert isinstance(PddlPlans().read(text), Unreadable)
+    assert isinstance(PddlPlanNotation().read(text), Unreadable)
 
 
 def test_lines_of_an_excessive_text_are_not_read() -> None:
-    assert isinstance(PddlPlans().read(f"{LINES}\n{' ' * MAX_LENGTH}"), Unreadable)
+    assert isinstance(PddlPlanNotation().read(f"{LINES}\n{' ' * MAX_LENGTH}"), Unreadable)
 
 
 def test_only_a_pddl_domain_takes_lines() -> None:
-    assert isinstance(JsonPlans().read(LINES), Unreadable)
+    assert isinstance(JsonPlanNotation().read(LINES), Unreadable)

@@ -198,7 +198,7 @@ def test_needless_actions_are_listed_for_literals_that_hold(
     literals: list[str], needless: str | None
 ) -> None:
     refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
-    found = refinement.find_actions_for_true_literals([literal(text) for text in literals], TASK.initial)
+    found = refinement.find_needless_actions_for_literals([literal(text) for text in literals], TASK.initial)
     assert (None if found is None else written(SubgoalPlans([found]))) == (
         None if needless is None else [needless]
     )

@@ -127,7 +127,7 @@ def test_failing_checks_are_numbered_and_counted(
 ) -> None:
     state = state_after(*before)
     tried = ground(action, state)
-    assert tried.find_failing_checks(state) == failing
+    assert tried.find_indices_of_failing_checks(state) == failing
     assert tried.all_checks_hold(state) is (failing == [])
     assert [tried.count_failures_movement_cannot_fix(state, enough) for enough in (1, 2, 9)] == [
         min(lacking, n) for n in (1, 2, 9)
@@ -148,7 +148,7 @@ def test_failing_checks_are_numbered_and_counted(
 )
 def test_movement_can_establish_some_failing_checks(before: list[str], action: str, *, may_be: bool) -> None:
     state = state_after(*before)
-    assert ground(action, state).can_agent_movement_enable(state) is may_be
+    assert ground(action, state).can_movement_make_action_possible(state) is may_be
 
 
 def test_a_failed_try_is_no_check_of_an_objects_kind() -> None:

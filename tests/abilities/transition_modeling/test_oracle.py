@@ -10,10 +10,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import ConfusionCounts
 from eai.base.errors import DataError
 from eai.base.store import Store
-from eai.benchmarks.published import TransitionTasks, open_virtualhome_operators
+from eai.benchmarks.published import TransitionTasks, open_virtualhome_transition_tasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planners import make_planner
@@ -26,7 +26,7 @@ from oracle import Oracle
 
 @pytest.fixture(scope="module")
 def virtualhome(data_store: Store) -> TransitionTasks:
-    return open_virtualhome_operators(Source(data_store))
+    return open_virtualhome_transition_tasks(Source(data_store))
 
 
 @pytest.fixture(scope="module")
@@ -113,5 +113,5 @@ def test_gold_answers_are_right_in_every_respect(
         assert verdict.plan_works is plan_works
         assert verdict.repairs == ()
         for side in (verdict.counts or {}).values():
-            assert not isinstance(side, Confusion)
+            assert not isinstance(side, ConfusionCounts)
             assert all(c.false_positives == c.false_negatives == 0 for c in side.values()), task.id

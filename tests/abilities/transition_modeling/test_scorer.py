@@ -10,8 +10,12 @@ import pytest
 from eai.abilities.transition_modeling.extraction import MAX_CACHED_CHARACTERS, ResultCache
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer, count_matches_by_category
-from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, classify_clause
-from eai.abilities.verdict import ALL, Confusion, Verdict
+from eai.abilities.transition_modeling.verdict import (
+    OperatorStatus,
+    OperatorVerdict,
+    find_predicates_and_their_categories,
+)
+from eai.abilities.verdict import ALL, ConfusionCounts, Verdict
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import ClauseComparison
 from eai.pddl.model import OperatorText
@@ -77,7 +81,7 @@ def counts(verdict: Verdict) -> dict[str, dict[str, tuple[int, ...]]]:
     return {
         side: {name: tuple(confusion) for name, confusion in found.items() if name != ALL}
         for side, found in (verdict.counts or {}).items()
-        if not isinstance(found, Confusion)
+        if not isinstance(found, ConfusionCounts)
     }
 
 
@@ -358,7 +362,7 @@ CATEGORIES = {
     "lit": PredicateCategory.OBJECT_STATES,
     "inside": PredicateCategory.SPATIAL_RELATIONS,
 }
-ONE = Confusion(1, 0, 0)
+ONE = ConfusionCounts(1, 0, 0)
 
 
 @pytest.mark.parametrize(
@@ -384,10 +388,10 @@ ONE = Confusion(1, 0, 0)
     ],
 )
 def test_a_clause_counts_once_in_every_category_of_its_predicates(
-    clause: str, by_clause: dict[str, Confusion], by_predicate: dict[str, Confusion]
+    clause: str, by_clause: dict[str, ConfusionCounts], by_predicate: dict[str, ConfusionCounts]
 ) -> None:
     side = ClauseComparison(matched=(clause,), additional=(), missing=())
-    contents = {clause: classify_clause(clause, CATEGORIES)}
+    contents = {clause: find_predicates_and_their_categories(clause, CATEGORIES)}
     assert count_matches_by_category([side], contents, count_clauses=True) == by_clause
     assert count_matches_by_category([side], contents, count_clauses=False) == by_predicate
 
@@ -398,10 +402,10 @@ def test_matched_additional_and_missing_clauses_are_summed() -> None:
         ClauseComparison((), ("(lit ?x)",), ("(open ?y)",)),
     ]
     texts = ("(open ?x)", "(lit ?x)", "(inside ?x ?y)", "(open ?y)")
-    contents = {text: classify_clause(text, CATEGORIES) for text in texts}
+    contents = {text: find_predicates_and_their_categories(text, CATEGORIES) for text in texts}
     assert count_matches_by_category(sides, contents, count_clauses=True) == {
-        "all": Confusion(1, 3, 1),
-        "object_states": Confusion(1, 2, 1),
-        "spatial_relations": Confusion(0, 1, 0),
+        "all": ConfusionCounts(1, 3, 1),
+        "object_states": ConfusionCounts(1, 2, 1),
+        "spatial_relations": ConfusionCounts(0, 1, 0),
     }
     assert count_matches_by_category([], {}, count_clauses=True) == {}

@@ -13,14 +13,14 @@ from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.scorer import Scorer
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.benchmarks.behavior import domain
 from eai.benchmarks.behavior.notation import BehaviorGoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from sweeps import examples
 
 TASK = make_task()
-DOMAIN = domain.domain_in_paper_order()
+DOMAIN = domain.make_domain_in_paper_order()
 STRICT = GoalInterpretationScorer(TASK, DOMAIN, BehaviorGoalNotation())
 
 ALL = [
@@ -63,7 +63,9 @@ COUNTS = [
 
 @pytest.mark.parametrize(("conditions", "expected"), COUNTS)
 def test_an_answer_has_its_counts_of_goals(conditions: list[Any], expected: Any) -> None:
-    assert counts(STRICT.score(answer(*conditions))) == tuple(Confusion(*numbers) for numbers in expected)
+    assert counts(STRICT.score(answer(*conditions))) == tuple(
+        ConfusionCounts(*numbers) for numbers in expected
+    )
 
 
 def test_a_verdict_lists_ill_formed_and_hallucinated_conditions() -> None:
@@ -75,7 +77,7 @@ def test_a_verdict_lists_ill_formed_and_hallucinated_conditions() -> None:
     assert verdict.unknown_predicates == ("broken",)
     assert not verdict.aborts
     assert verdict.counts is not None
-    assert verdict.counts["all"] == Confusion(1, 0, 3)
+    assert verdict.counts["all"] == ConfusionCounts(1, 0, 3)
 
 
 @pytest.mark.parametrize(
@@ -116,7 +118,7 @@ def test_the_goals_of_the_data_set_score_in_full(behavior_tasks: BehaviorTasks) 
             )
             assert verdict.counts is not None
             total = verdict.counts["all"]
-            assert isinstance(total, Confusion)
+            assert isinstance(total, ConfusionCounts)
             assert total[1:] == (0, 0)
 
 

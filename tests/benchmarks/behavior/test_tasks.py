@@ -12,7 +12,7 @@ from eai.benchmarks.behavior.tasks import (
     assume_furniture_on_floor,
     build_tasks,
     collect_initial_relations,
-    read_listed_relations,
+    read_initial_relations,
     yield_initial_predicates_and_objects,
 )
 from eai.tasks.source import TaskSet
@@ -65,7 +65,7 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
             for obj in record.objects
         ] == [{**obj, "states": sorted(obj["states"])} for obj in expected["objects"]]
         relations = expected["initial_relations"]
-        assert triples(read_listed_relations(record)) == triples(relations["listed"])
+        assert triples(read_initial_relations(record)) == triples(relations["listed"])
         assert triples(assume_furniture_on_floor(record, evidence)) == triples(
             relations["assumed_furniture_onfloor"]
         )
@@ -89,7 +89,7 @@ def test_initial_facts_equal_the_simulator_log_of_the_authors(behavior_tasks: Be
         logged = [tuple(ast.literal_eval(fact)) for fact in row["initial_state"]]
         true = {fact for fact in logged if fact[0] != "not" and robot not in fact}
         false = {fact[1:] for fact in logged if fact[0] == "not"}
-        assert true >= set(map(tuple, read_listed_relations(record)))
+        assert true >= set(map(tuple, read_initial_relations(record)))
         assert not false & facts
         differing |= {(record.activity, *fact) for fact in true - facts}
     assert differing == {

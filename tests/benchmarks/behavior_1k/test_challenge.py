@@ -11,8 +11,8 @@ from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmarks.behavior_1k.benchmark import behavior_1k_challenge_2025, behavior_1k_challenge_2026
 from eai.benchmarks.behavior_1k.challenge import (
+    _ActivityAmendment,
     _amend_activity_definition,
-    _Amendment,
     amend_definitions,
     load_amendments,
     open_challenge_2026,
@@ -105,7 +105,7 @@ def test_an_amendment_changes_objects_facts_and_goal() -> None:
         "(ontop cup.n.01_2 mat.n.01_1) ) "
         "(:goal (and (open ?cup.n.01_1) ) ) )"
     )
-    amendment = _Amendment(
+    amendment = _ActivityAmendment(
         objects={"cup.n.01": 1, "jar.n.01": 2},
         drop=frozenset(["(not (open cup.n.01_1))"]),
         add=["(ontop jar.n.01_2 mat.n.01_1)"],
@@ -117,4 +117,4 @@ def test_an_amendment_changes_objects_facts_and_goal() -> None:
         "(:init (ontop cup.n.01_1 mat.n.01_1) (ontop jar.n.01_2 mat.n.01_1)) (:goal (and (open jar.n.01_1))))"
     )
     with pytest.raises(DataError, match=r"p: the definition of bddl 3\.6\.0 lacks \(wet cup\.n\.01_1\)"):
-        _amend_activity_definition("p", {"p": text}, _Amendment(drop=frozenset(["(wet cup.n.01_1)"])))
+        _amend_activity_definition("p", {"p": text}, _ActivityAmendment(drop=frozenset(["(wet cup.n.01_1)"])))

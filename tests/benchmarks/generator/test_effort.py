@@ -13,7 +13,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
-from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.growing_plan import GoalByGoalPlan
 from eai.benchmarks.generator.seeds import TaskSeedOutcome, select_tasks
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
@@ -40,11 +40,11 @@ def proposed(monkeypatch: pytest.MonkeyPatch, wishes: list[f.Formula | None]) ->
     """Replace the proposals by these goals, then none; returns the list of requested proposals."""
     asked: list[f.Formula | None] = []
 
-    def goal(self: GoalProposals, rng: object) -> f.Formula | None:
+    def goal(self: GoalSampler, rng: object) -> f.Formula | None:
         asked.append(wishes[len(asked)] if len(asked) < len(wishes) else None)
         return asked[-1]
 
-    monkeypatch.setattr(GoalProposals, "draw_goal", goal)
+    monkeypatch.setattr(GoalSampler, "draw_goal", goal)
     return asked
 
 

@@ -17,7 +17,7 @@ from benchmarks.generator.worlds import HOUSEHOLDS, generate_from_seeds, generat
 from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.growing_plan import GoalByGoalPlan, find_min_plan_length
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import LENGTHS, GeneratedTask, PlanLengthTier, SeedRejectionReason
@@ -331,7 +331,7 @@ def test_no_more_goals_are_proposed_after_failures_in_a_row(
     things = [WorldObject(f"lamp_{n}", "lamp") for n in range(30)]
     start = Scene(lamps.domain.vocabulary, [WorldObject("robot", "robot"), *things], 0).state([])
     lit = {("lit", True): {LiteralPattern("lit", ("lamp",), True): 1.0}}
-    proposals = GoalProposals(made.prior, start.scene, {"Atom": 1}, lit)
+    proposals = GoalSampler(made.prior, start.scene, {"Atom": 1}, lit)
     walk, asked = GoalByGoalPlan(Planner(lamps.domain), start), []
     monkeypatch.setattr(GoalByGoalPlan, "reach_goal", lambda self, goal: bool(asked.append(goal)))
     made._extend_action_sequence(walk, proposals, (), random.Random(0), wanted, frozenset())
@@ -357,7 +357,9 @@ def test_scenes_differ_from_public_scenes_by_earlier_actions(like: str) -> None:
         moved += any(fact not in public for fact in facts if fact[0] in made.prior.place_relations)
         agent = None if state.scene.agent is None else state.scene.objects[state.scene.agent].name
         held = {
-            fact for fact in facts if fact[0] in made.prior.holding_predicates and agent in (None, fact[1])
+            fact
+            for fact in facts
+            if fact[0] in made.prior.holding_predicate_names and agent in (None, fact[1])
         }
         assert held <= public, each.task.id
     assert moved > len(tasks(like)) // 10

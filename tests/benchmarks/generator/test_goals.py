@@ -10,7 +10,7 @@ import pytest
 
 import eai.logic.formula as f
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
-from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
@@ -45,7 +45,9 @@ def drawn(
     """Return all goals of some shapes that are drawn for a scene with these numbers of objects."""
     objects = [WorldObject(f"{kind}_{n}", kind) for kind, number in things.items() for n in range(number)]
     known = prior(patterns, dict.fromkeys(shapes, 1), several)
-    proposals = GoalProposals.make_for_scene(Scene(VOCABULARY, objects, None), known, "data", actions=False)
+    proposals = GoalSampler.make_goal_sampler_for_scene(
+        Scene(VOCABULARY, objects, None), known, "data", actions=False
+    )
     rng = random.Random(0)
     return {goal for goal in (proposals.draw_goal(rng) for _ in range(DRAWN)) if goal is not None}
 

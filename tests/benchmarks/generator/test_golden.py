@@ -19,7 +19,7 @@ from benchmarks.generator.worlds import HOUSEHOLDS
 from eai.base.store import Store
 from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator
-from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.measures import TaskMeasure
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
@@ -29,8 +29,8 @@ from eai.benchmarks.generator.scene import (
 )
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import (
-    Forms,
     GeneratedTask,
+    GoalFormFrequency,
     PlanLengthTier,
     SeedRejectionReason,
     TaskKind,
@@ -114,8 +114,8 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
         lines.append(f"{task.id}: hidden {digest(hiding(task))}")
-        for forms, about in product(get_args(Forms), (None, theme)):
-            known = GoalProposals.make_for_scene(
+        for forms, about in product(get_args(GoalFormFrequency), (None, theme)):
+            known = GoalSampler.make_goal_sampler_for_scene(
                 scene.scene, prior, forms, actions=number % 3 > 0, theme=about
             )
             told = [known.draw_goal(rng) for _ in range(60)] if known.patterns else []

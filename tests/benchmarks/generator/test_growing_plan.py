@@ -9,7 +9,7 @@ import pytest
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import growing_plan as walking
-from eai.benchmarks.generator.growing_plan import GoalByGoalPlan, _make_trajectory, make_short_plan
+from eai.benchmarks.generator.growing_plan import GoalByGoalPlan, _make_trajectory, make_shortened_plan
 from eai.logic.formula import Always, Atom, Constant, Formula, Not, Occurs, Or
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchNode
@@ -38,12 +38,12 @@ def test_a_plan_is_followed_that_runs_and_reaches_its_goals(lamps: Benchmark) ->
     lamp = task.scene.index["lamp_1"]
     go, press = Action("GO", (lamp,)), Action("PRESS", (lamp,))
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
-    assert not walk.follow_plan((go,), (wanted,)), "the goal is not met"
-    assert not walk.follow_plan((go, press, Action("TAKE", (lamp,))), (wanted,)), (
+    assert not walk.append_plan_reaching_goals((go,), (wanted,)), "the goal is not met"
+    assert not walk.append_plan_reaching_goals((go, press, Action("TAKE", (lamp,))), (wanted,)), (
         "the last action fails, though the goal is met"
     )
     assert walk.state == task.initial
-    assert walk.follow_plan((go, press), (wanted,))
+    assert walk.append_plan_reaching_goals((go, press), (wanted,))
     assert walk.trail == [go, press]
 
 
@@ -120,7 +120,7 @@ def test_a_shorter_plan_is_searched_for_a_long_walk(
     planner, trail = _Stub([Action("PRESS", (0,))] * found), [STEP] * walked
     monkeypatch.setattr(walking, "_drop_needless_actions", lambda walk, asked, over_time: trail)
     walk = GoalByGoalPlan(planner, lamps.tasks(Source())["light"].initial)  # type: ignore[arg-type]
-    certified = make_short_plan(walk, over_time)
+    certified = make_shortened_plan(walk, over_time)
     assert len(certified) == left
     assert (certified is trail) == (left == walked)
     assert len(planner.asked) == (walked >= 25 and over_time is None)
@@ -132,10 +132,10 @@ def test_a_certificate_drops_needless_actions(lamps: Benchmark) -> None:
     one, two, ball = (task.scene.index[name] for name in ("lamp_1", "lamp_2", "ball"))
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
     plan = [("GO", ball), ("GO", one), ("PRESS", one), ("GO", two), ("PRESS", two)]
-    assert walk.follow_plan([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
-    assert [(name, index) for name, (index,) in make_short_plan(walk)] == plan[1:3]
+    assert walk.append_plan_reaching_goals([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
+    assert [(name, index) for name, (index,) in make_shortened_plan(walk)] == plan[1:3]
     never = Always(Not(Atom("at", (Constant("robot"), Constant("ball")))))
-    assert len(make_short_plan(walk, Not(never))) == 3, "the detour is asked for"
+    assert len(make_shortened_plan(walk, Not(never))) == 3, "the detour is asked for"
     walk.actions.append(("GO", "TAKE"))
     walk.actions.append(("GO",))
-    assert [name for name, _ in make_short_plan(walk)] == ["GO", "PRESS", "GO"]
+    assert [name for name, _ in make_shortened_plan(walk)] == ["GO", "PRESS", "GO"]

@@ -99,7 +99,7 @@ def test_each_hazard_can_be_stated_about_a_public_scene(like: str) -> None:
         for guard in find_hazard_goals(
             list(open_ones.values()),
             benchmark.domain,
-            InstructionWriter.make_for_benchmark(benchmark, task.initial),
+            InstructionWriter.make_writer_for_benchmark(benchmark, task.initial),
         ):
             open_ones.pop(guard.name, None)
         if not open_ones:
@@ -118,7 +118,7 @@ def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
     hazards = [each for each in benchmark.notation.english.hazards if each.name == hazard]
     guards = list(
         find_hazard_goals(
-            hazards, benchmark.domain, InstructionWriter.make_for_benchmark(benchmark, task.initial)
+            hazards, benchmark.domain, InstructionWriter.make_writer_for_benchmark(benchmark, task.initial)
         )
     )
     assert guards

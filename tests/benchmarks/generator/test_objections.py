@@ -37,7 +37,7 @@ LIT, OPEN = of("lit", "lamp_1"), of("is_open", "box")
 def made(lamps: Benchmark, *goals: f.Formula, way: str = WAY, facts: tuple[Fact, ...] = ()) -> Task:
     task = lamps.tasks(Source())["light"]
     initial = task.scene.state(facts)
-    instruction = InstructionWriter.make_for_benchmark(lamps, initial).make_instruction(
+    instruction = InstructionWriter.make_writer_for_benchmark(lamps, initial).make_instruction(
         goals, random.Random(0)
     )
     asked = replace(task, initial=initial, goals=tuple(map(goal, goals)), instruction=instruction)
@@ -72,7 +72,7 @@ def test_a_task_is_rejected_for_one_reason(
     objections = _RejectionFinder(lamps.domain, (), SPEC)
     assert (
         objections.find_rejection_reason(
-            task, InstructionWriter.make_for_benchmark(lamps, task.initial), least, most
+            task, InstructionWriter.make_writer_for_benchmark(lamps, task.initial), least, most
         )
         is reason
     )
@@ -85,7 +85,7 @@ def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchma
     def reason(task: Task) -> SeedRejectionReason | None:
         task = replace(task, id="new")
         return objections.find_rejection_reason(
-            task, InstructionWriter.make_for_benchmark(lamps, task.initial), 0, 9
+            task, InstructionWriter.make_writer_for_benchmark(lamps, task.initial), 0, 9
         )
 
     assert reason(public) is SeedRejectionReason.PUBLIC
@@ -100,7 +100,7 @@ def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchma
 def test_a_public_goal_with_another_start_is_new_if_only_starts_are_held_out(lamps: Benchmark) -> None:
     public = made(lamps, LIT, OPEN)
     dark = replace(made(lamps, LIT, OPEN, facts=(Fact("lit", (2,)),)), id="dark")
-    words = InstructionWriter.make_for_benchmark(lamps, public.initial)
+    words = InstructionWriter.make_writer_for_benchmark(lamps, public.initial)
     by_goals = _RejectionFinder(lamps.domain, [public], SPEC)
     by_starts = _RejectionFinder(lamps.domain, [public], replace(SPEC, held_out="starts"))
     assert by_goals.find_rejection_reason(dark, words, 0, 9) is SeedRejectionReason.PUBLIC
@@ -110,7 +110,7 @@ def test_a_public_goal_with_another_start_is_new_if_only_starts_are_held_out(lam
 
 def test_without_names_an_object_needs_a_description_by_place(lamps: Benchmark) -> None:
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
-    words = InstructionWriter.make_for_benchmark(lamps, task.initial, by_place=True)
+    words = InstructionWriter.make_writer_for_benchmark(lamps, task.initial, by_place=True)
     by_place = _RejectionFinder(lamps.domain, (), replace(SPEC, by_place=True))
     assert by_place.find_rejection_reason(task, words, 0, 9) is SeedRejectionReason.NAMELESS
     assert _RejectionFinder(lamps.domain, (), SPEC).find_rejection_reason(task, words, 0, 9) is None

@@ -16,19 +16,19 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import growing_plan as module
-from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.growing_plan import (
     GoalByGoalPlan,
     TemporalGoalFinder,
     _have_no_common_object,
     _make_goal_if_only_first_fulfils,
-    extend_plan_until_all_goals_hold,
+    try_to_reach_goals_in_order,
 )
 from eai.benchmarks.generator.spec import GeneratedTask, TaskKind
 from eai.benchmarks.generator.usual_goals import UsualGoals
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.source import Source
@@ -145,7 +145,7 @@ def test_new_facts_are_about_movable_objects_and_not_the_agent(
     assert way.failure is None
     prior = replace(NOTHING_IS_USUAL, **{"goal_counts": WANTED, **changes})
     became = seeker(lamps, task, prior)._find_states_of_new_facts(way.states)
-    assert {print_ltl(atom): when for atom, when in became.items()} == expected
+    assert {format_ltl(atom): when for atom, when in became.items()} == expected
 
 
 def atom(name: str, *about: str) -> f.Formula:
@@ -167,7 +167,7 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
 
 def seeker(lamps: Benchmark, task: Task, prior: UsualGoals) -> TemporalGoalFinder:
     listings = lamps.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
-    proposals = GoalProposals(prior, task.scene, {}, {})
+    proposals = GoalSampler(prior, task.scene, {}, {})
     begin = partial(GoalByGoalPlan, Planner(lamps.domain), task.initial)
     return TemporalGoalFinder(task, lamps.domain, listings, proposals, random.Random(0), begin)
 
@@ -206,13 +206,13 @@ def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> N
     ]
     assert ours.becomes_true_first(ONE, ONE)
     assert ours.have_held_together(is_open, OTHER)
-    goals = {print_ltl(goal): apart for apart, goal in found._propose_goals_excluding_plan(other)}
+    goals = {format_ltl(goal): apart for apart, goal in found._propose_goals_excluding_plan(other)}
     assert goals == {
         "not lit(lamp_2) until lit(lamp_1)": True,
         "not lit(lamp_2) until is_open(box)": True,
     }
     for text in goals:
-        (goal,) = [each for _, each in found._propose_goals_excluding_plan(other) if print_ltl(each) == text]
+        (goal,) = [each for _, each in found._propose_goals_excluding_plan(other) if format_ltl(each) == text]
         kept = _make_goal_if_only_first_fulfils(goal, ours, other)
         assert kept is not None
         assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
@@ -220,7 +220,7 @@ def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> N
         assert _make_goal_if_only_first_fulfils(goal, ours, ours) is None
     pressing = seeker(lamps, task, replace(USUAL, action_counts={("PRESS",): 1}))
     pressed = pressing._propose_goals_excluding_plan(pressing._solving_plan)
-    told = [print_ltl(goal) for _, goal in pressed]
+    told = [format_ltl(goal) for _, goal in pressed]
     assert len(told) == 2 * 3
     assert "not is_open(box) until PRESS(lamp_1)" in told
 
@@ -230,7 +230,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, goals: tuple[f.Formula, ...], walks: int
 ) -> None:
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
-    monkeypatch.setattr(module, "extend_plan_until_all_goals_hold", lambda walk, goals: reached.append(goals))
+    monkeypatch.setattr(module, "try_to_reach_goals_in_order", lambda walk, goals: reached.append(goals))
     monkeypatch.setattr(TemporalGoalFinder, "_find_goal_that_plan_fails", lambda *asked: None)
     assert seeker(lamps, task, USUAL)._find_goal_about_order() is None
     assert len(reached) == walks
@@ -239,7 +239,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
     def reached(*goals: f.Formula) -> tuple[bool, int]:
         walk = GoalByGoalPlan(Planner(lamps.domain), asked(lamps, FIRST).initial)
-        return extend_plan_until_all_goals_hold(walk, goals), len(walk.conditions)
+        return try_to_reach_goals_in_order(walk, goals), len(walk.conditions)
 
     assert reached(ONE, OTHER) == (True, 2)
     assert reached(ONE, ONE) == (True, 2), "what holds already is kept, too"

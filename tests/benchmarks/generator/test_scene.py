@@ -169,7 +169,7 @@ def test_an_object_of_another_task_is_left_out_if_its_place_does_not_fit() -> No
     [
         ({}, (), True),
         ({"taken_categories": frozenset({"plate"})}, (), False),
-        ({"holding_predicates": frozenset({"near"})}, (("near", "me.0", "cup.1"),), False),
+        ({"holding_predicate_names": frozenset({"near"})}, (("near", "me.0", "cup.1"),), False),
         ({}, (("on", "plate.1", "cup.1"),), False),  # the plate would hang in the air
         ({"place_relations": ()}, (), False),
     ],

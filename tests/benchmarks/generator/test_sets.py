@@ -18,10 +18,10 @@ from eai.benchmarks.generator.sets import (
     compute_set_statistics,
     estimate_number_of_tasks,
     find_doubts_that_task_set_used_secret,
-    find_other_sets,
+    find_other_task_sets,
     make_manifest_entry,
     make_seeds,
-    read_set,
+    read_tasks_of_set,
     write_manifest,
 )
 from eai.benchmarks.generator.spec import (
@@ -208,9 +208,11 @@ def test_only_nonempty_sets_of_the_same_world_are_read(lamps: Benchmark, tmp_pat
     write("theirs.jsonl", "virtualhome")
     (tmp_path / "empty.jsonl").touch()
     (tmp_path / "notes.txt").write_text("nothing")
-    files = find_other_sets(tmp_path, "lamps:lamps", without=tmp_path / "mine.jsonl")
-    assert {name: [task.id for task in read_set(file, lamps.domain)] for name, file in files.items()} == {
+    files = find_other_task_sets(tmp_path, "lamps:lamps", without=tmp_path / "mine.jsonl")
+    assert {
+        name: [task.id for task in read_tasks_of_set(file, lamps.domain)] for name, file in files.items()
+    } == {
         "test": ["test.jsonl.gz"],
         "train": ["train.jsonl"],
     }
-    assert find_other_sets(tmp_path / "none", "lamps:lamps", without=tmp_path) == {}
+    assert find_other_task_sets(tmp_path / "none", "lamps:lamps", without=tmp_path) == {}

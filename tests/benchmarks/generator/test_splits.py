@@ -22,7 +22,7 @@ from eai.benchmarks.generator.sets import (
     fingerprint_task,
     is_earlier_split,
     make_seeds,
-    make_shared_plan_test,
+    make_shared_plan_detector,
     measure_overlap,
     select_public_tasks_of_split,
 )
@@ -129,14 +129,14 @@ def test_a_task_solved_by_lookup_in_another_split_is_rejected() -> None:
     made = tasks("behavior")[0]
     domain = find_benchmark("behavior").domain
     copy = replace(made.task, id="copy")
-    assert make_shared_plan_test(domain, earlier_tasks=[copy])(made.task)
-    assert make_shared_plan_test(domain, later_tasks=[copy])(made.task)
-    assert not make_shared_plan_test(domain)(made.task)
+    assert make_shared_plan_detector(domain, earlier_tasks=[copy])(made.task)
+    assert make_shared_plan_detector(domain, later_tasks=[copy])(made.task)
+    assert not make_shared_plan_detector(domain)(made.task)
     benchmark, source = find_benchmark("behavior"), Source()
     spec = TaskSpecification("behavior", benchmark.tasks(source).sha256)
     seed = str(made.about["seed"])
     again = TaskGenerator(
-        benchmark, spec, source, make_shared_plan_test(domain, earlier_tasks=[copy])
+        benchmark, spec, source, make_shared_plan_detector(domain, earlier_tasks=[copy])
     ).generate_task(seed)
     assert again == SeedRejectionReason.KNOWN_PLAN
 

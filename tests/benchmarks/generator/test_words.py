@@ -11,7 +11,7 @@ import pytest
 import eai.logic.formula as f
 from benchmarks.generator.worlds import tasks
 from eai.base.errors import InputError
-from eai.benchmarks.generator.spec import Forms
+from eai.benchmarks.generator.spec import GoalFormFrequency
 from eai.benchmarks.generator.words import InstructionWriter, _InstructionReader
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import read_formula
@@ -194,15 +194,15 @@ def test_plurals(noun: str, nouns: str) -> None:
     ("like", "forms"),
     [
         ("virtualhome", "data"),
-        *(("behavior", forms) for forms in get_args(Forms)),
+        *(("behavior", forms) for forms in get_args(GoalFormFrequency)),
         *swept(("virtualhome", "all")),
     ],
 )
-def test_instructions_read_back_as_the_goals(like: str, forms: Forms) -> None:
+def test_instructions_read_back_as_the_goals(like: str, forms: GoalFormFrequency) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):
         goals = _InstructionReader(
-            InstructionWriter.make_for_benchmark(benchmark, each.task.initial)
+            InstructionWriter.make_writer_for_benchmark(benchmark, each.task.initial)
         ).read_goals(each.task.instruction)
         assert goals == tuple(goal.formula for goal in each.task.goals)
 
@@ -212,7 +212,7 @@ def test_objects_are_described_by_their_places() -> None:
     benchmark = find_benchmark("behavior")
     told = 0
     for each in tasks("behavior"):
-        words = InstructionWriter.make_for_benchmark(benchmark, each.task.initial, by_place=True)
+        words = InstructionWriter.make_writer_for_benchmark(benchmark, each.task.initial, by_place=True)
         goals = [goal.formula for goal in each.task.goals]
         instruction = words.make_instruction(goals, random.Random(0))
         try:

@@ -8,9 +8,9 @@ from itertools import islice
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import (
-    Forms,
     GeneratedTask,
     GenerationOutcome,
+    GoalFormFrequency,
     PlanLengthTier,
     TaskKind,
     TaskSpecification,
@@ -38,7 +38,7 @@ NOTHING_IS_USUAL = UsualGoals(
     part_relations=(),
     countable_categories=frozenset(),
     part_categories=frozenset(),
-    holding_predicates=(),
+    holding_predicate_names=(),
 )
 """An empty prior, which tests of small worlds change."""
 
@@ -49,7 +49,7 @@ HOUSEHOLDS = ("virtualhome", "behavior")
 def generator(
     like: str,
     tier: PlanLengthTier = PlanLengthTier.DATA,
-    forms: Forms = "data",
+    forms: GoalFormFrequency = "data",
     *,
     actions: bool = False,
     kind: TaskKind = TaskKind.PLAIN,
@@ -72,12 +72,12 @@ def pairs(like: str) -> list[GeneratedTask]:
 
 
 @cache
-def outcomes(like: str, number: int = 40, forms: Forms = "data") -> tuple[GenerationOutcome, ...]:
+def outcomes(like: str, number: int = 40, forms: GoalFormFrequency = "data") -> tuple[GenerationOutcome, ...]:
     made = generator(like, forms=forms)
     return tuple([made.generate_task(seed) for seed in islice(make_seeds("test", 1), number)])
 
 
-def tasks(like: str, number: int = 40, forms: Forms = "data") -> list[GeneratedTask]:
+def tasks(like: str, number: int = 40, forms: GoalFormFrequency = "data") -> list[GeneratedTask]:
     return [each for each in outcomes(like, number, forms) if isinstance(each, GeneratedTask)]
 
 

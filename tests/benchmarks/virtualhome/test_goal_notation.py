@@ -13,7 +13,7 @@ from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.virtualhome import domain
-from eai.benchmarks.virtualhome.notation import VirtualHomeGoals
+from eai.benchmarks.virtualhome.notation import VirtualHomeGoalNotation
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.results.codec import dataclass_to_json, verdict_to_record_fields
 from eai.world.fault import FaultKind
@@ -28,8 +28,8 @@ TASK = make_task(
     ),
     more_objects=("cup.40",),
 )
-DOMAIN = domain.domain_in_paper_order()
-STRICT = GoalInterpretationScorer(TASK, DOMAIN, VirtualHomeGoals())
+DOMAIN = domain.make_domain_in_paper_order()
+STRICT = GoalInterpretationScorer(TASK, DOMAIN, VirtualHomeGoalNotation())
 
 OPEN = {"name": "fridge", "state": "OPEN"}
 ON_BED = {"from_name": "cup", "relation": "ON", "to_name": "bed"}
@@ -211,7 +211,7 @@ def test_extreme_texts_have_a_verdict(scorer: Scorer, text: str) -> None:
 
 def test_the_goals_of_the_data_set_score_in_full(virtualhome_tasks: VirtualHomeTasks) -> None:
     wrong = []
-    notation = VirtualHomeGoals()
+    notation = VirtualHomeGoalNotation()
     for task in virtualhome_tasks.values():
         text = notation.join(write_goals(task, DOMAIN, notation))
         verdict = GoalInterpretationScorer(task, DOMAIN, notation).score(text)

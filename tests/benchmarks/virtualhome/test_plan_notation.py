@@ -10,7 +10,7 @@ from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
-from eai.benchmarks.virtualhome.plan_notation import ObjectWithId, VirtualHomePlans, read_steps
+from eai.benchmarks.virtualhome.plan_notation import ObjectWithId, VirtualHomePlanNotation, read_steps
 from eai.world.action import Action
 
 ACTION_NAMES = ("WALK", "GRAB", "SIT", "PUTBACK")
@@ -125,7 +125,7 @@ def test_an_answer_beyond_the_maximum_length_is_not_searched() -> None:
 
 
 SCENE = flat.make_scene()
-NOTATION = VirtualHomePlans()
+NOTATION = VirtualHomePlanNotation()
 ACTIONS = st.builds(
     Action,
     st.sampled_from(["WALK", "PUTBACK", "STANDUP"]),

@@ -22,7 +22,7 @@ from protocols import PROTOCOLS
 
 MADE_UP = make_task(goals=("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|TYPE"))
 STRICT = virtualhome_scorer(MADE_UP)
-ACTIONS = sorted(virtualhome.domain_in_paper_order().compiled_operators)
+ACTIONS = sorted(virtualhome.make_domain_in_paper_order().compiled_operators)
 NAMES = [obj.name for obj in MADE_UP.scene.objects]
 
 SYNTAX = [

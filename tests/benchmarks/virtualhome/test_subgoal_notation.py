@@ -12,11 +12,11 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import AnswersByTask, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.suite import open_suite
-from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoalNotation
 from eai.tasks.source import Source
 from sweeps import swept
 
-WORDS = VirtualHomeSubgoals()
+WORDS = VirtualHomeSubgoalNotation()
 
 AT_HAND = tuple(
     f"NEXT_TO character.65 {category}.{number}"

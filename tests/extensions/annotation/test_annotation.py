@@ -11,7 +11,7 @@ import pytest
 from eai.base.errors import InputError
 from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
-    PatternList,
+    PatternsOfTitle,
     TitleMeaning,
     TitleMeaningDecisions,
     _ObjectKind,
@@ -20,14 +20,14 @@ from eai.extensions.annotation.decisions import (
     check_goals,
     count_patterns,
     find_changes_made_by_demonstration,
-    find_first_met_title_meaning,
+    find_index_of_first_met_meaning,
     format_title_meaning_decisions,
     group_by_title,
     parse_pattern,
     read_uncounted_predicates_and_decisions,
     write_title_meaning_decisions,
 )
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source, given
 from eai.tasks.task import Task
@@ -139,13 +139,13 @@ def test_the_first_completely_met_candidate_is_assigned(
     candidates: list[tuple[str, ...]], numbers: list[int | None]
 ) -> None:
     meanings = [candidate(*entries) for entries in candidates]
-    assert [find_first_met_title_meaning(meanings, found) for found in SHARED] == numbers
+    assert [find_index_of_first_met_meaning(meanings, found) for found in SHARED] == numbers
 
 
 def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
     known = {"Tidy up": TitleMeaningDecisions((candidate("lit(lamp)", "do LIGHT"),))}
     made = list(annotate(group_by_title(shelves().tasks(Source())), DOMAIN, known))
-    goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
+    goals = [[format_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
     assert [each.problem for each in check_goals(made)] == [
         "cup: has goals, but its plan meets no candidate",
@@ -158,14 +158,14 @@ COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "ad
 
 
 def decided(*commands: str) -> TitleMeaningDecisions:
-    listing, chosen = PatternList(SHARED, DOMAIN, ["near"]), TitleMeaningDecisions()
+    listing, chosen = PatternsOfTitle(SHARED, DOMAIN, ["near"]), TitleMeaningDecisions()
     for command in commands:
         chosen = apply_user_command_to_decisions(command, chosen, listing)
     return chosen
 
 
 def test_commands_make_candidates() -> None:
-    listing = PatternList(SHARED, DOMAIN, ["near"])
+    listing = PatternsOfTitle(SHARED, DOMAIN, ["near"])
     assert [str(pattern) for pattern in listing.numbered_patterns[:3]] == [
         "lit(lamp)",
         "on({small}, shelf)",

@@ -14,7 +14,7 @@ from eai.benchmarks.behavior.activities import build_pddl_problem
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.benchmark import open_demonstrations
-from eai.benchmarks.virtualhome.domain import domain_in_paper_order
+from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.annotation.decisions import (
@@ -25,7 +25,7 @@ from eai.extensions.annotation.decisions import (
     _ObjectKind,
     count_patterns,
     find_changes_made_by_demonstration,
-    find_first_met_title_meaning,
+    find_index_of_first_met_meaning,
     make_concrete_goals,
 )
 from eai.logic.formula import And
@@ -95,7 +95,8 @@ def _kind(values: Mapping[str, Any]) -> _ObjectKind:
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, DemonstrationChanges]:
     found = [
-        find_changes_made_by_demonstration(tasks[task_id], domain_in_paper_order()) for task_id in task_ids
+        find_changes_made_by_demonstration(tasks[task_id], make_domain_in_paper_order())
+        for task_id in task_ids
     ]
     return dict(zip(task_ids, found, strict=True))
 
@@ -120,7 +121,9 @@ def test_assignments_and_frequencies_of_all_518_demonstrations() -> None:
     by_hand = set()
     for candidates, counts, assigned in choices():
         found = shown(tasks, list(assigned))
-        given = {task_id: find_first_met_title_meaning(candidates, each) for task_id, each in found.items()}
+        given = {
+            task_id: find_index_of_first_met_meaning(candidates, each) for task_id, each in found.items()
+        }
         as_assigned += sum(given[task_id] == number for task_id, number in assigned.items())
         by_hand |= {task_id for task_id, number in assigned.items() if given[task_id] != number}
         table = count_patterns(found.values(), ["NEXT_TO"])

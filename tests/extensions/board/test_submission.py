@@ -9,7 +9,11 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.extensions.board.submission import build_submission, check_submission, list_submission_files
+from eai.extensions.board.submission import (
+    build_submission,
+    check_submission,
+    get_identifiers_by_submission_file,
+)
 from eai.tasks.source import DataMistake
 
 COUNTS = {
@@ -31,7 +35,7 @@ def complete(data_store: Store) -> dict[str, Rows]:
     """A complete submission."""
     return {
         file: [{"identifier": identifier, "llm_output": "{}"} for identifier in identifiers]
-        for file, identifiers in list_submission_files(data_store).items()
+        for file, identifiers in get_identifiers_by_submission_file(data_store).items()
     }
 
 
@@ -197,4 +201,4 @@ def test_the_prompts_of_a_phase_determine_the_expected_rows(data_store: Store, t
 
 def test_a_prompts_folder_without_prompts_is_refused(data_store: Store, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a folder with <domain>_<ability>_prompts"):
-        list_submission_files(data_store, tmp_path)
+        get_identifiers_by_submission_file(data_store, tmp_path)

@@ -14,7 +14,7 @@ from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.agents.command import DONE
 from eai.benchmarks.generator.spec import SHUT_LAST
-from eai.extensions.conduct.study import FLOOR, _names_missing_fact
+from eai.extensions.conduct.study import FLOOR, _does_reason_name_missing_fact
 from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
@@ -166,7 +166,7 @@ def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
     ],
 )
 def test_a_reason_names_predicate_and_thing(reason: str, named: bool) -> None:
-    assert _names_missing_fact(("CAN_OPEN(fridge.12)",), reason) == named
+    assert _does_reason_name_missing_fact(("CAN_OPEN(fridge.12)",), reason) == named
 
 
 def test_other_records_have_nothing_to_tell(tmp_path: Path) -> None:

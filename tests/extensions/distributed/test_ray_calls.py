@@ -144,7 +144,7 @@ def test_a_cluster_without_cores_is_left_again(cluster: Cluster, monkeypatch: py
 
 def test_one_worker_is_an_actor_too(cluster: Cluster) -> None:
     with scoring(1) as pool:
-        assert pool.has_processes
+        assert pool.has_worker_processes
 
 
 def test_a_port_at_which_nothing_listens_is_not_left_to_ray(cluster: Cluster) -> None:

@@ -75,7 +75,7 @@ def test_first_error_best_moment_and_repeats_come_from_the_steps(
     reader = LogReader("made", lambda content: True, lambda path, content: [LOST, WON])
     monkeypatch.setattr(readers, "list_readers", lambda: (reader,))
     (tmp_path / "log").write_text("any")
-    (analysis,) = study.LOGS.analyze(StudyRecords((tmp_path / "log",)), study._LogOptions())  # type: ignore[misc]
+    (analysis,) = study.LOGS.analyze(StudyRecords((tmp_path / "log",)), study._EpisodeLogOptions())  # type: ignore[misc]
     outcomes, episodes = analysis.tables
     (group,) = outcomes.row_dicts()
     assert (group["log"], group["errors"], str(group["proven"])) == ("made", 2, "50 (1/2)")

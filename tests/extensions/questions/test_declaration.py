@@ -21,7 +21,7 @@ from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.summary import compute_metric_rates, make_cases_by_metric
+from eai.results.summary import compute_metric_rates, make_contributions_by_metric
 
 
 def asked(number: int, form: QuestionForm, answer: tuple[str, ...], **changes: object) -> Question:
@@ -120,7 +120,7 @@ def test_questions_about_one_task_count_together(tmp_path: Path) -> None:
     for some in (independent, alike):
         given = {q.id: "yes" if i % 4 < 2 else "no" for i, q in enumerate(some)}
         certainty = compute_rate_intervals(
-            make_cases_by_metric(scored(tmp_path, some, given), WORLD_MODEL)["right"]
+            make_contributions_by_metric(scored(tmp_path, some, given), WORLD_MODEL)["right"]
         )
         assert certainty is not None
         wide.append(certainty.interval.high - certainty.interval.low)

@@ -45,7 +45,7 @@ def test_a_goal_has_the_distance_that_the_number_asks_for_if_possible(
             made.append(facts)
             super().__init__(graph, facts)
 
-    monkeypatch.setattr(module, "_draw_cached_state_graph", lambda setting, rng: graph)
+    monkeypatch.setattr(module, "_draw_or_reuse_state_graph", lambda setting, rng: graph)
     monkeypatch.setattr(module, "_GoalSeveralActionsAway", RecordedGoal)
     goal = module._draw_distant_goal(None, random.Random(0), number)  # type: ignore[arg-type]
     assert (goal.distance if goal else None) == distance

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import ConfusionCounts
 from eai.base.errors import InputError
 from eai.extensions.questions.question import (
     Accept,
@@ -129,7 +129,7 @@ def test_an_answer_is_graded_by_its_items(
     asked: Question, text: str, exact: bool, counts: tuple[int, int, int]
 ) -> None:
     graded = grade_answer(asked, text)
-    assert (graded.exact, graded.counts, graded.readable) == (exact, Confusion(*counts), True)
+    assert (graded.exact, graded.counts, graded.readable) == (exact, ConfusionCounts(*counts), True)
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_an_answer_is_graded_by_its_items(
 )
 def test_an_unreadable_answer_is_wrong_and_not_guessed(asked: Question, text: str, missed: int) -> None:
     graded = grade_answer(asked, text)
-    assert (graded.exact, graded.counts, graded.readable) == (False, Confusion(0, 0, missed), False)
+    assert (graded.exact, graded.counts, graded.readable) == (False, ConfusionCounts(0, 0, missed), False)
 
 
 def test_repairs_are_named() -> None:

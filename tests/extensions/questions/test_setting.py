@@ -14,7 +14,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions import setting as settings
 from eai.extensions.questions.setting import (
     QuestionSetting,
-    draw_sample_in_order,
+    draw_sample_keeping_order,
     explore_states,
     find_texts_with_ambiguous_operator,
     format_list,
@@ -101,7 +101,7 @@ def test_the_scene_has_only_shown_and_used_objects(
 ) -> None:
     few = opened(replace(light, relevant=(2,), script=steps(light, "GO ball"), goals=()))
     assert [thing.name for thing in few.scene.objects] == ["robot", "lamp_2", "ball"]
-    assert few.non_agents == (1, 2)
+    assert few.non_agent_object_indices == (1, 2)
     assert few.scene.agent == 0
 
 
@@ -128,11 +128,11 @@ def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], QuestionS
     assert setting.is_same_state(lit, lit)
     assert not setting.is_same_state(there, lit)
     assert not setting.is_same_state(lit, there)
-    assert list(map(setting.format_element, setting.list_changeable_facts(lit))) == [
+    assert list(map(setting.format_fact_or_action, setting.list_changeable_facts(lit))) == [
         "lit(lamp_1)",
         "at(robot, lamp_1)",
     ]
-    assert setting.format_element(press) == "PRESS(lamp_1)"
+    assert setting.format_fact_or_action(press) == "PRESS(lamp_1)"
     assert setting.evaluate_goals(lit) == (False,)
 
 
@@ -164,8 +164,8 @@ def test_texts_that_have_a_counterpart_with_the_other_answer() -> None:
 
 def test_drawn_elements_keep_their_order() -> None:
     rng, letters = random.Random(0), list("abcdef")
-    assert draw_sample_in_order(rng, letters, 6) == letters
-    found = {tuple(draw_sample_in_order(rng, letters, 5)) for _ in range(60)}
+    assert draw_sample_keeping_order(rng, letters, 6) == letters
+    found = {tuple(draw_sample_keeping_order(rng, letters, 5)) for _ in range(60)}
     assert found == {tuple(letters[:i] + letters[i + 1 :]) for i in range(6)}
 
 

@@ -18,7 +18,7 @@ from benchmarks.behavior.test_goal_notation import (
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Scorer
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import ConfusionCounts
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretationScorer
 from sweeps import examples
@@ -45,7 +45,7 @@ def scorer_of() -> Callable[[BehaviorTask], Scorer]:
 def test_counts(conditions: list[Any], strict: Any) -> None:
     text = answer(*conditions)
     expected = OTHERWISE.get(text, strict)
-    assert counts(REFERENCE.score(text)) == tuple(Confusion(*each) for each in expected)
+    assert counts(REFERENCE.score(text)) == tuple(ConfusionCounts(*each) for each in expected)
 
 
 @pytest.mark.parametrize(

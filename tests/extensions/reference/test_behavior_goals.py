@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import ConfusionCounts
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretationScorer
 from oracle import MODELS, Oracle, read_shared
@@ -15,8 +15,8 @@ from oracle import MODELS, Oracle, read_shared
 SETS = (*MODELS, "gt_lastoption", "gt_option0", "perturb0", "perturb1")
 
 
-def told_by_reference(part: dict[str, int]) -> Confusion:
-    return Confusion(
+def told_by_reference(part: dict[str, int]) -> ConfusionCounts:
+    return ConfusionCounts(
         part["num_satisfied_conditions"],
         part["num_false_positive_conditions"],
         part["num_unsatisfied_conditions"],

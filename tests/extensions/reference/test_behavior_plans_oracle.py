@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from benchmarks.plan_scorers import behavior_scorer
-from eai.abilities.notation.plans import JsonPlans
+from eai.abilities.notation.plans import JsonPlanNotation
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.extensions.reference.behavior_plans import BehaviorActionSequencingScorer
@@ -92,7 +92,7 @@ def test_the_simulator_met_the_same_goals_as_the_symbolic_state(behavior_tasks: 
 
 
 def test_the_data_sets_plans(behavior_tasks: BehaviorTasks) -> None:
-    notation = JsonPlans()
+    notation = JsonPlanNotation()
     strict, reference = (
         {
             task.title

@@ -18,7 +18,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.rules import OperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.base.store import Store
 from eai.benchmarks.published import TransitionTasks, open_behavior_operators
 from eai.extensions.reference.operator_rules import PublishedOperatorRules
@@ -69,7 +69,7 @@ def expected(row: Mapping[str, Any], side: str) -> dict[str, list[int]]:
 
 def counted(verdict: Verdict, side: str) -> dict[str, list[int]]:
     counts = (verdict.counts or {}).get(side, {})
-    assert not isinstance(counts, Confusion)
+    assert not isinstance(counts, ConfusionCounts)
     return {name: list(confusion) for name, confusion in counts.items()}
 
 

@@ -237,4 +237,4 @@ def test_an_answer_that_never_ran_satisfies_none_of_all_goals(kind: type[GoalTes
 )
 def test_the_gold_test_is_on_states_and_relations(goals: tuple[str, ...], *, passes: bool) -> None:
     task = make_task(goals=goals)
-    assert _VirtualHomeGoalTest(task).accepts_gold_final_state(task.initial) is passes
+    assert _VirtualHomeGoalTest(task).are_goals_reached_in_gold_final_state(task.initial) is passes

@@ -16,7 +16,11 @@ from eai.base.store import Store
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.scenes.course import make_scene_diagrams_after_each_step, make_tile_finder, replay_steps
+from eai.extensions.scenes.course import (
+    make_scene_diagram_maker,
+    make_scene_diagrams_after_each_step,
+    replay_steps,
+)
 from eai.extensions.scenes.diagrams import make_words_for_picture_labels
 from eai.results.batch import Scoring
 from eai.results.record import Record
@@ -95,7 +99,7 @@ def test_nothing_is_shown_of_other_data_and_of_what_has_no_plan() -> None:
     assert len(make_scene_diagrams_after_each_step(done, suite)) == 4
     assert make_scene_diagrams_after_each_step(replace(done, data_sha256="0" * 64), suite) == ()
     assert make_scene_diagrams_after_each_step(replace(done, task_id="2"), suite) == ()
-    assert make_tile_finder(Source())(replace(done, domain="nowhere")) == ()
+    assert make_scene_diagram_maker(Source())(replace(done, domain="nowhere")) == ()
 
 
 @pytest.mark.parametrize("name", ["behavior", "virtualhome"])
@@ -104,7 +108,7 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
     name: str, ability: Ability, data_store: Store
 ) -> None:
     source, benchmark = Source(data_store), find_benchmark(name)
-    suite, course = open_suite(name, ability, source=source), make_tile_finder(source)
+    suite, course = open_suite(name, ability, source=source), make_scene_diagram_maker(source)
     words, book = make_words_for_picture_labels(benchmark), open_gold_answers(benchmark, ability, source)
     for task_id in list(suite.task_ids)[::40]:
         record, task = scored(suite, task_id, book[task_id].text), suite.tasks[task_id]

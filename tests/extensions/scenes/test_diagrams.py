@@ -13,7 +13,7 @@ from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
 from eai.extensions.scenes.drawing import WIDTH, Drawing, _DrawnText, _Rectangle, text_width, to_png, to_svg
-from eai.extensions.scenes.tiles import make_tiles
+from eai.extensions.scenes.tiles import make_object_rectangles
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.scene_graph import SceneGraph
@@ -59,7 +59,7 @@ def check(picture: tuple[Drawing, SceneGraph]) -> None:
 
 def test_tiles_say_all_and_nothing_else() -> None:
     graph = SceneGraph(TRUTH.objects, (*TRUTH.facts, *map(fact, ("holds robot lamp_2", "on cup_1 table_1"))))
-    tiles = make_tiles(graph, WORDS, "robot")
+    tiles = make_object_rectangles(graph, WORDS, "robot")
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
     robot = tiles[0]
     assert (robot.name, robot.kind) == ("robot", "agent")
@@ -72,7 +72,7 @@ def test_tiles_say_all_and_nothing_else() -> None:
 @pytest.mark.parametrize("circle", [("in cup_1 box_1", "in box_1 cup_1"), ("on cup_1 cup_1",)])
 def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
     graph = seen(*circle)
-    tiles = make_tiles(graph, WORDS, "robot")
+    tiles = make_object_rectangles(graph, WORDS, "robot")
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
 
 

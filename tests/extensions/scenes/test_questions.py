@@ -23,7 +23,7 @@ from eai.benchmarks.suite import open_suite
 from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
 from eai.extensions.scenes.drawing import to_png
 from eai.run.registry import TASKS
-from eai.studies.perception.belief import open_scene_graph_vocabulary
+from eai.studies.perception.belief import make_scene_graph_vocabulary
 from eai.tasks.source import Source
 from explorer_pages import read_explorer
 from processes import eai as run_eai
@@ -79,7 +79,7 @@ def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Stor
     task = find_benchmark("behavior").tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[JARS]
     benchmark = find_benchmark("behavior")
     drawn = to_png(draw_scene(task, make_words_for_picture_labels(benchmark), clutter)[0])
-    wording = open_scene_graph_vocabulary(benchmark).wording
+    wording = make_scene_graph_vocabulary(benchmark).wording
     shown = ("--with", f"perception.scene={scene}", "--with", f"perception.clutter={clutter}")
     how = (*shown, "-M", "api_key=none", "--out", tmp_path)
     with serve(defaultdict(lambda: [Reply("[]")])) as served:
@@ -89,7 +89,7 @@ def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Stor
     (request,) = served.log.requests
     shown, told = request["messages"][-1]["content"]
     assert shown["image_url"]["url"] == url_of(drawn, "image/png")
-    facts = wording.describe_initial(task).splitlines()
+    facts = wording.describe_initial_state(task).splitlines()
     assert all((fact in told["text"]) is (scene == "both") for fact in facts)
     assert wording.describe_objects(task) in told["text"]
     said = (
@@ -111,7 +111,9 @@ def test_a_task_shows_pictures(data_store: Store, scene: str, told: bool) -> Non
     assert picture.image.startswith("data:image/png;base64,")
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     facts = (
-        open_scene_graph_vocabulary(suite.benchmark).wording.describe_initial(suite.tasks[JARS]).splitlines()
+        make_scene_graph_vocabulary(suite.benchmark)
+        .wording.describe_initial_state(suite.tasks[JARS])
+        .splitlines()
     )
     assert all((fact in sample.input[-1].text) is told for fact in facts)
 

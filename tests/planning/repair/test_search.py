@@ -18,7 +18,7 @@ from eai.planning.planner import Planner
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
 from eai.planning.search import SearchEffort, SearchResult
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Task
@@ -105,7 +105,9 @@ def draw(name: str, random: Random) -> tuple[ActionSequencingScorer, tuple[Actio
         action
         for state in random.sample(states, min(2, len(states)))
         for operator in scorer.domain.operators
-        for action in generate_applicable_of_operator(scorer.domain, operator, state, scorer.task.relevant)
+        for action in generate_applicable_actions_of_operator(
+            scorer.domain, operator, state, scorer.task.relevant
+        )
     ]
     actions = list(dict.fromkeys([*plan, *random.sample(pool, min(4, len(pool)))]))[:8]
     faulty: tuple[Action | None, ...] = plan

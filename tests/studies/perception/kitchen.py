@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import eai.world as w
 from eai import Benchmark, Task, given, make_task
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary
+from eai.studies.perception.scene_graph import SceneGraph, SceneGraphFact, SceneGraphVocabulary
 
 X, Y = w.Variable("x"), w.Variable("y")
 HOLDS, IN, ON, LIT = (
@@ -43,10 +43,10 @@ WORDS = SceneGraphVocabulary(KITCHEN.observation_wording())
 TRUTH = WORDS.make_true_graph(kitchen_task())
 
 
-def fact(text: str) -> NamedFact:
+def fact(text: str) -> SceneGraphFact:
     """``in cup_1 box_1`` as a fact."""
     predicate, *arguments = text.split()
-    return NamedFact(predicate, tuple(arguments))
+    return SceneGraphFact(predicate, tuple(arguments))
 
 
 def seen(*facts: str, objects: tuple[str, ...] = TRUTH.objects) -> SceneGraph:

@@ -67,7 +67,7 @@ def test_a_perceived_circle_of_supports_is_left_out() -> None:
 def test_a_prompt_states_the_perceived_scene() -> None:
     task = apply_scene_graph(kitchen_task(), WORDS, seen("lit lamp_2", objects=("cup_1", "lamp_2", "lamp_7")))
     wording = KITCHEN.observation_wording()
-    assert wording.describe_initial(task) == "lit(lamp_2)"
+    assert wording.describe_initial_state(task) == "lit(lamp_2)"
     assert wording.describe_objects(task).splitlines() == [
         "robot [robot]: -",
         "cup_1 [cup]: -",

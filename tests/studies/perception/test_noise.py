@@ -17,8 +17,8 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.studies.perception.belief import apply_scene_graphs, open_scene_graph_vocabulary
-from eai.studies.perception.declaration import compute_perception_shares
+from eai.studies.perception.belief import apply_scene_graphs, make_scene_graph_vocabulary
+from eai.studies.perception.declaration import make_perception_rate_contributions
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import PerceptionNoise, parse_noise, perceive_with_noise
 from eai.studies.perception.scene_graph import SupportRelation
@@ -107,7 +107,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
 ) -> None:
     """Within three standard errors. A relation without another possible place is not counted."""
     benchmark, tasks = tasks_of(name, data_store, 2)
-    words, rate, made, possible = open_scene_graph_vocabulary(benchmark), 0.15, 0, 0
+    words, rate, made, possible = make_scene_graph_vocabulary(benchmark), 0.15, 0, 0
     for task in tasks:
         graph = perceive_with_noise(task, words, parse_noise([f"{kind}={rate}", "seed=3"]))
         described, names = words.make_true_graph(task), words.list_object_names(task)
@@ -116,7 +116,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
         perceived = find_perception_errors(task, words, graph)
         errors, chances = occasions(kind, perceived, len(told))
         made, possible = made + errors, possible + chances
-        invented = compute_perception_shares(perceived)["object_error"]
+        invented = make_perception_rate_contributions(perceived)["object_error"]
         strangers = {*graph.mentioned_objects} - {*names}
         assert (invented.numerator, invented.denominator) == (len(strangers), len({*graph.mentioned_objects}))
     assert abs(made / possible - rate) <= 3 * math.sqrt(rate * (1 - rate) / possible)
@@ -125,7 +125,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
 def test_an_invented_object_counts_as_a_name_and_by_its_facts() -> None:
     """Object hallucinations are facts with an unknown name; the paper's object error counts names."""
     double = seen("in cup_1 box_1", "on box_1 table_1", "lit lamp_1", "lit lamp_7", "on cup_7 lamp_7")
-    shares = compute_perception_shares(find_perception_errors(kitchen_task(), WORDS, double))
+    shares = make_perception_rate_contributions(find_perception_errors(kitchen_task(), WORDS, double))
     assert shares["invented"] == Share(2, 5)
     assert shares["object_error"] == Share(2, len(TRUTH.objects) + 2)
     assert shares["predicate_error"] == Share(0, 3)
@@ -136,14 +136,14 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
     name: str, data_store: Store
 ) -> None:
     benchmark, tasks = tasks_of(name, data_store, 20 if name == "virtualhome" else 10)
-    words, planner = open_scene_graph_vocabulary(benchmark), Planner(benchmark.domain)
+    words, planner = make_scene_graph_vocabulary(benchmark), Planner(benchmark.domain)
     for task in tasks:
         graph = perceive_with_noise(task, words, ALL_KINDS)
         supports = SupportRelation(
-            frozenset(words.find_scene_graph_name(each) for each in words.support_predicates)
+            frozenset(words.find_scene_graph_name(each) for each in words.support_predicate_names)
         )
         for fact in graph.facts:
-            assert not supports.would_close_circle(fact)
+            assert not supports.would_close_cycle(fact)
             supports.add_fact(fact)
         believed = apply_scene_graphs(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
         plan = find_plan(believed, planner, Limits(60)).plan
@@ -155,7 +155,7 @@ def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
     benchmark, tasks = tasks_of("behavior", data_store, 1)
     source, seen = (
         Source(data_store),
-        {task.id: open_scene_graph_vocabulary(benchmark).make_true_graph(task) for task in tasks},
+        {task.id: make_scene_graph_vocabulary(benchmark).make_true_graph(task) for task in tasks},
     )
     for task_id, task in apply_scene_graphs(benchmark, seen).tasks(source).items():
         assert task.script == benchmark.tasks(source)[task_id].script
@@ -179,7 +179,7 @@ def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_sto
     every, rates = CURVES[name]
     benchmark, tasks = tasks_of(name, data_store, every)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))
-    words, planner = open_scene_graph_vocabulary(benchmark), Planner(benchmark.domain)
+    words, planner = make_scene_graph_vocabulary(benchmark), Planner(benchmark.domain)
 
     def successes(rate: float) -> int:
         graphs = {

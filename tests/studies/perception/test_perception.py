@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import Confusion, PlanVerdict
+from eai.abilities.verdict import ConfusionCounts, PlanVerdict
 from eai.base.errors import InputError
 from eai.results.codec import dataclass_to_json
 from eai.results.record import Record
@@ -19,13 +19,19 @@ from experiments import experiment
 
 SUCCESS = "task_success"
 NOTHING_WRONG = PerceptionErrors(
-    4, 2, 4, 0, 0, 0, 0, 3, 3, 0, 0, {"in": Confusion(2, 0, 0), "lit": Confusion(2, 0, 0)}
+    4, 2, 4, 0, 0, 0, 0, 3, 3, 0, 0, {"in": ConfusionCounts(2, 0, 0), "lit": ConfusionCounts(2, 0, 0)}
 )
 LOST_LIT = replace(
-    NOTHING_WRONG, perceived=3, missing=1, predicates={"in": Confusion(2, 0, 0), "lit": Confusion(1, 0, 1)}
+    NOTHING_WRONG,
+    perceived=3,
+    missing=1,
+    predicates={"in": ConfusionCounts(2, 0, 0), "lit": ConfusionCounts(1, 0, 1)},
 )
 LOST_IN = replace(
-    NOTHING_WRONG, missing=0, misplaced=1, predicates={"in": Confusion(1, 1, 1), "lit": Confusion(2, 0, 0)}
+    NOTHING_WRONG,
+    missing=0,
+    misplaced=1,
+    predicates={"in": ConfusionCounts(1, 1, 1), "lit": ConfusionCounts(2, 0, 0)},
 )
 BLIND = replace(LOST_LIT, unseen=1, names=2)
 EXTRA = replace(LOST_IN, unnecessary=1, perceived=5)

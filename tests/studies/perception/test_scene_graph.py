@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import pytest
 
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, read_scene_graph
+from eai.studies.perception.scene_graph import SceneGraph, SceneGraphFact, read_scene_graph
 
 ARITIES = {"in": 2, "lit": 1}
-GRAPH = SceneGraph(("a", "b"), (NamedFact("in", ("a", "b")), NamedFact("lit", ("a",))))
+GRAPH = SceneGraph(("a", "b"), (SceneGraphFact("in", ("a", "b")), SceneGraphFact("lit", ("a",))))
 
 
 def test_a_written_scene_graph_is_read_back() -> None:
@@ -37,4 +37,4 @@ def test_an_answer_without_facts_perceives_nothing(text: str) -> None:
 
 
 def test_the_names_of_a_scene_graph_include_those_in_facts() -> None:
-    assert SceneGraph(("b",), (NamedFact("in", ("a", "b")),)).mentioned_objects == ("b", "a")
+    assert SceneGraph(("b",), (SceneGraphFact("in", ("a", "b")),)).mentioned_objects == ("b", "a")

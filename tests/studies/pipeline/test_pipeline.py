@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import ConfusionCounts
 from eai.results.record import Record
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.pipeline.analysis import _classify_stated_goals, _ModularAndPipelineRuns, pool_pipeline_pairs
 from experiments import experiment
 from studies.report.samples import RIGHT, WRONG, action_run
 
-COUNTS = (Confusion(2, 0, 0), Confusion(2, 1, 0), Confusion(1, 1, 1), None)
+COUNTS = (ConfusionCounts(2, 0, 0), ConfusionCounts(2, 1, 0), ConfusionCounts(1, 1, 1), None)
 
 
 def piped(plain: list[Record]) -> list[Record]:
@@ -117,11 +117,11 @@ def test_pooled_pipelines_count_each_answer_as_a_task(models: tuple[str, str]) -
 @pytest.mark.parametrize(
     ("counts", "kind"),
     [
-        (Confusion(3, 0, 0), "exactly right"),
-        (Confusion(3, 2, 0), "all, and others"),
-        (Confusion(3, 2, 1), "some missing"),
+        (ConfusionCounts(3, 0, 0), "exactly right"),
+        (ConfusionCounts(3, 2, 0), "all, and others"),
+        (ConfusionCounts(3, 2, 1), "some missing"),
     ],
 )
-def test_stated_goals_are_counted_as_right_wrong_and_missed(counts: Confusion, kind: str) -> None:
+def test_stated_goals_are_counted_as_right_wrong_and_missed(counts: ConfusionCounts, kind: str) -> None:
     record = replace(action_run("m")[0], summaries={"pipeline": {"goal_counts": counts}})
     assert _classify_stated_goals(record) == kind

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import eai
-from eai.abilities.repair import DEFAULT_EFFORT, Edit, Repair, describe_repair, find_blame_kind_and_step
+from eai.abilities.repair import DEFAULT_EFFORT, Edit, Repair, classify_and_locate_fault, describe_repair
 from eai.abilities.verdict import PlanVerdict
 from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
@@ -38,9 +38,9 @@ def test_an_unreadable_answer_has_no_repair_distance() -> None:
 
 def test_the_cause_of_a_failure_follows_from_all_single_edits() -> None:
     before, after = Edit("insert", 1, "OPEN(door)"), Edit("insert", 3, "OPEN(door)")
-    assert find_blame_kind_and_step([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
-    assert find_blame_kind_and_step([after, before]) == ("interval", 1)
-    assert find_blame_kind_and_step([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
+    assert classify_and_locate_fault([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
+    assert classify_and_locate_fault([after, before]) == ("interval", 1)
+    assert classify_and_locate_fault([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
 
 
 def test_repairs_are_in_records_and_tables(tmp_path: Path) -> None:

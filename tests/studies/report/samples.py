@@ -16,9 +16,9 @@ from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
-    classify_clause,
+    find_predicates_and_their_categories,
 )
-from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
+from eai.abilities.verdict import ConfusionCounts, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
@@ -134,7 +134,7 @@ def action_run(model: str = "first", protocol: str = "strict") -> list[Record]:
 def goal_run() -> list[Record]:
     """Goals found, missed and invented."""
     verdict = GoalVerdict(
-        counts={"state": Confusion(1, 1, 1), "relation": Confusion(0, 0, 0)},
+        counts={"state": ConfusionCounts(1, 1, 1), "relation": ConfusionCounts(0, 0, 0)},
         predicted=2,
         hallucinated=("sofaa",),
     )
@@ -168,15 +168,16 @@ def operator_run() -> list[Record]:
     verdict = OperatorVerdict(
         success=True,
         counts={
-            "precondition": {"all": Confusion(1, 1, 1), "object_states": Confusion(1, 1, 1)},
+            "precondition": {"all": ConfusionCounts(1, 1, 1), "object_states": ConfusionCounts(1, 1, 1)},
             "effect": {},
         },
-        literals={"precondition": Confusion(1, 1, 1), "effect": Confusion(0, 0, 0)},
+        literals={"precondition": ConfusionCounts(1, 1, 1), "effect": ConfusionCounts(0, 0, 0)},
         planner=PlannerOutcome.SOLVED,
         task_categories=("object_states", "spatial_relations"),
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side, offences=(offence,)),),
         clauses={
-            part: classify_clause(part, {}) for part in (*side.matched, *side.additional, *side.missing)
+            part: find_predicates_and_their_categories(part, {})
+            for part in (*side.matched, *side.additional, *side.missing)
         },
     )
     operator = "(:action open :parameters (?o) :precondition (and (closed ?o) (near ?o)) :effect (and))"

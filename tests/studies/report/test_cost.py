@@ -7,7 +7,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from eai.abilities.attempt import Usage
+from eai.abilities.attempt import AnswerUsage
 from eai.cli import app
 from eai.results.record import AnswerOrigin, Record
 from studies.report.samples import action_run, write_runs
@@ -20,7 +20,7 @@ models."maker/second" = { input = 2, output = 10 }
 """
 
 
-def asked(model: str, usage: Usage, protocol: str = "strict") -> list[Record]:
+def asked(model: str, usage: AnswerUsage, protocol: str = "strict") -> list[Record]:
     origin = AnswerOrigin(usage=usage)
     return [replace(each, origin=origin, model=model) for each in action_run("first", protocol)]
 
@@ -38,10 +38,10 @@ def written(folder: Path, *runs: list[Record], **options: str) -> tuple[str, Pat
 def test_answers_have_their_recorded_or_listed_price_and_count_once(tmp_path: Path) -> None:
     prices = tmp_path / "prices.toml"
     prices.write_text(PRICES)
-    own = asked("first", Usage(1000, 100, 50, 0.25))
-    again = asked("first", Usage(1000, 100, 50, 0.25), "eai-1.0.5")
-    listed = asked("maker_second", Usage(1000, 100))
-    unknown = asked("third", Usage(500, 50))
+    own = asked("first", AnswerUsage(1000, 100, 50, 0.25))
+    again = asked("first", AnswerUsage(1000, 100, 50, 0.25), "eai-1.0.5")
+    listed = asked("maker_second", AnswerUsage(1000, 100))
+    unknown = asked("third", AnswerUsage(500, 50))
     section, out = written(tmp_path, own, again, listed, unknown, prices=str(prices))
     rows = [line for line in section.splitlines() if line.startswith("| ")][2:6]
     suite = "VirtualHome, action sequencing"
@@ -60,9 +60,10 @@ def test_answers_have_their_recorded_or_listed_price_and_count_once(tmp_path: Pa
 
 def test_the_cost_of_a_success_includes_failed_answers(tmp_path: Path) -> None:
     never = [
-        replace(each, verdict=replace(each.verdict, success=False)) for each in asked("never", Usage(9, 1))
+        replace(each, verdict=replace(each.verdict, success=False))
+        for each in asked("never", AnswerUsage(9, 1))
     ]
-    section, _ = written(tmp_path, asked("first", Usage(1000, 100, cost=0.25, seconds=2)), never)
+    section, _ = written(tmp_path, asked("first", AnswerUsage(1000, 100, cost=0.25, seconds=2)), never)
     of_success = section.partition("| model | suite | tokens | dollars | seconds |")[2].splitlines()
     first, below, last = of_success[2:5]
     assert first.startswith("| first | VirtualHome, action sequencing | 3025 | 0.69 | 5.50 |")
@@ -71,8 +72,8 @@ def test_the_cost_of_a_success_includes_failed_answers(tmp_path: Path) -> None:
 
 
 def test_runs_with_several_epochs_have_a_section(tmp_path: Path) -> None:
-    epochs = [asked(f"first.epoch_{number}", Usage(1, 1)) for number in (1, 2)]
-    written(tmp_path, asked("first", Usage(1, 1)), *epochs)
+    epochs = [asked(f"first.epoch_{number}", AnswerUsage(1, 1)) for number in (1, 2)]
+    written(tmp_path, asked("first", AnswerUsage(1, 1)), *epochs)
     report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
     section = report.partition("## Several answers to each task")[2].partition("\n## ")[0]
     rows = [line.split(" | ")[1:] for line in section.splitlines() if "| first" in line]

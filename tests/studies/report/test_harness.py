@@ -19,7 +19,7 @@ from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.runs import read_runs
-from eai.results.table import Label
+from eai.results.table import TextCell
 from eai.results.totals import RunTotals
 from eai.studies.report.rankings import make_rankings
 from eai.studies.report.run_summary import select_runs_without_study_options, summarize_run
@@ -58,7 +58,7 @@ def test_tables_show_the_harness_and_effort_of_a_model(folders: Sequence[Path]) 
     (table,) = make_rankings(select_runs_without_study_options(runs), with_paper=False)
     headings = [column.name for column in table.make_table().columns][:4]
     assert headings == ["rank", "model", "harness", "answered"]
-    rows = [(row[1].text, row[2]) for row in table.make_table().rows if isinstance(row[1], Label)]
+    rows = [(row[1].text, row[2]) for row in table.make_table().rows if isinstance(row[1], TextCell)]
     assert rows == [("model", "react"), ("model", "text")]
     tried = replace(runs[0], key=runs[0].key._replace(experiment=Experiment(harness="react", effort="high")))
     (both,) = make_rankings([*runs, tried], with_paper=False)

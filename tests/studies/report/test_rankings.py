@@ -8,7 +8,7 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.results.paper_tables import NULL_MODELS, read_published_scores, read_trivial_baseline_scores
 from eai.results.rate import Rate
@@ -169,12 +169,14 @@ def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -
 
 
 def test_average_is_the_paper_s_mean_with_an_interval() -> None:
-    goals = run_of([GoalVerdict(counts={"state": Confusion(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a")
+    goals = run_of(
+        [GoalVerdict(counts={"state": ConfusionCounts(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a"
+    )
     subgoals = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
     operators = run_of(
         [
             OperatorVerdict(
-                counts={"effect": {"object_states": Confusion(1, 1, 1)}}, planner=PlannerOutcome.SOLVED
+                counts={"effect": {"object_states": ConfusionCounts(1, 1, 1)}}, planner=PlannerOutcome.SOLVED
             )
         ],
         Ability.TRANSITION_MODELING,
@@ -227,7 +229,7 @@ def test_the_share_of_working_plans_ranks_if_it_is_known(known: bool, first: str
 
 def judged_by(planner: str | None, model: str) -> Run:
     verdict = OperatorVerdict(
-        counts={"effect": {"object_states": Confusion(1, 0, 0)}},
+        counts={"effect": {"object_states": ConfusionCounts(1, 0, 0)}},
         planner=PlannerOutcome.SOLVED,
         planner_name=planner,
     )

@@ -27,7 +27,7 @@ def official_reader_of(benchmark: Benchmark, task: Task) -> Reader:
     abilities = [
         (each.predicate, *[task.scene.objects[i].name for i in each.arguments])
         for each in task.initial.facts()
-        if benchmark.domain.vocabulary.find_stored(each.predicate).static  # type: ignore[union-attr]
+        if benchmark.domain.vocabulary.find_stored_predicate(each.predicate).static  # type: ignore[union-attr]
     ]
 
     def read(prompt: str) -> Told:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.short_lists import spell_out
 from eai.tasks.task import Task
@@ -183,5 +183,5 @@ def insufficiency(reader: Reader, prompt: str, task: Task, plan: Iterable[Action
     reached = goals.find_reached_goals(
         trajectory.final_state, [operator for operator, _ in named], trajectory
     )
-    missed = [print_ltl(goal.formula) for goal, holds in zip(task.goals, reached, strict=True) if not holds]
+    missed = [format_ltl(goal.formula) for goal, holds in zip(task.goals, reached, strict=True) if not holds]
     return f"not reached: {'; '.join(missed)}" if missed else None

@@ -14,7 +14,7 @@ from eai.tasks.prompts.prompt import (
     _PackedPrompts,
     pack_prompts,
     read_prompt_file,
-    read_system_file,
+    read_system_message_file,
 )
 
 
@@ -35,7 +35,7 @@ def test_files_have_the_shape_of_the_reference(tmp_path: Path) -> None:
     assert read_prompt_file(tmp_path / "p.json") == {"27_2": "ask ünder", "1_1": "?"}
     assert files.system is not None
     (tmp_path / "s.json").write_bytes(files.system)
-    assert read_system_file(tmp_path / "s.json") == "be brief"
+    assert read_system_message_file(tmp_path / "s.json") == "be brief"
     assert PromptFiles.from_prompts({"1_1": Prompt("?")}).system is None
 
 
@@ -48,7 +48,7 @@ def test_another_shape_is_refused_by_name(tmp_path: Path, content: str) -> None:
     with pytest.raises(InputError, match=r"p\.json: expected a list"):
         read_prompt_file(file)
     with pytest.raises(InputError, match=r"p\.json: expected .*system_prompt") as caught:
-        read_system_file(file)
+        read_system_message_file(file)
     assert "\n" not in str(caught.value)
 
 

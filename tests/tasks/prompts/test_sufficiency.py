@@ -19,12 +19,12 @@ from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules, View
 from eai.base.store import Store
 from eai.benchmarks.behavior_1k.benchmark import UNTOLD
-from eai.benchmarks.behavior_1k.conventions import HEADING, describe_conventions
+from eai.benchmarks.behavior_1k.conventions import HEADING, describe_unobservable_facts
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import GeneratedTask, TaskKind
 from eai.benchmarks.prompt_library import PromptLibrary
-from eai.benchmarks.registry import find_benchmark, replace_tasks
+from eai.benchmarks.registry import find_benchmark, make_benchmark_with_other_tasks
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import GoalTest
@@ -109,7 +109,7 @@ def in_long_form(question: str, prompts: PromptSet) -> str:
 
 def with_known_conventions(text: str, task: Task) -> str:
     """Return a prompt that hides conventions, read as by a person who knows the conventions."""
-    _, heading, known = describe_conventions(task).partition(HEADING)
+    _, heading, known = describe_unobservable_facts(task).partition(HEADING)
     before, start, after = text.rpartition("\n\nInitial state:\n")
     return f"{before}\n\n{heading}{known}{start}{after}"
 
@@ -156,7 +156,7 @@ def test_the_rest_of_gold_plans_works_in_the_worlds_of_prompts_about_later_state
         )
         if number and rest and not by_history:
             tasks.append(replace(task, initial=states[number], script=rest))
-    later = replace_tasks(household, "later", given(*tasks))
+    later = make_benchmark_with_other_tasks(household, "later", given(*tasks))
     opened = PromptLibrary(prompts, None, fetched).open(later, Ability.ACTION_SEQUENCING)
 
     def prompt_of(benchmark: Benchmark, task: Task) -> str:
@@ -268,7 +268,7 @@ def test_gold_plans_work_in_the_worlds_of_prompts_about_generated_tasks(
     tasks += [
         each.paired.task for each in outcomes if isinstance(each, GeneratedTask) and each.paired is not None
     ]
-    benchmark = replace_tasks(find_benchmark(like), "made", given(*tasks))
+    benchmark = make_benchmark_with_other_tasks(find_benchmark(like), "made", given(*tasks))
     asked = list(benchmark.tasks_for(Ability.ACTION_SEQUENCING, fetched).values())
     sets: Sequence[PromptSet] = ("eai", *SHORT)
     for prompts in sets if asked else ():

@@ -101,7 +101,7 @@ def test_a_question_states_what_the_plain_one_states(
             facts = [
                 wording.describe_vocabulary(),
                 wording.describe_objects(task),
-                wording.describe_initial(task),
+                wording.describe_initial_state(task),
             ]
             if ability is Ability.GOAL_INTERPRETATION:
                 facts.append(task.instruction)

@@ -13,7 +13,7 @@ from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seed
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskSpecification, TaskSplit
 from eai.benchmarks.prompt_library import PromptLibrary
-from eai.benchmarks.registry import find_benchmark, replace_tasks
+from eai.benchmarks.registry import find_benchmark, make_benchmark_with_other_tasks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.reward import open_reward_suite
@@ -65,7 +65,10 @@ def generate_tasks(
     generated_tasks = (generated for generated in attempts if isinstance(generated, GeneratedTask))
     while batch := list(islice(generated_tasks, _TASKS_PER_BATCH)):
         prompts_by_task = PromptLibrary("eai", None, source).open(
-            replace_tasks(base, split.value, given(*[generated.task for generated in batch])), ability
+            make_benchmark_with_other_tasks(
+                base, split.value, given(*[generated.task for generated in batch])
+            ),
+            ability,
         )
         for generated in batch:
             line = write_task_line(generated.task, domain, base.domain, generated.about)
@@ -83,5 +86,7 @@ def make_single_task_suite(line: str, ability: Ability) -> Suite:
     """
     line_content = read_task_line(line)
     base = find_benchmark(line_content.base)
-    benchmark = replace_tasks(base, "generated", given(make_task_from_line(line_content, base.domain)))
+    benchmark = make_benchmark_with_other_tasks(
+        base, "generated", given(make_task_from_line(line_content, base.domain))
+    )
     return open_suite(benchmark, ability, source=Source(planner=PlannerChoice.NONE))

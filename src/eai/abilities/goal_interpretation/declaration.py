@@ -84,7 +84,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     return partial(GoalInterpretationScorer, domain=parts.domain, notation=parts.notation.goals)
 
 
-def _get_object_words_and_schema_maker(
+def _get_object_names_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     names = () if task is None else parts.notation.goals.list_object_names(task)
@@ -97,7 +97,7 @@ GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
     interaction=QuestionAndAnswerDeclaration(
         _make_scorer_factory,
-        answer_form=_get_object_words_and_schema_maker,
+        answer_form=_get_object_names_and_schema_maker,
         lists_are_sets=True,
         plain_text_prefix=None,
     ),

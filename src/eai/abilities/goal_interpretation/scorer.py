@@ -23,7 +23,7 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import GoalAlternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
+from eai.abilities.verdict import ALL, ConfusionCounts, ErrorReport, Unreadable
 from eai.logic.choice import Literal, make_closest_dnf_term_finder
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
@@ -160,10 +160,12 @@ class GoalInterpretationScorer(Scorer):
         return GoalVerdict(
             counts={
                 **{
-                    kind: Confusion((matched & of).bit_count(), kinds.count(kind), (missing & of).bit_count())
+                    kind: ConfusionCounts(
+                        (matched & of).bit_count(), kinds.count(kind), (missing & of).bit_count()
+                    )
                     for kind, of in self.gold.mask_of_kind.items()
                 },
-                ALL: Confusion(matched.bit_count(), len(wrong), missing.bit_count()),
+                ALL: ConfusionCounts(matched.bit_count(), len(wrong), missing.bit_count()),
             },
             repairs=goals.repairs,
             spans=goals.spans,

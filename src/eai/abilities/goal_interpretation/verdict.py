@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from eai.abilities.verdict import (
     ALL,
     NO_COUNTS,
-    Confusion,
+    ConfusionCounts,
     RewardInputs,
     Verdict,
     add_confusions,
@@ -38,7 +38,7 @@ class GoalVerdict(Verdict):
         aborts: whether the paper's package would end its run with an exception at this answer.
     """
 
-    counts: Mapping[str, Confusion] | None = None
+    counts: Mapping[str, ConfusionCounts] | None = None
     predicted: int = 0
     ill_formed: int = 0
     hallucinated: tuple[str, ...] = ()

@@ -1,4 +1,6 @@
-"""Notations of goals: how answers to goal interpretation state goals. `JsonGoals` is the default notation.
+"""Notations of goals: how answers to goal interpretation state goals.
+
+`JsonGoalNotation` is the default notation.
 
 A `WrittenGoal` is a goal as an answer writes it, so it may contain unknown names.
 
@@ -34,7 +36,7 @@ from eai.abilities.answer_text import (
     read_json,
 )
 from eai.abilities.explanation import Statement
-from eai.abilities.verdict import Span, Unreadable
+from eai.abilities.verdict import AnswerSpan, Unreadable
 from eai.logic.choice import AndOrTree, build_and_or_tree
 from eai.logic.formula import Formula
 from eai.logic.traversal import MAX_COUNT_DIGITS
@@ -181,7 +183,7 @@ def make_sections_format(
         if not isinstance(value, JsonObject):
             return None
         members = [(_normalize_section_name(key), section) for key, section in value.members]
-        if any(_is_text_with_goals(key, section) for key, section in members):
+        if any(_contains_goals_or_section_key(key, section) for key, section in members):
             return None
         is_respelt = any(name != key for (name, _), (key, _) in zip(members, value.members, strict=True))
         return read(GoalSections(tuple(members), ("section_name",) if is_respelt else ()))
@@ -201,7 +203,7 @@ def make_sections_format(
 _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""", re.IGNORECASE)
 
 
-def _is_text_with_goals(key: str, section: object) -> bool:
+def _contains_goals_or_section_key(key: str, section: object) -> bool:
     """Whether a text under an unknown key contains goals or a section's key.
 
     The read sections then lack goals.
@@ -269,7 +271,7 @@ class WrittenGoals:
     goals: tuple[WrittenGoal, ...]
     ill_formed: tuple[IllFormed, ...] = ()
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = field(default=(), compare=False)
+    spans: tuple[AnswerSpan, ...] = field(default=(), compare=False)
 
     @classmethod
     def from_entries(
@@ -388,7 +390,7 @@ class GoalNotation(ABC):
         )
 
 
-class JsonGoals(GoalNotation):
+class JsonGoalNotation(GoalNotation):
     """A notation of goals as JSON: ``["open", "jar"]``, ``["not", ["open", "jar"]]``, or names of actions.
 
     The JSON object with the lists of goals may stand anywhere in the answer, also inside another object.
@@ -441,7 +443,7 @@ class JsonGoals(GoalNotation):
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Return the JSON text of each goal."""
-        return tuple(json.dumps(_to_entry(goal)) for goal in goals)
+        return tuple(json.dumps(_convert_goal_to_json_entry(goal)) for goal in goals)
 
     def join(self, parts: Iterable[str]) -> str:
         """Return texts of goals as one answer, in sections.
@@ -501,10 +503,10 @@ class JsonGoals(GoalNotation):
             return None
         positive = is_action or not isinstance(entry[0], str) or self.normalize_word(entry[0]) != "not"
         literal = entry if positive else entry[1] if len(entry) == 2 else None
-        words = self._read_words(literal)
+        words = self._read_predicate_and_names(literal)
         return WrittenGoal(words[0], tuple(words[1:]), positive, is_action) if words else None
 
-    def _read_words(self, entry: object) -> list[str]:
+    def _read_predicate_and_names(self, entry: object) -> list[str]:
         """Return the words of an entry that is a list of words; an empty list for other entries."""
         if not isinstance(entry, list):
             return []
@@ -512,7 +514,7 @@ class JsonGoals(GoalNotation):
         return words if len(words) == len(entry) else []
 
 
-def _accept_lists_of_goals(sections: GoalSections) -> GoalSections | None:
+def _get_sections_if_all_are_lists(sections: GoalSections) -> GoalSections | None:
     """Return the members of a JSON object if each member is a list of goals, else None.
 
     If a key is in `SECTIONS`, members with other keys may also be texts or numbers, which count as remarks.
@@ -524,10 +526,10 @@ def _accept_lists_of_goals(sections: GoalSections) -> GoalSections | None:
     return sections if not has_parts and (are_remarks or not plain) else None
 
 
-_LISTS = make_sections_format(_accept_lists_of_goals, lambda value: None)
+_LISTS = make_sections_format(_get_sections_if_all_are_lists, lambda value: None)
 
 
-def _to_entry(goal: WrittenGoal) -> object:
+def _convert_goal_to_json_entry(goal: WrittenGoal) -> object:
     if goal.is_action and not goal.names:
         return goal.predicate
     literal = [goal.predicate, *goal.names]

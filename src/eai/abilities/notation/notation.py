@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from eai.abilities.notation.goals import GoalNotation, JsonGoals
-from eai.abilities.notation.plans import JsonPlans, PlanNotation
+from eai.abilities.notation.goals import GoalNotation, JsonGoalNotation
+from eai.abilities.notation.plans import JsonPlanNotation, PlanNotation
 from eai.abilities.protocol import Ability
 from eai.tasks.english import PLAIN_ENGLISH, EnglishWords
 
@@ -34,8 +34,8 @@ class Notation:
         english: the words with which instructions are written, and the role of the agent.
     """
 
-    plans: PlanNotation = field(default_factory=JsonPlans)
-    goals: GoalNotation = field(default_factory=JsonGoals)
+    plans: PlanNotation = field(default_factory=JsonPlanNotation)
+    goals: GoalNotation = field(default_factory=JsonGoalNotation)
     subgoals: SubgoalNotation | None = None
     formats: Mapping[Ability, str] = field(default_factory=dict)
     short_texts: Mapping[str, str] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from eai.abilities.answer_text import AnswerFormat, JsonObject, read_json
-from eai.abilities.verdict import Span, Unreadable
+from eai.abilities.verdict import AnswerSpan, Unreadable
 
 ACTION, OBJECT = "action", "object"
 """Keys of a step in JSON: `ACTION` for its action, and `OBJECT` for the action's objects."""
@@ -78,7 +78,7 @@ class WrittenPlan:
 
     steps: tuple[WrittenStep, ...]
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = field(default=(), compare=False)
+    spans: tuple[AnswerSpan, ...] = field(default=(), compare=False)
 
 
 class StepList(NamedTuple):
@@ -237,7 +237,7 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
         return None
     if isinstance(objects, str):
         names = (
-            strip_names(objects.split(","))
+            strip_blanks_around_names(objects.split(","))
             if "," in objects
             else (name,)
             if (name := objects.strip())
@@ -246,7 +246,9 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
         return StepList((WrittenStep(action, names),), repairs, is_single_step=True)
     if not isinstance(objects, list):
         return None
-    return StepList((WrittenStep(action, strip_names(map(str, objects))),), repairs, is_single_step=True)
+    return StepList(
+        (WrittenStep(action, strip_blanks_around_names(map(str, objects))),), repairs, is_single_step=True
+    )
 
 
 def find_unknown_keys(step: JsonObject) -> list[str]:
@@ -258,7 +260,7 @@ def find_unknown_keys(step: JsonObject) -> list[str]:
     ]
 
 
-def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | None:
+def read_steps_keyed_by_action(value: JsonObject, actions: Collection[str]) -> StepList | None:
     """Return the steps of a JSON object whose keys are actions, or None if a member is not a step.
 
     The value of each key is a list of objects. A text of names with commas is accepted, too, and noted as the
@@ -274,14 +276,16 @@ def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | 
         if isinstance(objects, list) and not any(isinstance(item, JsonObject) for item in objects):
             steps.append(WrittenStep(action, tuple(objects)))
         elif isinstance(objects, str) and action in actions:
-            steps.append(WrittenStep(action, strip_names(objects.split(",")) if objects.strip() else ()))
+            steps.append(
+                WrittenStep(action, strip_blanks_around_names(objects.split(",")) if objects.strip() else ())
+            )
             repairs = (STEP_FORM,)
         else:
             return None
     return StepList(tuple(steps), repairs, is_single_step=len(steps) == 1)
 
 
-def strip_names(words: Iterable[str]) -> tuple[str, ...]:
+def strip_blanks_around_names(words: Iterable[str]) -> tuple[str, ...]:
     """Return names without blanks before and after each name."""
     return tuple(map(str.strip, words))
 

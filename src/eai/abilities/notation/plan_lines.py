@@ -28,13 +28,13 @@ from eai.abilities.notation.step_line import (
     LABEL,
     PLAIN_CHARACTERS,
     StepReader,
-    blank_out_signs_around_steps,
+    blank_out_tags_and_emojis,
     find_step_in_line,
     has_step_among_few_words,
-    strip_signs,
+    strip_punctuation,
 )
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
-from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
+from eai.abilities.verdict import AnswerSpan, AnswerSpanKind, Unreadable
 
 _COMMENT = re.compile(r";[^\n]*")
 _FENCE = "```"
@@ -131,7 +131,7 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
 
 
 def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep | None:
-    words = strip_signs(line)
+    words = strip_punctuation(line)
     match = _CALL.fullmatch(words) or _COMMAND.fullmatch(words)
     if match is None or match[1].casefold() not in action_names or _has_unpaired_bracket(words):
         return None
@@ -184,11 +184,11 @@ def read_plan_lines(
         comment: pattern of comments, which are ignored.
     """
     thoughts = find_thoughts(text)
-    spans = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
+    spans = [AnswerSpan(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
     outside = blank_out_thoughts(thoughts, text)
     plain = outside.translate(PLAIN_CHARACTERS)
-    body = blank_out_signs_around_steps(plain)
+    body = blank_out_tags_and_emojis(plain)
     lines = list(_split_lines(body, step_of, actions, comment))
     steps = [line for line in lines if line.step is not None]
     if not steps:
@@ -216,7 +216,9 @@ def read_plan_lines(
                 return _report_unreadable_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None
         spans.append(
-            Span(line.start, line.end, AnswerSpanKind.READ if line.start in starts else AnswerSpanKind.PROSE)
+            AnswerSpan(
+                line.start, line.end, AnswerSpanKind.READ if line.start in starts else AnswerSpanKind.PROSE
+            )
         )
     repairs |= dict.fromkeys(["special_tokens"] if body != _EMPHASIS.sub(_blank_out, plain) else [])
     repairs |= dict.fromkeys(["wide_characters"] if plain != outside else [])
@@ -246,7 +248,7 @@ def _split_lines(
         position += len(whole)
         if words.startswith(_FENCE):
             block += 1
-            begin = _find_begin_behind_fence(words, step_of)
+            begin = _find_offset_after_code_fence(words, step_of)
             words, start = words[begin:], start + begin
         is_end = words.endswith(_FENCE)
         words = words.removesuffix(_FENCE).rstrip()
@@ -255,7 +257,7 @@ def _split_lines(
         block += is_end
 
 
-def _find_begin_behind_fence(line: str, step_of: StepReader) -> int:
+def _find_offset_after_code_fence(line: str, step_of: StepReader) -> int:
     """Return the position after a code fence, the name of its language, and blanks.
 
     A step is not a language.
@@ -289,10 +291,10 @@ def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
 
 
 def _report_unreadable_line(
-    text: str, line: _PlanLine, spans: Sequence[Span], reason: str | None = None
+    text: str, line: _PlanLine, spans: Sequence[AnswerSpan], reason: str | None = None
 ) -> Unreadable:
     number = text.count("\n", 0, line.start) + 1
     quoted = line.text if len(line.text) <= _MAX_QUOTED else f"{line.text[: _MAX_QUOTED - 3]}..."
     ending = f" is no step of a plan, and looks like one: {quoted!r}" if reason is None else f": {reason}"
-    unread = Span(line.start, line.end, AnswerSpanKind.UNREAD)
+    unread = AnswerSpan(line.start, line.end, AnswerSpanKind.UNREAD)
     return Unreadable(f"line {number}{ending}", spans=tuple(sorted([*spans, unread])))

@@ -29,8 +29,8 @@ from eai.abilities.notation.plan_form import (
     WrittenStep,
     correct_action_spelling,
     make_plan_format,
-    read_keyed_steps,
     read_labelled_step,
+    read_steps_keyed_by_action,
 )
 from eai.abilities.notation.plan_lines import (
     looks_like_json,
@@ -182,7 +182,7 @@ class PlanNotation(ABC):
         return None
 
 
-class JsonPlans(PlanNotation):
+class JsonPlanNotation(PlanNotation):
     """The default notation of plans: a JSON list of steps.
 
     Each step has an action and the names of its objects.
@@ -243,7 +243,7 @@ class JsonPlans(PlanNotation):
         return make_object_schema({"plan": make_list_schema(make_union_schema(steps))})
 
 
-class PddlPlans(JsonPlans):
+class PddlPlanNotation(JsonPlanNotation):
     """A notation that reads plans in JSON, and plans with one step a line as planners write them.
 
     Upper and lower case do not matter in names. A line is ``(pick ball1 rooma left) ; cost 1``. Comments,
@@ -294,7 +294,7 @@ def _make_json_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
         step = read_labelled_step(value)
         names = [name for name, _ in value.members]
         if step is None and names and all(name.casefold() in known for name in names):
-            step = read_keyed_steps(value, names)
+            step = read_steps_keyed_by_action(value, names)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return step
 

@@ -53,7 +53,7 @@ _BEFORE = " \t,\"'“”‘’"
 """Characters that do not belong to a step if they stand before it in a line. A semicolon begins a comment."""
 
 
-def blank_out_signs_around_steps(text: str) -> str:
+def blank_out_tags_and_emojis(text: str) -> str:
     """Return a text with blanks in place of tags, control tokens and emojis. Positions stay the same.
 
     If a text has only escaped line breaks, they become line breaks.
@@ -72,11 +72,14 @@ def find_step_in_line(
     title = _TITLE.match(line)
     for begin in (0, *([] if title is None else [title.end()])):
         text = line[begin:]
-        step = step_of(text) or step_of(strip_signs(text))
+        step = step_of(text) or step_of(strip_punctuation(text))
         if step is not None:
             return step, begin > 0
         for separator in islice(_REMARK.finditer(text), _MAX_SEPARATORS):
-            words, remark = strip_signs(text[: separator.start()]), strip_signs(text[separator.end() :])
+            words, remark = (
+                strip_punctuation(text[: separator.start()]),
+                strip_punctuation(text[separator.end() :]),
+            )
             if _is_remark(remark, words) and (step := step_of(words)) is not None:
                 has_other_step = step_of(remark) or has_step_among_few_words(remark, step_of, actions)
                 return (None if has_other_step else step), True
@@ -93,7 +96,7 @@ def _is_remark(text: str, step: str) -> bool:
     return "(" not in text and (step.endswith(")") or is_sentence)
 
 
-def strip_signs(text: str) -> str:
+def strip_punctuation(text: str) -> str:
     """Return a text without the punctuation before and after it.
 
     A single word keeps its quotes, as it may be a piece of JSON. Dots that stand for omitted text stay, too.
@@ -116,12 +119,12 @@ def has_step_among_few_words(line: str, step_of: StepReader, actions: Collection
         return False
     return any(
         step.action in actions or ("(" in text and step.action.casefold() in names)
-        for text in _list_texts_within_few_words(words.split())
+        for text in _generate_texts_without_outer_words(words.split())
         if (step := step_of(text)) is not None
     )
 
 
-def _list_texts_within_few_words(words: Sequence[str]) -> Iterator[str]:
+def _generate_texts_without_outer_words(words: Sequence[str]) -> Iterator[str]:
     for begin in range(min(_MAX_WORDS_AROUND + 1, len(words))):
         for end in range(max(begin + 1, len(words) - _MAX_WORDS_AROUND), len(words) + 1):
-            yield strip_signs(" ".join(words[begin:end]))
+            yield strip_punctuation(" ".join(words[begin:end]))

@@ -20,10 +20,10 @@ from eai.abilities.answer_text import (
     has_line_of_answer,
     read_json,
 )
-from eai.abilities.verdict import Span, Unreadable
+from eai.abilities.verdict import AnswerSpan, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import map_formula_spellings_to_names
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
 from eai.tasks.task import Task
@@ -64,7 +64,7 @@ class WrittenSubgoals:
 
     subgoals: tuple[str, ...]
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = field(default=(), compare=False)
+    spans: tuple[AnswerSpan, ...] = field(default=(), compare=False)
 
 
 class SubgoalNotation:
@@ -112,7 +112,7 @@ class SubgoalNotation:
             after = attempt_action(self.domain, History(state), action)
             if isinstance(after, State):
                 formula = self._write_subgoal(action, state, after, lexicon)
-                subgoals += [] if formula is None else [print_ltl(formula)]
+                subgoals += [] if formula is None else [format_ltl(formula)]
                 state = after
         return tuple(subgoals)
 
@@ -146,7 +146,7 @@ class SubgoalNotation:
 
         The subgoal uses the fact's predicate, or else another predicate whose truth changes with the fact.
         """
-        stored = self.domain.vocabulary.find_stored(fact.predicate)
+        stored = self.domain.vocabulary.find_stored_predicate(fact.predicate)
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
         terms = tuple([Constant(before.scene.objects[i].name) for i in fact.arguments])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
-from eai.abilities.verdict import ErrorReport, Span
+from eai.abilities.verdict import AnswerSpan, ErrorReport
 from eai.logic.formula import TRUE, Formula
 from eai.logic.signature import NameMisuse
 from eai.world.action import Action
@@ -128,7 +128,7 @@ class CompiledAnswer:
     subgoals: tuple[Formula, ...]
     program: Program
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = ()
+    spans: tuple[AnswerSpan, ...] = ()
 
 
 MisusedName: TypeAlias = tuple[int, NameMisuse]
@@ -151,7 +151,7 @@ class RejectedAnswer:
     error: ErrorReport
     repairs: tuple[str, ...] = ()
     misused_names: tuple[MisusedName, ...] = ()
-    spans: tuple[Span, ...] = ()
+    spans: tuple[AnswerSpan, ...] = ()
 
 
 def reject_unparseable(

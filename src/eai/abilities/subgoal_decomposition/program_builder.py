@@ -41,7 +41,7 @@ from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.verdict import Unreadable
 from eai.base.errors import InputError, ParseError
 from eai.logic.ltl import read_formula
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import push_negations_inwards, substitute_terms
 from eai.logic.traversal import get_subformulas, is_state_formula, walk_subformulas, wrap_in_quantifiers
 from eai.planning.subgoal import GroundAtom
@@ -102,7 +102,7 @@ class _QuantifierRange:
                 number = self._count_objects(first) * self._count_objects(second) * self.count_literals(body)
             case _:
                 number = sum(map(self.count_literals, get_subformulas(formula))) or 1
-        return _check_literal_limit(number)
+        return _require_count_within_literal_limit(number)
 
     def _count_objects(self, variable: f.Variable) -> int:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
@@ -118,7 +118,7 @@ class _QuantifierRange:
                 than `MAX_LITERALS` literals.
         """
         self.count_literals(formula)
-        return _check_literal_limit(
+        return _require_count_within_literal_limit(
             self._count_disjuncts(formula) * max(1, self._count_literals_of_longest_disjunct(formula))
         )
 
@@ -151,7 +151,7 @@ class _QuantifierRange:
                 return 1
 
 
-def _check_literal_limit(literal_count: int) -> int:
+def _require_count_within_literal_limit(literal_count: int) -> int:
     if literal_count > MAX_LITERALS:
         raise InputError(TOO_MUCH)
     return literal_count
@@ -232,7 +232,7 @@ class ProgramCompiler:
         self._distinguished = distinguished
         self.extent = _QuantifierRange(task)
         self.brings_about = refinement.can_bring_about
-        self._exclusion = cache(lambda: refinement.exclusion_rules().make_exclusion_prover(task.initial))
+        self._exclusion = cache(lambda: refinement.exclusion_rules().make_fact_exclusion_prover(task.initial))
         self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_state_requirement)
         self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner_for_reached_subgoal)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)
@@ -293,13 +293,13 @@ class ProgramCompiler:
     ) -> _StateRequirement:
         if self.lexicon.has_unknown_names(formula):
             raise _make_not_executable_error(formula)
-        meaning = self.lexicon.to_domain_names(formula)
+        meaning = self.lexicon.replace_by_domain_names(formula)
 
         def make_failed_subgoal_check(reason: _FailureReason) -> Check:
-            words = f"{print_ltl(formula)} does not hold, and {reason.words}"
+            words = f"{format_ltl(formula)} does not hold, and {reason.words}"
             return Check(meaning, FaultKind.MISSING_STEP, words, id=reason.id)
 
-        def make_failed_check_if_contradictory() -> Check | None:
+        def make_failed_check_of_contradiction() -> Check | None:
             sizes = [*map(len, disjuncts)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
@@ -314,7 +314,7 @@ class ProgramCompiler:
             StateTest(meaning, self.task.scene),
             make_failed_subgoal_check(failure_reason),
             effort,
-            cache(make_failed_check_if_contradictory),
+            cache(make_failed_check_of_contradiction),
         )
 
     def _make_planner_for_reached_subgoal(
@@ -330,7 +330,7 @@ class ProgramCompiler:
 
         def find_plans(state: State) -> SubgoalPlans:
             held = [
-                self._refinement.find_actions_for_true_literals(alternative, state)
+                self._refinement.find_needless_actions_for_literals(alternative, state)
                 for alternative in disjuncts
             ]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
@@ -585,4 +585,4 @@ def _is_about_single_state(formula: f.Formula) -> bool:
 
 
 def _make_not_executable_error(formula: f.Formula) -> InputError:
-    return InputError(f"{print_ltl(formula)}: there is no way to carry this out")
+    return InputError(f"{format_ltl(formula)}: there is no way to carry this out")

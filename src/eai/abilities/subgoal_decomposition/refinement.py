@@ -157,7 +157,7 @@ class SubgoalRefiner:
 
         return find_subgoal_plans
 
-    def find_actions_for_true_literals(
+    def find_needless_actions_for_literals(
         self, literals: Sequence[GroundAtom], state: State
     ) -> ActionSequence | None:
         """Return needless actions: they would make the literals true, but the literals hold already.
@@ -195,9 +195,9 @@ class SubgoalRefiner:
 
     def _search_plans(self, goal: SearchGoal, search_input: _SubgoalSearchInput) -> SubgoalPlans:
         budget = min(self._budget * goal.goal_part_count, _MAX_TESTED_LITERALS // goal.goal_part_count)
-        return find_plans(goal, self._list_growing_action_sets(search_input), search_input.state, budget)
+        return find_plans(goal, self._generate_growing_action_sets(search_input), search_input.state, budget)
 
-    def _list_growing_action_sets(self, search_input: _SubgoalSearchInput) -> Iterator[PermittedActions]:
+    def _generate_growing_action_sets(self, search_input: _SubgoalSearchInput) -> Iterator[PermittedActions]:
         """Yield up to three growing sets of actions that a search may use.
 
         Actions of the first set use only the objects in the subgoal. The second set adds actions that release
@@ -218,7 +218,7 @@ class SubgoalRefiner:
             search_input,
         )
         touched = search_input.find_changeable_literals(movement)
-        moving = self._to_candidates(self._list_moves(movement, search_input.named), search_input)
+        moving = self._to_candidates(self._list_movement_actions(movement, search_input.named), search_input)
         yield PermittedActions(changes, takes, moves, moving, touched)
         releases = self._to_candidates(
             self._list_actions_of_role(helping, OperatorRole.RELEASES, search_input.objects), search_input
@@ -233,7 +233,9 @@ class SubgoalRefiner:
         if movement or not wider.keys() <= search_input.wanted.keys():
             moves, changes = self._separate_movement_actions(wider, search_input)
             touched = search_input.find_changeable_literals(movement)
-            moving = self._to_candidates(self._list_moves(movement, search_input.objects), search_input)
+            moving = self._to_candidates(
+                self._list_movement_actions(movement, search_input.objects), search_input
+            )
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
 
     def _separate_movement_actions(
@@ -264,7 +266,9 @@ class SubgoalRefiner:
             for arguments in islice(permutations(objects, o.arity), MAX_LISTED)
         }
 
-    def _list_moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, LiteralBits]:
+    def _list_movement_actions(
+        self, operators: Iterable[str], places: Sequence[int]
+    ) -> dict[Action, LiteralBits]:
         return {
             Action(name, arguments): 0
             for name in operators

@@ -16,22 +16,22 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.traversal import find_free_variables, find_predicates
-from eai.planning.achievers import Achiever, complete_bindings
+from eai.planning.achievers import Achiever, generate_complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
     FactChange,
     find_changed_predicates,
     find_changes_for_literal,
     make_effect_schemas,
-    make_schema_of_execution,
+    make_execution_schema,
     match_atom,
 )
 from eai.planning.role import infer_operator_role
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
-from eai.world.condition import ConditionCompiler, conjoin_tests
-from eai.world.derived import find_stored_predicates
+from eai.world.condition import ConditionCompiler, combine_tests_by_and
+from eai.world.derived import find_stored_dependencies
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
@@ -86,7 +86,7 @@ class _OperatorInfo(NamedTuple):
             of the operator's alternatives: its several ways to act (`OperatorAlternative`).
         fixable: for each check whether movement can make the check true and so the action possible. False for
             checks that fail because the action is not needed, and for the alternatives.
-        unchangeable_checks_hold: tests in a state whether all `FIXED` checks hold.
+        fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
         rest_checks_hold: tests in a state whether all `REST` checks hold.
         unmovable_checks_hold: tests in a state whether those `REST` checks hold that movement cannot make
@@ -97,7 +97,7 @@ class _OperatorInfo(NamedTuple):
     role: OperatorRole
     movable: tuple[bool, ...]
     fixable: tuple[bool, ...]
-    unchangeable_checks_hold: ConditionTest
+    fixed_checks_hold: ConditionTest
     common_checks_hold: ConditionTest
     rest_checks_hold: ConditionTest
     unmovable_checks_hold: ConditionTest
@@ -157,11 +157,11 @@ class OperatorIndex:
         self.find_enabling_hand_and_movement_operators = cache(
             self._find_enabling_hand_and_movement_operators
         )
-        self._cached_patterns = cache(self._find_operator_patterns)
+        self._cached_patterns = cache(self._find_patterns_of_achieving_operators)
         self._compiled = cache(self._compile_literal_test)
         self._taking = cache(
             lambda name: Achiever(
-                make_schema_of_execution(self.operators[name].operator.operator), domain.vocabulary
+                make_execution_schema(self.operators[name].operator.operator), domain.vocabulary
             )
         )
 
@@ -268,12 +268,14 @@ class OperatorIndex:
             taken.make_partial_binding(state.scene, scope, only_static_conditions=True),
             SearchEffort(Limits().bindings),
         )
-        bindings = complete_bindings(state, partial, usable, effort)
+        bindings = generate_complete_bindings(state, partial, usable, effort)
         return [taken.get_operator_arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
-    def _find_operator_patterns(self, numbered_literal: GroundAtom) -> Sequence[_OperatorPattern]:
+    def _find_patterns_of_achieving_operators(
+        self, numbered_literal: GroundAtom
+    ) -> Sequence[_OperatorPattern]:
         changes = find_changes_for_literal(
-            numbered_literal, self._domain.vocabulary, _get_agent_number_in_pattern
+            numbered_literal, self._domain.vocabulary, _get_number_of_agent_constant
         )
         patterns: dict[_OperatorPattern, None] = {}
         for operator in self.find_operators_that_change(numbered_literal.predicate):
@@ -315,11 +317,12 @@ class OperatorIndex:
         ]
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [
-            conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _OperatorCheckChangeability
+            combine_tests_by_and([c.holds for c, k in checks if k is kind])
+            for kind in _OperatorCheckChangeability
         ]
         rest = compiled.is_possible if operator.alternatives else rest
         checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
-        unmoved = conjoin_tests(
+        unmoved = combine_tests_by_and(
             [
                 check.holds
                 for check, kind, can in checks_with_kind
@@ -370,7 +373,7 @@ class OperatorIndex:
         return [operator for operator in candidates if operator in supporting]
 
     def _find_non_derived_predicates(self, formulas: Iterable[Formula]) -> frozenset[str]:
-        return frozenset(find_stored_predicates(find_predicates(*formulas), self._domain.vocabulary))
+        return frozenset(find_stored_dependencies(find_predicates(*formulas), self._domain.vocabulary))
 
 
 def _fill_arguments(
@@ -402,10 +405,10 @@ def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | 
     """
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match_atom(effect.atom, change.arguments, _get_agent_number_in_pattern)
+    return match_atom(effect.atom, change.arguments, _get_number_of_agent_constant)
 
 
-def _get_agent_number_in_pattern(constant: Constant) -> int | None:
+def _get_number_of_agent_constant(constant: Constant) -> int | None:
     """Return the agent's number in an `_OperatorPattern` if a constant names the agent; else None."""
     return _AGENT if constant == AGENT else None
 
@@ -432,8 +435,8 @@ class CandidateAction(NamedTuple):
         action: the action.
         info: the action's operator.
         binding: the values of the operator's variables in this search.
-        possible: results of `is_possible_if_unchangeable_checks_hold`, cached by state.
-        results: results of `compute_result`, cached by state.
+        possible: results of `do_remaining_checks_hold`, cached by state.
+        results: results of `compute_state_after_action`, cached by state.
         parts: the subgoal's literals that the action may make true, as a bit mask; 0 for an action that only
             prepares another action.
         touched: the subgoal's literals that the action can change, as a bit mask.
@@ -475,14 +478,14 @@ class CandidateAction(NamedTuple):
         """Whether all checks of the action hold in a state."""
         return self.info.operator.is_possible(state, self.binding)
 
-    def unchangeable_checks_hold(self, state: State) -> bool:
+    def fixed_checks_hold(self, state: State) -> bool:
         """Whether the fixed checks of the action hold: the checks that no action can change.
 
         The answer is the same in all states of an episode.
         """
-        return self.info.unchangeable_checks_hold(state, self.binding)
+        return self.info.fixed_checks_hold(state, self.binding)
 
-    def is_possible_if_unchangeable_checks_hold(self, state: State) -> bool:
+    def do_remaining_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state.
 
         Callers must have tested that two kinds of checks hold: the checks that no action can change, and the
@@ -493,7 +496,7 @@ class CandidateAction(NamedTuple):
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return is_possible
 
-    def can_agent_movement_enable(self, state: State) -> bool:
+    def can_movement_make_action_possible(self, state: State) -> bool:
         """Whether movement of the agent can make all failing checks of the action true.
 
         Callers must have tested that two kinds of checks hold: the checks that no action can change, and the
@@ -502,17 +505,17 @@ class CandidateAction(NamedTuple):
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
         return not self.info.operator.alternatives or all(
-            self.info.fixable[i] for i in self.find_failing_checks(state)
+            self.info.fixable[i] for i in self.find_indices_of_failing_checks(state)
         )
 
-    def compute_result(self, state: State) -> State:
+    def compute_state_after_action(self, state: State) -> State:
         """Return the state after the action, even if its checks fail."""
         result = self.results.get(state)
         if result is None:
             result = self.results[state] = self.info.operator.apply(state, self.binding)
         return result
 
-    def find_failing_checks(self, state: State) -> list[int]:
+    def find_indices_of_failing_checks(self, state: State) -> list[int]:
         """Return the indices of the failing checks in the operator's list of checks.
 
         An operator may have several alternatives, ways to act (`OperatorAlternative`). If all checks hold but

@@ -26,7 +26,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import read_formula
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.traversal import find_object_names
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
@@ -136,7 +136,7 @@ class SubgoalDecompositionScorer(Scorer):
         return (
             None
             if text is None
-            else self.lexicon.to_domain_names(read_formula(text, self.lexicon.signature)[0])
+            else self.lexicon.replace_by_domain_names(read_formula(text, self.lexicon.signature)[0])
         )
 
     def _make_goal_progress(self) -> GoalProgress:
@@ -242,7 +242,7 @@ class SubgoalDecompositionScorer(Scorer):
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:
         branch, best = outcome.reported, self._find_best_branch(outcome)
         notes = [classify_exploration(outcome).value, *write_repair_notes(compiled.repairs)]
-        notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
+        notes += [f"subgoal {i + 1}: {format_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end != "complete":
             notes.append(f"the search was ended: {outcome.end}")
         error = find_branch_error(branch, self.domain, self.task.scene)
@@ -252,7 +252,7 @@ class SubgoalDecompositionScorer(Scorer):
             if steps and steps[-1].outcome == error.kind.value:
                 why = steps[-1].reason
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {why}")
-            named = find_object_names(self.lexicon.to_domain_names(compiled.subgoals[error.step]))
+            named = find_object_names(self.lexicon.replace_by_domain_names(compiled.subgoals[error.step]))
             if error.kind is FaultKind.AFFORDANCE and not {*error.objects} <= {*named}:
                 notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")
         if best is not branch:

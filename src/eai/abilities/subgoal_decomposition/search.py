@@ -33,7 +33,7 @@ from eai.abilities.subgoal_decomposition.program import (
     SubgoalForkInstruction,
 )
 from eai.base.errors import InputError
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import rewrite_leaves
 from eai.logic.traversal import is_state_formula, walk_subformulas
 from eai.planning.search import SearchEffort
@@ -58,7 +58,7 @@ class _GoalPart:
         self._actions = frozenset(
             [part.action for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
         )
-        self._test = cache(self._compile_test_at_action)
+        self._test = cache(self._compile_test_for_taken_action)
 
     def holds(self, state: State, action: Action | None) -> bool:
         """Whether the formula holds at a position: in a state, and for the action taken in the state."""
@@ -66,7 +66,7 @@ class _GoalPart:
             return self._test(None)(state)
         return self._test(action.operator)(state, action.arguments)
 
-    def _compile_test_at_action(self, action_name: str | None) -> StateTest:
+    def _compile_test_for_taken_action(self, action_name: str | None) -> StateTest:
         """Return a test of the formula for positions at which the agent takes an action with a given name.
 
         The name is None if the agent takes no action, or an action that does not occur in the formula.
@@ -123,7 +123,8 @@ class GoalProgress:
         for part in parts:
             if not is_state_formula(part):
                 raise InputError(
-                    f"a goal must be a sequence of state formulas, 'f then g then ...', not {print_ltl(part)}"
+                    "a goal must be a sequence of state formulas, 'f then g then ...', "
+                    f"not {format_ltl(part)}"
                 )
         self._parts = tuple(_GoalPart(part, scene) for part in parts)
         self._at_end = final_test
@@ -158,14 +159,14 @@ A search with fewer branches is faster without merging.
 """
 
 
-class _LinkedStep(NamedTuple):
+class _StepWithPredecessor(NamedTuple):
     """A tried step, linked to the step before.
 
     Branches with the same first steps share these linked steps.
     """
 
     step: Step
-    before: _LinkedStep | None
+    before: _StepWithPredecessor | None
 
 
 class ExecutionBranch(NamedTuple):
@@ -183,7 +184,7 @@ class ExecutionBranch(NamedTuple):
     """
 
     past: History
-    tried: _LinkedStep | None = None
+    tried: _StepWithPredecessor | None = None
     errors: int = 0
     met: int = 0
     subgoal: int = 0
@@ -191,7 +192,7 @@ class ExecutionBranch(NamedTuple):
     executed: int = 0
     refined: int = 0
 
-    def count_executed(self, subgoal: int) -> int:
+    def count_executed_actions(self, subgoal: int) -> int:
         """Return the number of actions that this branch executed for a subgoal.
 
         The number is 0 if the subgoal is not the last subgoal that the branch executed.
@@ -254,7 +255,7 @@ def _drop_branches_with_same_future(
     groups: dict[object, list[ExecutionBranch]] = {}
     for branch in branches:
         executed_actions = branch.trajectory.executed_actions if compare_executed_actions else ()
-        key = (branch.state, branch.met, branch.count_executed(subgoal_number), executed_actions)
+        key = (branch.state, branch.met, branch.count_executed_actions(subgoal_number), executed_actions)
         groups.setdefault(key, []).append(branch)
     best = [
         (min(branches_to_merge, key=_rank_success), min(branches_to_merge, key=_rank_failure))
@@ -460,7 +461,7 @@ class _Exploration:
         """
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
         subgoal, most = instruction.subgoal, instruction.max_actions
-        executed, refined = branch.count_executed(subgoal), branch.refined
+        executed, refined = branch.count_executed_actions(subgoal), branch.refined
         for action in plan:
             self._attempts.used += 1
             outcome = attempt_action(self._domain, past, action)
@@ -470,10 +471,10 @@ class _Exploration:
                 executed += 1
                 refined += executed == 1
                 met = self._goal.count_parts_met_after(met, past.state, action)
-                past, tried = past.extend(outcome), _LinkedStep(Step(action, None), tried)
+                past, tried = past.extend(outcome), _StepWithPredecessor(Step(action, None), tried)
                 continue
             errors += 1
-            tried = _LinkedStep(Step(action, outcome), tried)
+            tried = _StepWithPredecessor(Step(action, outcome), tried)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort.used += past.number // _PAST_STATES_PER_ACTION
                 return ExecutionBranch(past, tried, errors, met, subgoal, outcome, executed, refined)

@@ -140,7 +140,7 @@ class _MovementFinder:
         )  # each copy of the iterator starts at the shortest path, and no path is computed twice
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
-        moves = [candidate for candidate in self._moves if candidate.unchangeable_checks_hold(start)]
+        moves = [candidate for candidate in self._moves if candidate.fixed_checks_hold(start)]
         seen = {start}
         paths: list[MovementPath] = [SearchNode(start)]
         for _ in range(_MAX_MOVEMENTS):
@@ -152,9 +152,9 @@ class _MovementFinder:
                         continue
                     if candidate.info.common_checks_hold(
                         path.state, candidate.binding
-                    ) and candidate.is_possible_if_unchangeable_checks_hold(path.state):
+                    ) and candidate.do_remaining_checks_hold(path.state):
                         self._effort.used += 1
-                        after = candidate.compute_result(path.state)
+                        after = candidate.compute_state_after_action(path.state)
                         if after not in seen:
                             seen.add(after)
                             longer_paths.append(
@@ -204,9 +204,9 @@ class _UniformCostSearch:
         If plans have the same end state and the same actions that matter to the goal, only one is returned.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
-        self._candidates = [candidate for candidate in actions if candidate.unchangeable_checks_hold(start)]
+        self._candidates = [candidate for candidate in actions if candidate.fixed_checks_hold(start)]
         self._push_node(SearchNode(start, self.goal.at_start))
-        run_best_first_search(self._open.pop, self._expand_and_find_stop)
+        run_best_first_search(self._open.pop, self._expand_node_and_check_for_end)
         return [node.list_actions() for node in self._found.values()]
 
     def _push_node(self, node: PlanNode) -> None:
@@ -214,7 +214,7 @@ class _UniformCostSearch:
         self._open.push(node, node.depth, self._pushed)
         self._pushed += 1
 
-    def _expand_and_find_stop(self, node: PlanNode) -> PlanNode | SearchEndReason | None:
+    def _expand_node_and_check_for_end(self, node: PlanNode) -> PlanNode | SearchEndReason | None:
         """Add the successors of a node to the open list, and keep those that reach the goal as solutions.
 
         Return None to continue the search. A node or a `SearchEndReason` stops the search.
@@ -255,7 +255,7 @@ class _UniformCostSearch:
             if path is None:
                 continue
             self.effort.used += 1
-            after = candidate.compute_result(path.state)
+            after = candidate.compute_state_after_action(path.state)
             touched = candidate.touched | (self.permitted.touched if path.depth else 0)
             gained = self.goal.met(after, parts, 0) if is_achiever else 0
             if is_achiever and not gained:
@@ -280,14 +280,14 @@ class _UniformCostSearch:
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
-        if candidate.is_possible_if_unchangeable_checks_hold(state):
+        if candidate.do_remaining_checks_hold(state):
             return SearchNode(state)
-        if not self.movement or not candidate.can_agent_movement_enable(state):
+        if not self.movement or not candidate.can_movement_make_action_possible(state):
             return None
         for path in self.movement.list_paths(state):
             if before + path.depth > self._best:
                 return None
-            if candidate.is_possible_if_unchangeable_checks_hold(path.state):
+            if candidate.do_remaining_checks_hold(path.state):
                 return path
         self.out_of_reach.add((state, candidate.action))
         return None
@@ -342,7 +342,9 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
     most_met = max([failed_search.most_met for failed_search in failing])
     farthest = [failed_search for failed_search in failing if failed_search.most_met == most_met]
     nearest_attempts = [
-        nearest for failed_search in farthest if (nearest := failed_search.find_nearest_attempt()) is not None
+        nearest
+        for failed_search in farthest
+        if (nearest := failed_search.find_failed_plan_nearest_to_goal()) is not None
     ]
     effort = sum([failed_search.effort for failed_search in failing])
     if nearest_attempts:
@@ -385,7 +387,7 @@ class _FailedSearch:
             : max(1, min(_MAX_FAILURE_STATES, _MAX_FAILURE_TESTS // max(1, tests)))
         ]
 
-    def find_nearest_attempt(self) -> _NearestAttempt | None:
+    def find_failed_plan_nearest_to_goal(self) -> _NearestAttempt | None:
         """Return the failed plan that comes nearest to the goal, or None if no plan makes progress.
 
         A failing action is left out if at least as many literals hold in some visited state as after the
@@ -425,7 +427,7 @@ class _FailedSearch:
         if not missing:
             return 0
         self.effort += self._goal.effort_per_step
-        after = candidate.compute_result(node.state)
+        after = candidate.compute_state_after_action(node.state)
         if not self._goal.met(after, candidate.touched & missing, 0):
             return 0
         met = self._goal.met(after, candidate.touched, node.met).bit_count()
@@ -449,7 +451,7 @@ class _FailedSearch:
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
         """Try an action at a node, after a movement if fewer checks then fail. Return the attempt."""
         self.effort += 1
-        failing = candidate.find_failing_checks(node.state)
+        failing = candidate.find_indices_of_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
         least = self._compute_min_failing_checks(
             node, candidate, sum([not candidate.info.movable[i] for i in failing])
@@ -457,7 +459,7 @@ class _FailedSearch:
         if len(failing) > least:
             for path in self._movement.list_paths(node.state):
                 self.effort += 1
-                failing = candidate.find_failing_checks(path.state)
+                failing = candidate.find_indices_of_failing_checks(path.state)
                 if len(failing) < len(best.failing):
                     plan = (*node.list_actions(), *path.list_actions(), candidate.action)
                     best = _TriedAction(node, candidate, plan, path.state, failing)
@@ -482,7 +484,8 @@ class _FailedSearch:
         mending = [
             self._try_action(node, other)
             for other in self._permitted.helping
-            if len(candidate.find_failing_checks(other.compute_result(state))) < len(failing)
+            if len(candidate.find_indices_of_failing_checks(other.compute_state_after_action(state)))
+            < len(failing)
         ]
         if any(
             not tried_action.failing and self._keeps_met_goal_parts(tried_action) for tried_action in mending
@@ -497,5 +500,6 @@ class _FailedSearch:
     def _keeps_met_goal_parts(self, attempt: _TriedAction) -> bool:
         node, candidate = attempt.node, attempt.candidate
         return (
-            self._goal.met(candidate.compute_result(attempt.state), candidate.touched, node.met) == node.met
+            self._goal.met(candidate.compute_state_after_action(attempt.state), candidate.touched, node.met)
+            == node.met
         )

@@ -21,7 +21,7 @@ from eai.abilities.declaration import (
     make_score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.verdict import OperatorVerdict, get_counts_by_category, sum_counts
+from eai.abilities.transition_modeling.verdict import OperatorVerdict, count_clauses_by_category, sum_counts
 from eai.abilities.verdict import (
     EMPTY_SHARE,
     NO_COUNTS,
@@ -58,7 +58,7 @@ def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
     counts in each category of the task and once overall, unless no planner ran. The rate of working plans
     includes only answers for which it is known whether the plan works.
     """
-    counts = get_counts_by_category(verdict)
+    counts = count_clauses_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
     solved = make_rate_contribution_of_answer(verdict.planner is PlannerOutcome.SOLVED)
     shares: dict[str, Share] = {}
@@ -84,7 +84,7 @@ def classify_outcome(verdict: OperatorVerdict) -> AnswerOutcome:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
     return find_error_outcome(verdict) or classify_answer_by_counts(
-        sum_counts(get_counts_by_category(verdict)), can_be_success=unplanned
+        sum_counts(count_clauses_by_category(verdict)), can_be_success=unplanned
     )
 
 

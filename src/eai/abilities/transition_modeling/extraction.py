@@ -33,7 +33,7 @@ from eai.abilities.answer_text import (
     read_json,
 )
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
-from eai.abilities.verdict import AnswerSpanKind, Span, Unreadable
+from eai.abilities.verdict import AnswerSpan, AnswerSpanKind, Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import PddlError, PddlFinding, PddlViolationKind
 from eai.pddl.model import NO_EFFECT, PddlAction
@@ -95,11 +95,11 @@ _COMMENT = re.compile(r";[^\n]*")
 _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
-_LOST = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
+_PARAMETERS_START = re.compile(r"[:：]parameters\s*[(（]", re.IGNORECASE)
 """Pattern of ``:parameters (``. Outside operators, it shows that the beginning of an operator is missing."""
 _DEFINITION = re.compile(r"\(\s*define\b", re.IGNORECASE)
 _HEAD_IN_COMMENT = re.compile(r";\s*:action\b[^\n]*", re.IGNORECASE)
-_NO_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)
+_NON_PDDL_BRACKETS = re.compile(r"[:;]-?[()]|^[^\S\n]*\w{1,2}\)", re.MULTILINE)
 """Pattern of brackets that are not brackets of PDDL: those in smileys and after list numbers."""
 _CONNECTIVE = re.compile(r"\(\s*(?:and|or|imply|when|forall|exists)\b", re.IGNORECASE)
 _SIGN = re.compile(r"\(\s*:|\(\s*action\b|:\s*action\b", re.IGNORECASE)
@@ -204,7 +204,7 @@ def _describe_wrong_key(json_value: object) -> str | None:
 
 
 def _has_part_of_operator(text: str) -> bool:
-    return _HEAD.search(text) is not None or _LOST.search(text) is not None
+    return _HEAD.search(text) is not None or _PARAMETERS_START.search(text) is not None
 
 
 _OUTPUT = AnswerFormat(
@@ -246,10 +246,10 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | Unreadable | None:
     last = _read_operator(body[heads[-1].start() :])
     if not is_wrapped and isinstance(last, WrittenOperator) and _CLOSING in last.repairs:
         return None
-    spans = [Span(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
-    spans += [Span(0, start, AnswerSpanKind.PROSE)] if before.strip() and not is_wrapped else []
-    spans += [Span(end, len(body), AnswerSpanKind.PROSE)] if after.strip() and not is_wrapped else []
-    spans.append(Span(start, end, AnswerSpanKind.REPAIRED))
+    spans = [AnswerSpan(thought.start, thought.end, AnswerSpanKind.REASONING) for thought in thoughts]
+    spans += [AnswerSpan(0, start, AnswerSpanKind.PROSE)] if before.strip() and not is_wrapped else []
+    spans += [AnswerSpan(end, len(body), AnswerSpanKind.PROSE)] if after.strip() and not is_wrapped else []
+    spans.append(AnswerSpan(start, end, AnswerSpanKind.REPAIRED))
     operators = body[start:end] if is_wrapped else body[start:]
     return ParsedAnswer(operators, (*(["reasoning"] if thoughts else []), "no_json"), tuple(sorted(spans)))
 
@@ -267,9 +267,9 @@ def _has_end_of_operator(text: str) -> bool:
 
     A definition of a problem or domain may have too many brackets.
     """
-    words = _NO_BRACKETS.sub("", _COMMENT.sub("", text))
+    words = _NON_PDDL_BRACKETS.sub("", _COMMENT.sub("", text))
     is_closed = words.count(")") > words.count("(") and _DEFINITION.search(text) is None
-    return is_closed or _LOST.search(text) is not None
+    return is_closed or _PARAMETERS_START.search(text) is not None
 
 
 def _split_operators(text: str) -> list[str]:
@@ -290,7 +290,7 @@ def _find_end_before_prose(text: str) -> int | None:
         end = read_group(text).end
     except PddlError:
         return None
-    return end if text[end:].lstrip()[:1].isalpha() and _LOST.search(text, end) is None else None
+    return end if text[end:].lstrip()[:1].isalpha() and _PARAMETERS_START.search(text, end) is None else None
 
 
 def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOperator | PddlFinding:

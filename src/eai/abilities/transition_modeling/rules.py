@@ -22,7 +22,7 @@ from eai.abilities.transition_modeling.extraction import (
     read_operators,
 )
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
-from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add_confusions
+from eai.abilities.verdict import AnswerSpan, ConfusionCounts, ErrorReport, Unreadable, add_confusions
 from eai.pddl.check import DeclaredNames, PddlFinding, check_action
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
 from eai.pddl.matching import OperatorMatch, mark_all_clauses_missing, match_operators
@@ -58,10 +58,12 @@ def find_plan_flaw(
             the number is that after the last step.
     """
     domain = replace(task.domain.header, actions=tuple(task.gold_operators.values()))
-    return PddlPlanExecutor(domain, task.problem).find_failed_step(to_gold_steps(task, written, plan))
+    return PddlPlanExecutor(domain, task.problem).find_failed_step(
+        convert_to_gold_operator_steps(task, written, plan)
+    )
 
 
-def to_gold_steps(
+def convert_to_gold_operator_steps(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
     """Return the steps of a plan for an answer's operators as steps of the gold operators.
@@ -69,10 +71,13 @@ def to_gold_steps(
     Objects go to the parameters with the same names. If a gold operator has a parameter whose name the
     answer's operator lacks, the objects of the step keep their order instead.
     """
-    return [_to_gold_step(step, written[step.action], task.gold_operators[step.action]) for step in plan]
+    return [
+        _convert_to_gold_operator_step(step, written[step.action], task.gold_operators[step.action])
+        for step in plan
+    ]
 
 
-def _to_gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:
+def _convert_to_gold_operator_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:
     objects = {
         parameter.name: name for parameter, name in zip(written.parameters, step.arguments, strict=True)
     }
@@ -114,9 +119,9 @@ class OperatorJudgement:
     planning: PlannerResult
     plan_works: bool | None = None
     plan_flaw: tuple[int, str] | None = None
-    literals: Mapping[str, Confusion] | None = None
+    literals: Mapping[str, ConfusionCounts] | None = None
     repairs: tuple[str, ...] = ()
-    spans: tuple[Span, ...] = ()
+    spans: tuple[AnswerSpan, ...] = ()
     operator_repairs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     matches: Mapping[str, OperatorMatch] = field(default_factory=dict)
     error: ErrorReport | None = None
@@ -161,7 +166,7 @@ class OperatorScoringRules(ABC):
         """Return the judgement on a missing answer: each operator of the task is missing."""
 
     @abstractmethod
-    def plan_with_each_written_operator(
+    def plan_with_each_operator_of_answer(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
@@ -263,7 +268,7 @@ class PaperOperatorRules(OperatorScoringRules):
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
         return OperatorJudgement(missing, planning, works, literals=_sum_literal_counts(compared))
 
-    def plan_with_each_written_operator(
+    def plan_with_each_operator_of_answer(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
@@ -364,10 +369,12 @@ def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: Replaced
     return replace(written, action=action, unread=unread)
 
 
-def _sum_literal_counts(compared: Sequence[_OperatorComparison]) -> dict[str, Confusion]:
+def _sum_literal_counts(compared: Sequence[_OperatorComparison]) -> dict[str, ConfusionCounts]:
     return {
-        "precondition": add_confusions([Confusion(*match.precondition_literals) for _, match in compared]),
-        "effect": add_confusions([Confusion(*match.effect_literals) for _, match in compared]),
+        "precondition": add_confusions(
+            [ConfusionCounts(*match.precondition_literals) for _, match in compared]
+        ),
+        "effect": add_confusions([ConfusionCounts(*match.effect_literals) for _, match in compared]),
     }
 
 

@@ -14,9 +14,9 @@ from eai.abilities.transition_modeling.verdict import (
     OperatorStatus,
     OperatorVerdict,
     PredicatesInClause,
-    classify_clause,
+    find_predicates_and_their_categories,
 )
-from eai.abilities.verdict import ALL, Confusion
+from eai.abilities.verdict import ALL, ConfusionCounts
 from eai.pddl.check import PddlViolationKind
 from eai.pddl.matching import ClauseComparison, OperatorMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
@@ -31,7 +31,7 @@ def count_matches_by_category(
     predicates_of_clauses: Mapping[str, PredicatesInClause],
     *,
     count_clauses: bool,
-) -> dict[str, Confusion]:
+) -> dict[str, ConfusionCounts]:
     """Return the numbers of matched, additional and missing clauses for each category that has any.
 
     Args:
@@ -49,7 +49,7 @@ def count_matches_by_category(
                         counts.setdefault(name, [0, 0, 0])[index] += 1
                 if count_clauses:
                     counts.setdefault(ALL, [0, 0, 0])[index] += 1
-    return {name: Confusion(*counts[name]) for name in sorted(counts)}
+    return {name: ConfusionCounts(*counts[name]) for name in sorted(counts)}
 
 
 class TransitionModelingScorer(Scorer):
@@ -66,7 +66,7 @@ class TransitionModelingScorer(Scorer):
         self.task = task
         self._rules = rules
         self._cached_content = lru_cache(_MAX_CACHED_CLAUSES)(
-            partial(classify_clause, categories=task.domain.categories)
+            partial(find_predicates_and_their_categories, categories=task.domain.categories)
         )
 
     def assess(self, text: str) -> Assessment:
@@ -78,7 +78,7 @@ class TransitionModelingScorer(Scorer):
         """Return the verdict on a missing answer: all operators are missing."""
         return self._make_verdict(self._rules.judge_missing_answer(self.task))
 
-    def plan_with_each_written_operator(
+    def plan_with_each_operator_of_answer(
         self, answer: str, replaced_part: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
         """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
@@ -87,7 +87,7 @@ class TransitionModelingScorer(Scorer):
         operators. The result is None for an operator that the answer lacks. The mapping is empty for an
         answer that statistics leave out.
         """
-        return self._rules.plan_with_each_written_operator(self.task, answer, replaced_part)
+        return self._rules.plan_with_each_operator_of_answer(self.task, answer, replaced_part)
 
     def _make_verdict(self, judgement: OperatorJudgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)
@@ -125,7 +125,7 @@ class TransitionModelingScorer(Scorer):
 
     def _count_clauses_by_category(
         self, reports: tuple[OperatorReport, ...], predicates_of_clauses: Mapping[str, PredicatesInClause]
-    ) -> Mapping[str, Mapping[str, Confusion]]:
+    ) -> Mapping[str, Mapping[str, ConfusionCounts]]:
         clauses = self._rules.counts_clauses
         return {
             "precondition": count_matches_by_category(

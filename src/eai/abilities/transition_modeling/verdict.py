@@ -11,7 +11,7 @@ from typing import NamedTuple
 from eai.abilities.verdict import (
     ALL,
     NO_COUNTS,
-    Confusion,
+    ConfusionCounts,
     RewardInputs,
     Verdict,
     add_confusions,
@@ -73,7 +73,9 @@ class PredicatesInClause(NamedTuple):
     categories: tuple[str, ...]
 
 
-def classify_clause(clause: str, categories: Mapping[str, PredicateCategory]) -> PredicatesInClause:
+def find_predicates_and_their_categories(
+    clause: str, categories: Mapping[str, PredicateCategory]
+) -> PredicatesInClause:
     """Return the predicates of a clause and their categories.
 
     The clause is PDDL or the name of a predicate.
@@ -106,8 +108,8 @@ class OperatorVerdict(Verdict):
     """
 
     success: bool | None = None
-    counts: Mapping[str, Mapping[str, Confusion]] | None = None
-    literals: Mapping[str, Confusion] | None = None
+    counts: Mapping[str, Mapping[str, ConfusionCounts]] | None = None
+    literals: Mapping[str, ConfusionCounts] | None = None
     planner: PlannerOutcome | None = None
     plan_works: bool | None = None
     task_categories: tuple[str, ...] = ()
@@ -124,7 +126,7 @@ class OperatorVerdict(Verdict):
         return {"planner": planner, "task_categories": " ".join(self.task_categories)}
 
     @property
-    def planner_used(self) -> str | None:
+    def name_of_used_planner(self) -> str | None:
         """Name of the planner that judged the answer; None if no planner was used."""
         return self.planner_name
 
@@ -141,7 +143,7 @@ class OperatorVerdict(Verdict):
         Return None if the required operators have no clauses.
         """
         return compute_reward_inputs_of_parts(
-            sum_counts(get_counts_by_category(self)), self.error, self._count_faults()
+            sum_counts(count_clauses_by_category(self)), self.error, self._count_faults()
         )
 
     def _count_faults(self) -> Counter[FaultKind]:
@@ -149,7 +151,9 @@ class OperatorVerdict(Verdict):
         faults = Counter([_STATUS_FAULTS[r.status] for r in self.operators if r.status in _STATUS_FAULTS])
         for report in self.operators:
             if report.status is OperatorStatus.COMPARED:
-                faults.update([_OFFENCE_FAULTS.get(f.offence, FaultKind.PARSING) for f in report.offences])
+                faults.update(
+                    [_FAULT_BY_VIOLATION.get(f.offence, FaultKind.PARSING) for f in report.offences]
+                )
         return faults
 
 
@@ -159,7 +163,7 @@ _STATUS_FAULTS = {
 }
 
 
-_OFFENCE_FAULTS = {
+_FAULT_BY_VIOLATION = {
     PddlViolationKind.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
     PddlViolationKind.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
     PddlViolationKind.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
@@ -173,15 +177,15 @@ All other violations are parsing errors.
 """
 
 
-def get_counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
+def count_clauses_by_category(verdict: OperatorVerdict) -> dict[str, ConfusionCounts]:
     """Return a mapping from categories to the numbers of right, wrong and missed clauses."""
-    counts: dict[str, Confusion] = {}
+    counts: dict[str, ConfusionCounts] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
             counts[name] = add_confusions((counts.get(name, NO_COUNTS), confusion))
     return counts
 
 
-def sum_counts(counts_by_category: Mapping[str, Confusion]) -> Confusion:
+def sum_counts(counts_by_category: Mapping[str, ConfusionCounts]) -> ConfusionCounts:
     """Return the sum of the counts over all categories. A clause of several categories counts once."""
     return counts_by_category.get(ALL) or add_confusions(counts_by_category.values())

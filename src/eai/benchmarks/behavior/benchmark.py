@@ -19,7 +19,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.behavior.activities import make_activity_problem_reader, write_task_problem
-from eai.benchmarks.behavior.domain import domain_in_paper_order
+from eai.benchmarks.behavior.domain import make_domain_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoalNotation, BehaviorSubgoalNotation
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
@@ -42,7 +42,7 @@ def _format_answered_goals_as_lists(believed_task: BelievedTask) -> str:
     spelling = _map_instance_to_object_names(believed_task)
     entries = [
         [spelling.get(word, word) for word in _yield_nested_words(entry)]
-        for entry in _read_answered_goals(believed_task)
+        for entry in _read_goals_of_answer(believed_task)
     ]
     return "\n".join([str(words) for words in entries if words])
 
@@ -57,7 +57,7 @@ def _format_answered_goals_as_formulas(believed_task: BelievedTask) -> str:
 
     formulas = [
         _format_formula(entry, spell_as_in_subgoals, nested=False)
-        for entry in _read_answered_goals(believed_task)
+        for entry in _read_goals_of_answer(believed_task)
     ]
     return "\n".join([formula for formula in formulas if formula is not None])
 
@@ -73,7 +73,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 """Ability -> section of the official prompts that states the goals."""
 
 
-def _read_answered_goals(believed_task: BelievedTask) -> Iterator[object]:
+def _read_goals_of_answer(believed_task: BelievedTask) -> Iterator[object]:
     """Yield the goals in an answer. Goals about states come first. An unreadable answer gives no goals."""
     entries = _NOTATION.read_entries(believed_task.answer)
     return iter(
@@ -164,14 +164,14 @@ def make_wording(ability: Ability) -> SuiteWording:
     name objects as problem files do.
     """
     if ability is Ability.GOAL_INTERPRETATION:
-        return SuiteWording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
+        return SuiteWording(make_domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), get_declared_object_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_subgoal_object_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_sliced_halves, names)
     return SuiteWording(
-        domain_in_paper_order(),
+        make_domain_in_paper_order(),
         predicates,
         written_as,
         names,
@@ -228,7 +228,7 @@ def behavior() -> Benchmark:
     """Return the benchmark BEHAVIOR."""
     return Benchmark(
         NAME,
-        domain_in_paper_order(),
+        make_domain_in_paper_order(),
         open_tasks,
         Notation(
             PLANS,

@@ -15,8 +15,8 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
-from eai.abilities.notation.goals import GoalAlternatives, JsonGoals, SpellingAndArity
-from eai.abilities.notation.plans import JsonPlans
+from eai.abilities.notation.goals import GoalAlternatives, JsonGoalNotation, SpellingAndArity
+from eai.abilities.notation.plans import JsonPlanNotation
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output_list
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.behavior import domain as behavior
@@ -92,7 +92,7 @@ DOMAIN_NAMES: Mapping[str, str] = {
 """Predicate in answers -> name of the predicate in the domain, if the names differ."""
 
 ACTION_ARITIES: Mapping[str, int | None] = {
-    **{operator.name.lower(): operator.arity for operator in behavior.domain_in_paper_order().operators},
+    **{operator.name.lower(): operator.arity for operator in behavior.make_domain_in_paper_order().operators},
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
 """Action -> number of its objects; None for three actions without a number in ``base_vocabulary.json``."""
@@ -159,7 +159,7 @@ class BehaviorSubgoalNotation(SubgoalNotation):
     """The notation of subgoals in answers to BEHAVIOR's prompts."""
 
     def __init__(self) -> None:
-        super().__init__(behavior.domain_in_paper_order())
+        super().__init__(behavior.make_domain_in_paper_order())
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of a scene: the names that prompts use for its states, actions and objects."""
@@ -185,7 +185,7 @@ def _normalize_subgoal(subgoal: str) -> str:
     return subgoal
 
 
-class _PlanNotationWithInstanceNames(JsonPlans):
+class _PlanNotationWithInstanceNames(JsonPlanNotation):
     """eai's usual notation of plans, in which objects may also have instance names: ``rag.n.01_1``."""
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
@@ -206,7 +206,7 @@ PLANS = _PlanNotationWithInstanceNames()
 """The notation of plans in answers to BEHAVIOR's prompts."""
 
 
-class BehaviorGoalNotation(JsonGoals):
+class BehaviorGoalNotation(JsonGoalNotation):
     """The notation of goals in BEHAVIOR's prompts: states and relations, no actions.
 
     Capital letters make no difference. ``toggledon`` is another spelling of ``toggled_on``. The right goals

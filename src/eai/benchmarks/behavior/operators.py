@@ -107,7 +107,7 @@ def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
     )
 
 
-def put_where_neighbour_lies(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+def make_effects_of_putting_beside(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     """Return effects that put an object beside another one, `neighbour`: onto or into what supports it.
 
     The object is loose: it lies in or on no other object.
@@ -121,7 +121,7 @@ def put_where_neighbour_lies(obj: Variable, neighbour: Variable) -> tuple[Effect
     )
 
 
-def remove_from_support(obj: Variable) -> tuple[Effect, ...]:
+def make_effects_of_leaving_support(obj: Variable) -> tuple[Effect, ...]:
     """Return effects after which an object lies in and on no other object. It still has its floor."""
     return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
@@ -143,8 +143,8 @@ def make_grasp_action(hand: _Hand) -> Operator:
         Delete(p.stands_on(X, ANYTHING)),
         *make_symmetric_effects(Delete, p.stands_under(X, ANYTHING)),
         *make_symmetric_effects(Delete, p.stands_by(X, ANYTHING)),
-        *remove_from_support(X),
-        ForEach(C, p.carries(X, C) & p.much_larger(C, X), remove_from_support(C)),
+        *make_effects_of_leaving_support(X),
+        ForEach(C, p.carries(X, C) & p.much_larger(C, X), make_effects_of_leaving_support(C)),
         Add(hand.holds(X)),
     )
     text = "take the object into that hand"
@@ -193,8 +193,13 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     for name, checks, effects, where in (
         ("ONTOP", free, put_on(H, X), "onto the object"),
         ("INSIDE", (*_require_object_fits_inside(hand, fits), *free), put_in(H, X), "into the object"),
-        ("NEXTTO", free, (*beside, *put_where_neighbour_lies(H, X)), "next to the object"),
-        ("UNDER", free, (Add(p.stands_under(H, X)), *put_where_neighbour_lies(H, X)), "under the object"),
+        ("NEXTTO", free, (*beside, *make_effects_of_putting_beside(H, X)), "next to the object"),
+        (
+            "UNDER",
+            free,
+            (Add(p.stands_under(H, X)), *make_effects_of_putting_beside(H, X)),
+            "under the object",
+        ),
     ):
         yield _make_placing_action(hand, name, (X,), checks, effects, where)
     both = (*free, *require_target_for_placing(hand, Y))
@@ -232,7 +237,9 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
         ("INSIDE", _require_object_fits_inside(hand, fits), put_in(C, X), "into the object"),
         ("ONTOP", (has_contents,), put_on(C, X), "onto the object"),
     ):
-        poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*remove_from_support(C), *effects))
+        poured = ForEach(
+            C, Exists(H, hand.holds(H) & p.carries(H, C)), (*make_effects_of_leaving_support(C), *effects)
+        )
         text = f"pour what is in or on the object in that hand {where}"
         checks = (*checks, *require_target_for_placing(hand, X))
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), checks, (poured,), text)
@@ -253,7 +260,7 @@ def make_hand_actions(hand: _Hand) -> tuple[Operator, ...]:
     )
 
 
-def make_state_action(
+def make_action_changing_object_state(
     name: str,
     ability: Predicate,
     state: Predicate,
@@ -283,7 +290,7 @@ def make_state_action(
 def make_toggle_on_action() -> Operator:
     """Return the action TOGGLE_ON. A dishwasher then cleans the objects directly in or on the dishwasher."""
     washed = (Delete(p.is_dusty(C)), Delete(p.is_stained(C)))
-    return make_state_action(
+    return make_action_changing_object_state(
         "TOGGLE_ON",
         p.toggleable,
         p.is_toggled_on,
@@ -309,16 +316,21 @@ def make_slice_action() -> Operator:
             When(~state(X), (ForEach(P, parts, (Delete(state(P)),)),)),
         )
     )
-    labels = tuple(effect for label in p.LOOSE_RELATIONS for effect in _pass_relation_to_sliced_halves(label))
+    labels = tuple(
+        effect for label in p.LOOSE_RELATIONS for effect in _make_effects_on_halves_relation(label)
+    )
     supports: tuple[Effect, ...] = tuple(
         Let(
             C,
             relation(X, C),
-            (ForEach(P, parts, (*remove_from_support(P), Add(relation(P, C)))), *remove_from_support(X)),
+            (
+                ForEach(P, parts, (*make_effects_of_leaving_support(P), Add(relation(P, C)))),
+                *make_effects_of_leaving_support(X),
+            ),
         )
         for relation in (p.lies_in, p.lies_on)
     )
-    return make_state_action(
+    return make_action_changing_object_state(
         "SLICE",
         p.sliceable,
         p.is_sliced,
@@ -329,7 +341,7 @@ def make_slice_action() -> Operator:
     )
 
 
-def _pass_relation_to_sliced_halves(relation: Predicate) -> tuple[Effect, ...]:
+def _make_effects_on_halves_relation(relation: Predicate) -> tuple[Effect, ...]:
     """Return effects that replace the object ``x`` by its halves in all facts of a relation."""
     parts = p.part_of(P, X)
     return (
@@ -382,7 +394,7 @@ def make_soak_action() -> Operator:
     """Return the action SOAK: an object that lies in a running sink or in a teapot becomes wet."""
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
     in_water = missing_step(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
-    return make_state_action(
+    return make_action_changing_object_state(
         "SOAK", p.soakable, p.is_soaked, "make the object wet", to_true=True, last_checks=(in_water,)
     )
 
@@ -390,7 +402,7 @@ def make_soak_action() -> Operator:
 def make_cook_action() -> Operator:
     """Return the action COOK: an object in a saucepan becomes cooked."""
     in_pan = missing_step(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
-    return make_state_action(
+    return make_action_changing_object_state(
         "COOK", p.cookable, p.is_cooked, "cook the object", to_true=True, last_checks=(in_pan,)
     )
 
@@ -398,7 +410,7 @@ def make_cook_action() -> Operator:
 def make_freeze_action() -> Operator:
     """Return the action FREEZE: an object in a fridge freezes."""
     in_cold = missing_step(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
-    return make_state_action(
+    return make_action_changing_object_state(
         "FREEZE", p.freezable, p.is_frozen, "freeze the object", to_true=True, last_checks=(in_cold,)
     )
 
@@ -412,19 +424,21 @@ def make_operators() -> tuple[Operator, ...]:
     return (
         Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=OperatorRole.MOVEMENT),
         *chain.from_iterable(zip(*map(make_hand_actions, HANDS), strict=True)),
-        make_state_action(
+        make_action_changing_object_state(
             "OPEN", p.openable, p.is_open, "open the object", to_true=True, last_checks=(not_on,)
         ),
-        make_state_action("CLOSE", p.openable, p.is_open, "close the object", to_true=False),
+        make_action_changing_object_state("CLOSE", p.openable, p.is_open, "close the object", to_true=False),
         make_cook_action(),
         make_clean_action(),
         make_freeze_action(),
-        make_state_action("UNFREEZE", p.freezable, p.is_frozen, "thaw the object", to_true=False),
+        make_action_changing_object_state(
+            "UNFREEZE", p.freezable, p.is_frozen, "thaw the object", to_true=False
+        ),
         make_slice_action(),
         make_soak_action(),
-        make_state_action("DRY", p.soakable, p.is_soaked, "dry the object", to_true=False),
+        make_action_changing_object_state("DRY", p.soakable, p.is_soaked, "dry the object", to_true=False),
         make_toggle_on_action(),
-        make_state_action(
+        make_action_changing_object_state(
             "TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to_true=False
         ),
     )

@@ -130,7 +130,7 @@ closed = DefinedPredicate("closed", (X,), openable(X) & ~is_open(X))
 labelled = DefinedPredicate(
     "labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS))
 )
-carries, carried_by, within = support.make_carries_carried_by_and_within((lies_in, lies_on))
+carries, carried_by, within = support.make_support_and_containment_predicates((lies_in, lies_on))
 shut_in = DefinedPredicate("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = LookupPredicate(
     "floor_below",
@@ -147,7 +147,7 @@ _BASIC_DERIVED = tuple(
 # Derived predicates that goals use.
 
 
-def _make_goal_state_predicate(name: str, stored_state: Predicate) -> DefinedPredicate:
+def _make_predicate_for_state_goals(name: str, stored_state: Predicate) -> DefinedPredicate:
     """Return the predicate with which goals ask for a state of an object, such as *cooked*.
 
     The predicate holds for a sliced object if the stored state holds for all halves of the object.
@@ -156,7 +156,7 @@ def _make_goal_state_predicate(name: str, stored_state: Predicate) -> DefinedPre
     return DefinedPredicate(name, (X,), (stored_state(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
-def _make_goal_relation_predicate(
+def _make_predicate_for_relation_goals(
     name: str, stored_relation: Predicate | DefinedPredicate
 ) -> DefinedPredicate:
     """Return a relation for goals. It holds for a sliced object if it holds for all halves of the object."""
@@ -171,7 +171,9 @@ def _make_goal_relation_predicate(
     )
 
 
-GOAL_STATES = tuple(_make_goal_state_predicate(state.name.removeprefix("is_"), state) for _, state in STATES)
+GOAL_STATES = tuple(
+    _make_predicate_for_state_goals(state.name.removeprefix("is_"), state) for _, state in STATES
+)
 STORED = {
     "inside": lies_in,
     "ontop": lies_on,
@@ -185,10 +187,10 @@ The order is that in which a new state gets its initial facts.
 """
 
 GOAL_RELATIONS = tuple(
-    _make_goal_relation_predicate(name, within if stored is lies_in else stored)
+    _make_predicate_for_relation_goals(name, within if stored is lies_in else stored)
     for name, stored in STORED.items()
 )
-directly_inside = _make_goal_relation_predicate("directly_inside", lies_in)
+directly_inside = _make_predicate_for_relation_goals("directly_inside", lies_in)
 
 VOCABULARY = Vocabulary(
     predicates=tuple([item for item in globals().values() if isinstance(item, Predicate)]),

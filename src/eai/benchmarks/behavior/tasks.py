@@ -40,7 +40,7 @@ _ABILITY_PREDICATES: Mapping[str, str] = {
 The mapping lacks abilities that the domain does not use.
 """
 
-_MODEL_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
+_MODEL_CATEGORY_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
 """Names of predicates that tell the category of an object's 3D model, such as ``sink``.
 
 Actions depend on these predicates. A name is equal to the name of the model category.
@@ -97,7 +97,7 @@ def build_task(record: BehaviorRecord, evidence: FactsMissingInDataSet) -> Behav
         temporal_goal=None,
         relevant=tuple(range(len(builder.scene.objects))),
         record=record,
-        initial_as_published=builder.build_state(read_listed_relations(record)) if as_published else initial,
+        initial_as_published=builder.build_state(read_initial_relations(record)) if as_published else initial,
     )
 
 
@@ -117,13 +117,13 @@ def collect_initial_relations(
 
     The relations come from the problem file, from assumptions about furniture, and from unpublished facts.
     """
-    listed = read_listed_relations(record)
+    listed = read_initial_relations(record)
     removed = evidence.removed.get(record.id, ())
     remaining = tuple(relation for relation in listed if relation[:2] not in removed)
     return (*remaining, *assume_furniture_on_floor(record, evidence), *evidence.added.get(record.id, ()))
 
 
-def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
+def read_initial_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
     """Return the initial relations in a problem file, except the robot's, with object names of the scene."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     return tuple(
@@ -144,7 +144,7 @@ def assume_furniture_on_floor(
     floors = {
         rooms[obj.instance]: obj.name for obj in record.objects if obj.is_floor and obj.instance in rooms
     }
-    listed = read_listed_relations(record)
+    listed = read_initial_relations(record)
     placed = {source for predicate, source, _ in listed if predicate in ("inside", "ontop", "onfloor")}
     return tuple(
         ("onfloor", obj.name, floors[rooms[obj.instance]])
@@ -204,7 +204,7 @@ class _BehaviorTaskBuilder:
     def _yield_object_property_facts(self) -> Iterator[Fact]:
         for obj in self._record.objects:
             names = [_ABILITY_PREDICATES[a] for a in obj.abilities if a in _ABILITY_PREDICATES]
-            names += [obj.model] if obj.model in _MODEL_PREDICATES else []
+            names += [obj.model] if obj.model in _MODEL_CATEGORY_PREDICATES else []
             names += [p.floor.name] if obj.is_floor else []
             for object_name in (obj.name, *obj.sliced_half_names):
                 yield from (Fact(name, (self._index[object_name],)) for name in names)

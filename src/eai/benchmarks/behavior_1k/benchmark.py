@@ -16,9 +16,12 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.challenge import open_challenge_2026
 from eai.benchmarks.behavior_1k.checkout import read_definitions
-from eai.benchmarks.behavior_1k.conventions import describe_conventions, describe_sources_and_floors
+from eai.benchmarks.behavior_1k.conventions import (
+    describe_substance_sources_and_floors,
+    describe_unobservable_facts,
+)
 from eai.benchmarks.behavior_1k.operators import build_domain
-from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
+from eai.benchmarks.behavior_1k.tasks import load_activity_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_format_texts
 from eai.tasks.english import EnglishWords, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
@@ -63,7 +66,7 @@ def _open_activities(source: Source) -> TaskSet[Task]:
 
 def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
     tasks = _open_activities(source)
-    return TaskSet(load_subsets()[subset], tasks.__getitem__, tasks.sha256)
+    return TaskSet(load_activity_subsets()[subset], tasks.__getitem__, tasks.sha256)
 
 
 @open_tasks_once_per_store
@@ -120,7 +123,7 @@ def _make_variant(
     name: str,
     title: str,
     open_activities: OpenTasks[Task] = _open_activities,
-    describe: Callable[[Task], str] = describe_conventions,
+    describe: Callable[[Task], str] = describe_unobservable_facts,
     open_operators: OpenTasks[TransitionTask] = _open_operators,
 ) -> Benchmark:
     wordings, operators = partial(_make_wording, describe), {Ability.TRANSITION_MODELING: open_operators}
@@ -138,7 +141,7 @@ def _make_variant(
     )
 
 
-def open_checkout(folder: str) -> Benchmark:
+def open_benchmark_of_checkout(folder: str) -> Benchmark:
     """Return the benchmark of the activity definitions in a checkout of BEHAVIOR-1K's repository.
 
     Objects and rules are those of bddl 3.6.0.
@@ -162,7 +165,9 @@ def open_checkout(folder: str) -> Benchmark:
 
 def behavior_1k_untold() -> Benchmark:
     """Return BEHAVIOR-1K with prompts that explain neither tools nor heat nor recipes."""
-    return _make_variant(UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_sources_and_floors)
+    return _make_variant(
+        UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_substance_sources_and_floors
+    )
 
 
 def behavior_1k_challenge_2025() -> Benchmark:

@@ -30,7 +30,7 @@ _FACT = re.compile(r"\((?:not \([^()]*\)|[^()]*)\)")
 _OBJECT = re.compile(r"[\w'-]+\.n\.\d\d_[\d*]+")
 
 
-class _Amendment(BaseModel):
+class _ActivityAmendment(BaseModel):
     """Changes of one definition. `objects` maps a kind to the number of objects to declare."""
 
     model_config = ConfigDict(extra="forbid")
@@ -48,7 +48,7 @@ class _Amendments(BaseModel):
     order: Sequence[str]
     kinds: Mapping[str, Mapping[str, Any]]
     left_out: Mapping[str, str]
-    activities: Mapping[str, _Amendment]
+    activities: Mapping[str, _ActivityAmendment]
 
 
 @cache
@@ -81,7 +81,7 @@ def amend_definitions(packed: Definitions) -> Definitions:
     return {name: amended.get(name) or packed[name] for name in amendments.order}
 
 
-def _amend_activity_definition(activity: str, definitions: Definitions, amendment: _Amendment) -> str:
+def _amend_activity_definition(activity: str, definitions: Definitions, amendment: _ActivityAmendment) -> str:
     match = _SECTIONS.fullmatch(definitions[amendment.base or activity].replace(" )", ")"))
     if match is None:
         raise DataError(

@@ -74,7 +74,7 @@ class SceneFactReader:
         ]
 
 
-def describe_conventions(task: Task) -> str:
+def describe_unobservable_facts(task: Task) -> str:
     """Return text for the facts of a task that no observation shows, or an empty text without such facts.
 
     The text has two parts with headings; an empty part is left out. The first part lists the substance that
@@ -85,31 +85,31 @@ def describe_conventions(task: Task) -> str:
         filter(
             None,
             (
-                describe_sources_and_floors(task),
-                _list_below_heading(
-                    HEADING, _ConventionWriter(task.initial).write_household_convention_lines()
+                describe_substance_sources_and_floors(task),
+                _format_list_with_heading(
+                    HEADING, _HouseholdConventionWriter(task.initial).write_household_convention_lines()
                 ),
             ),
         )
     )
 
 
-def describe_sources_and_floors(task: Task) -> str:
+def describe_substance_sources_and_floors(task: Task) -> str:
     """Return text for the substance that each source supplies, and for the floor under objects.
 
     Each source or floor has a line under a heading. Without sources and floors, the text is empty.
     """
-    return _list_below_heading(
-        SITUATION, _SubstanceAndFloorWriter(task.initial).write_source_and_floor_lines()
+    return _format_list_with_heading(
+        SITUATION, _SubstanceSourceAndFloorWriter(task.initial).write_source_and_floor_lines()
     )
 
 
-def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
+def _format_list_with_heading(heading: str, lines: Iterable[str]) -> str:
     texts = list(lines)
     return "\n".join((heading, *texts)) if texts else ""
 
 
-class _SubstanceAndFloorWriter(SceneFactReader):
+class _SubstanceSourceAndFloorWriter(SceneFactReader):
     """Describes the substances that each source gives, and the floor under each object without support."""
 
     def write_source_and_floor_lines(self) -> Iterator[str]:
@@ -136,7 +136,7 @@ class _SubstanceAndFloorWriter(SceneFactReader):
         return f"gives {given_substances}{running}"
 
 
-class _ConventionWriter(SceneFactReader):
+class _HouseholdConventionWriter(SceneFactReader):
     """Describes the conventions of a household: facts that never change, such as the tool for a stain."""
 
     def write_household_convention_lines(self) -> Iterator[str]:
@@ -145,9 +145,9 @@ class _ConventionWriter(SceneFactReader):
             self._describe_ways_to_remove,
             [name for name in self._names if self._find_sources_of(p.has_cover, name)],
         )
-        yield from self._describe_heat()
+        yield from self._describe_heat_and_cold_sources()
         for name in self._names:
-            yield from self._describe_products_of(name)
+            yield from self._describe_objects_made_from(name)
         yield from map(self._describe_recipe, self._find_objects_with(p.recipe))
         for name in self._names:
             fitting = self._find_targets_of(p.fits, name)
@@ -175,7 +175,7 @@ class _ConventionWriter(SceneFactReader):
         dissolved = f" Its solvents here: {_join_names(solvents)}." if solvents else ""
         return f"- {substance} is removed {'; '.join(ways) or 'by nothing here'}.{dissolved}"
 
-    def _describe_heat(self) -> Iterator[str]:
+    def _describe_heat_and_cold_sources(self) -> Iterator[str]:
         """Yield sentences that state when sources of heat and cold work, and which objects they change."""
         sources = self._find_objects_with(p.heat_source)
         food = {name for source in sources for name in self._find_targets_of(p.cooks, source)}
@@ -191,7 +191,7 @@ class _ConventionWriter(SceneFactReader):
             does = f"; it {' and '.join(effects)}" if effects else ""
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
-    def _describe_products_of(self, original: str) -> Iterator[str]:
+    def _describe_objects_made_from(self, original: str) -> Iterator[str]:
         halves = self._find_sources_of(p.part_of, original)
         if halves:
             yield f"- SLICE makes {_join_names(halves)} of {original}."

@@ -139,15 +139,17 @@ def _read_removal_methods_by_substance(
     """
     if not tool_parameters:
         return None
-    by_substance = {name: _read_removal_method(way) for name, way in tool_parameters["conditions"].items()}
+    by_substance = {
+        name: _read_method_of_removing_substance(way) for name, way in tool_parameters["conditions"].items()
+    }
     others = {
-        kind: _read_removal_method(tool_parameters[f"default_{kind}_conditions"])
+        kind: _read_method_of_removing_substance(tool_parameters[f"default_{kind}_conditions"])
         for kind in ("visual", "fluid", "non_fluid")
     }
     return {**by_substance, **others}
 
 
-def _read_removal_method(conditions: Sequence[Sequence[Any]] | None) -> RemovalMethod:
+def _read_method_of_removing_substance(conditions: Sequence[Sequence[Any]] | None) -> RemovalMethod:
     match conditions:
         case None:
             return None
@@ -162,14 +164,14 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
     def read_rule_file(name: str) -> Any:
         return _read_json(files, f"{_RULES}/{name}.json")
 
-    def get_first_listed(names: Iterable[str]) -> str:
+    def get_first_name(names: Iterable[str]) -> str:
         return next(iter(names))
 
     dice: dict[str, dict[str, str]] = {}
     for rule in read_rule_file("dicing"):
-        whole = get_first_listed(rule["input_synsets"])
+        whole = get_first_name(rule["input_synsets"])
         cooked = bool(rule.get("input_states")) and rule["input_states"][whole][0][1]
-        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_listed(rule["output_synsets"])
+        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_name(rule["output_synsets"])
     match = _ATTACHMENTS.search(files.read("bddl/bddl_verification.py").decode())
     if match is None:
         raise DataError(
@@ -183,7 +185,7 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
     ]
     return {
         "slice": {
-            get_first_listed(r["input_synsets"]): get_first_listed(r["output_synsets"].items())
+            get_first_name(r["input_synsets"]): get_first_name(r["output_synsets"].items())
             for r in read_rule_file("slicing")
         },
         "dice": dice,

@@ -71,7 +71,7 @@ def require_ability(obj: Variable, ability: Predicate, reason: str) -> Check:
     return affordance(ability(obj), f"{{{obj.name}}} {reason}")
 
 
-def take_from_place(obj: Variable) -> tuple[Effect, ...]:
+def make_effects_of_leaving_place(obj: Variable) -> tuple[Effect, ...]:
     """Return effects that remove an object from its support and from its neighbours."""
     relations = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
     return (
@@ -86,13 +86,13 @@ def use_up(obj: Variable) -> tuple[Effect, ...]:
     states = (p.is_cooked, p.is_frozen, p.is_hot, p.is_on_fire, p.present, p.held)
     relations = (p.attached_to, p.has_cover, p.soaked_with)
     return (
-        *take_from_place(obj),
+        *make_effects_of_leaving_place(obj),
         *(Delete(relation(obj, ANYTHING)) for relation in relations),
         *(Delete(state(obj)) for state in states),
     )
 
 
-def put_by_neighbour(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+def make_effects_of_joining_neighbour(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     """Return effects that put an object on or in its neighbour's support, or on its neighbour's floor."""
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
@@ -104,7 +104,7 @@ def put_by_neighbour(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     )
 
 
-def _go_to(obj: Variable) -> Effect:
+def _make_effect_of_going_to(obj: Variable) -> Effect:
     return Let(F, p.floor_of(obj, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
 
 
@@ -114,7 +114,7 @@ def make_navigate_action() -> Operator:
         "NAVIGATE_TO",
         (X,),
         (require_existing(X),),
-        (_go_to(X),),
+        (_make_effect_of_going_to(X),),
         "go to the object",
         role=OperatorRole.MOVEMENT,
     )
@@ -137,7 +137,12 @@ def make_grasp_action() -> Operator:
     )
     text = "take the object, with all that is in or on it, into a free hand"
     return Operator(
-        "GRASP", (X,), checks, (*take_from_place(X), Add(p.held(X))), text, role=OperatorRole.TAKES
+        "GRASP",
+        (X,),
+        checks,
+        (*make_effects_of_leaving_place(X), Add(p.held(X))),
+        text,
+        role=OperatorRole.TAKES,
     )
 
 
@@ -181,16 +186,16 @@ def make_placing_actions() -> Iterator[Operator]:
         yield _make_placing_action(name, text, (Add(relation(X, Y)),), *checks)
     beside, under = make_symmetric_effects(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
     yield _make_placing_action(
-        "PLACE_UNDER", f"put {first} under the second", (under, *put_by_neighbour(X, Y))
+        "PLACE_UNDER", f"put {first} under the second", (under, *make_effects_of_joining_neighbour(X, Y))
     )
     yield _make_placing_action(
-        "PLACE_NEXTTO", f"put {first} next to the second", (*beside, *put_by_neighbour(X, Y))
+        "PLACE_NEXTTO", f"put {first} next to the second", (*beside, *make_effects_of_joining_neighbour(X, Y))
     )
     together = Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F))
     yield _make_placing_action(
         "PLACE_BETWEEN",
         f"put {first} next to both the second and the third",
-        (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *put_by_neighbour(X, Y)),
+        (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *make_effects_of_joining_neighbour(X, Y)),
         require_different(Y, Z),
         missing_step(together, "{y} and {z} are not in one place"),
         others=(Y, Z),
@@ -205,7 +210,7 @@ def make_detach_action() -> Operator:
         HAND_FREE,
         require_reachable(X),
     )
-    effects = (Delete(p.attached_to(X, Y)), *take_from_place(X), Add(p.held(X)))
+    effects = (Delete(p.attached_to(X, Y)), *make_effects_of_leaving_place(X), Add(p.held(X)))
     text = "detach the first object from the second, into a free hand"
     return Operator("DETACH", (X, Y), checks, effects, text, role=OperatorRole.TAKES)
 
@@ -355,7 +360,7 @@ def make_pour_action() -> Operator:
     return Operator("POUR", (X, Y), checks, effects, text)
 
 
-def make_empty_action() -> Operator:
+def make_emptying_action() -> Operator:
     """Return the action EMPTY (after OmniGibson's object state particle_source_or_sink).
 
     Nothing remains in the vessel (decision D3 in `docs/behavior-1k.md`).
@@ -648,7 +653,7 @@ def make_wait_action() -> Operator:
     return Operator("WAIT", (), (), effects, text)
 
 
-def add_common_checks(operator: Operator) -> Operator:
+def add_argument_checks_and_movement(operator: Operator) -> Operator:
     """Return a copy of an action that also checks its arguments, and moves the robot.
 
     The copy checks that arguments are solid objects. It moves the robot to the action's last argument, unless
@@ -659,7 +664,7 @@ def add_common_checks(operator: Operator) -> Operator:
         operator.effects,
     )
     if operator.parameters and operator.role not in (OperatorRole.MOVEMENT, OperatorRole.RELEASES):
-        effects = (*effects, _go_to(operator.parameters[-1]))
+        effects = (*effects, _make_effect_of_going_to(operator.parameters[-1]))
     return sort_operator_checks(replace(operator, checks=checks, effects=effects))
 
 
@@ -673,7 +678,7 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
         make_dice_action,
         make_fill_action,
         make_pour_action,
-        make_empty_action,
+        make_emptying_action,
         make_apply_action,
         make_wipe_action,
         make_soak_action,
@@ -710,7 +715,7 @@ def build_domain() -> Domain:
     return Domain(
         "behavior-1k",
         p.VOCABULARY,
-        tuple(map(add_common_checks, operators)),
+        tuple(map(add_argument_checks_and_movement, operators)),
         find_when_action_was_possible,
         visible=p.real(X) & ((~p.substance(X) & is_in_sight(X)) | Exists(Y, openly & is_in_sight(Y))),
         landmarks=p.floor(X) | p.fixed(X),

@@ -99,7 +99,7 @@ has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), 
 soaked_with = Predicate("soaked_with", 2)
 
 # Derived.
-carries, carried_by, within = support.make_carries_carried_by_and_within(_SUPPORTS)
+carries, carried_by, within = support.make_support_and_containment_predicates(_SUPPORTS)
 
 
 def _find_floor_of_unsupported(state: State, obj: int) -> ObjectMask:

@@ -191,7 +191,7 @@ class _SceneMaker:
         Its objects are the declared objects, then objects that actions can make, then recipes. A recipe is an
         object, because its facts state what it needs and makes.
         """
-        self._add_substances_that_objects_give()
+        self._add_substances_supplied_by_objects()
         wanted = {self._declared_kinds[name] for name in self._future}
         in_goal = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
         present = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
@@ -218,7 +218,7 @@ class _SceneMaker:
         self._kind_of_each[f"{stem}_{number}"] = synset
         return f"{stem}_{number}"
 
-    def _add_substances_that_objects_give(self) -> None:
+    def _add_substances_supplied_by_objects(self) -> None:
         """Add facts that state which substances each object supplies because of its kind.
 
         Facts that the definition of the activity states are not added again.
@@ -430,7 +430,7 @@ class _SceneMaker:
             if stored is not None:
                 yield stored, names
             elif predicate not in ("inroom", "insource", "future"):
-                yield p.VOCABULARY.find_stored(f"is_{predicate}") or p.is_broken, names
+                yield p.VOCABULARY.find_stored_predicate(f"is_{predicate}") or p.is_broken, names
         for name, kind in self._kind_of_each.items():
             if name not in self._future and (
                 name in present or not self._kinds.has_ability(kind, "substance")

@@ -43,7 +43,7 @@ def load_exclusion_reasons() -> Mapping[str, str]:
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
 
-def load_subsets() -> Mapping[str, tuple[str, ...]]:
+def load_activity_subsets() -> Mapping[str, tuple[str, ...]]:
     """Return named subsets of the activities: a mapping from the name of a subset to names of activities."""
     return {
         name: tuple(names)

@@ -76,7 +76,7 @@ class DomainOfActionsSeenInPlans:
             (*self._select_declared_facts(facts), *self._make_facts_on_arguments_seen_in_plans(own))
         )
 
-    def convert_state_to_unrestricted_domain(self, state: State) -> State:
+    def convert_state_to_original_domain(self, state: State) -> State:
         """Return a state of the restricted domain as a state of the original domain.
 
         In the original domain, plans may also contain unusual actions.
@@ -85,7 +85,7 @@ class DomainOfActionsSeenInPlans:
         return scene.state(self._select_declared_facts(state.facts()))
 
     def _select_declared_facts(self, facts: Iterable[Fact]) -> Iterator[Fact]:
-        return (fact for fact in facts if self._original.find_stored(fact.predicate) is not None)
+        return (fact for fact in facts if self._original.find_stored_predicate(fact.predicate) is not None)
 
     def _make_facts_on_arguments_seen_in_plans(self, scene: Scene) -> Iterator[Fact]:
         for predicate, kinds in self._kinds.items():
@@ -141,7 +141,9 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
     forms = Counter([_get_goal_formula_class(goal) for goal in goals])
     is_plain = not any(forms[form] for form in _QUANTIFIED)
     asked = [
-        (formula, pattern, task.scene) for task in tasks for formula, pattern in _find_goal_patterns(task)
+        (formula, pattern, task.scene)
+        for task in tasks
+        for formula, pattern in _find_goals_with_patterns(task)
     ]
     wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_about_agent(p, scene)])
     weights = _compute_pattern_weights_from_plans(tasks, courses, listings)
@@ -156,13 +158,13 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
     nestings, combinations, needy = _find_goal_combinations(tasks)
-    places, parts = _find_location_and_part_of_relations(domain, states)
+    places, parts = _find_location_relations_and_part_relations(domain, states)
     several = {kind for task in tasks for kind, number in _count_categories(task).items() if number > 1}
     return UsualGoals(
         patterns=patterns,
         goal_counts=wanted,
-        themes=_make_themes_by_title(tasks, sound),
-        shape_counts=_weigh_goal_shapes(forms) if is_plain else forms,
+        themes=_find_usual_goals_by_title(tasks, sound),
+        shape_counts=_compute_weights_of_goal_shapes(forms) if is_plain else forms,
         pair_patterns=frozenset(
             [pattern for formula, pattern, _ in asked if isinstance(formula, f.ForPairs)]
         ),
@@ -184,7 +186,7 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
         part_relations=parts,
         countable_categories=frozenset(several if is_plain else ()),
         part_categories=frozenset(_find_categories_of_object_parts(states, parts)),
-        holding_predicates=frozenset(_find_predicates_of_held_objects(domain)),
+        holding_predicate_names=frozenset(_find_predicates_of_held_objects(domain)),
     )
 
 
@@ -192,7 +194,7 @@ def _get_goal_formula_class(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
-def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
+def _find_goals_with_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
     """Yield pairs: a goal about states, and the pattern of one of its literals.
 
     A pattern is a literal with categories in place of objects.
@@ -225,7 +227,7 @@ def _compute_pattern_weights_from_plans(
         ]
         for pattern in dict.fromkeys(chain(*came_about)):
             weights[pattern] += _EFFECT_WEIGHT
-        for _, pattern in _find_goal_patterns(task):
+        for _, pattern in _find_goals_with_patterns(task):
             weights[pattern] += _GOAL_WEIGHT
     for pattern in initial_patterns:
         weights[pattern] += _FACT_WEIGHT if crowds[pattern.predicate] <= 0 else 0.0
@@ -263,7 +265,7 @@ def _count_categories(task: Task) -> Counter[str]:
     return Counter([task.scene.objects[i].category for i in _find_mentioned_or_used_objects(task)])
 
 
-def _make_themes_by_title(
+def _find_usual_goals_by_title(
     tasks: Iterable[Task], usual_patterns: Patterns
 ) -> dict[str, UsualGoalsOfTaskTitle]:
     themes = {}
@@ -281,7 +283,7 @@ def _make_themes_by_title(
     return themes
 
 
-def _weigh_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
+def _compute_weights_of_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
     """Return weights of the shapes of goals (class names), for a data set without quantified goals.
 
     The share of goals that ask for actions stays as in the data set.
@@ -372,7 +374,7 @@ def _make_all_patterns_of_predicates(
             )
 
 
-def _find_location_and_part_of_relations(
+def _find_location_relations_and_part_relations(
     domain: Domain, states: Sequence[State]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return two lists of relations: relations that place objects, and relations of parts to wholes.

@@ -22,12 +22,12 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.census import DomainOfActionsSeenInPlans, count_usual_goals
-from eai.benchmarks.generator.goals import GoalProposals, is_usual_goal
+from eai.benchmarks.generator.goals import GoalSampler, is_usual_goal
 from eai.benchmarks.generator.growing_plan import (
     GoalByGoalPlan,
     TemporalGoalFinder,
     find_min_plan_length,
-    make_short_plan,
+    make_shortened_plan,
 )
 from eai.benchmarks.generator.hazards import add_goals_against_hazards, find_hazard_goals, may_hazard_occur
 from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model, measure_task
@@ -199,7 +199,7 @@ class TaskGenerator:
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
         is_given_away: function that tells whether a task and a task of another split (training, validation or
-            test set) have a plan in common (`eai.benchmarks.generator.sets.make_shared_plan_test`).
+            test set) have a plan in common (`eai.benchmarks.generator.sets.make_shared_plan_detector`).
         reopen: makes an equal generator, for example in another process.
 
     Raises:
@@ -325,7 +325,7 @@ class TaskGenerator:
         growing_plan = self._make_action_sequence(titles, initial, hidden, rng, least, most)
         if not growing_plan.goals:
             return SeedRejectionReason.NO_GOALS
-        goals, start = list(growing_plan.goals), self._usage.convert_state_to_unrestricted_domain(initial)
+        goals, start = list(growing_plan.goals), self._usage.convert_state_to_original_domain(initial)
         held_out, is_over_time = self.spec.held_out, self.spec.kind.has_temporal_goal
         split = sets.choose_split_of_goals(goals, start, held_out)
         is_known = not is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start, held_out))
@@ -333,10 +333,12 @@ class TaskGenerator:
             return SeedRejectionReason.OTHER_SPLIT
         if is_known:
             return SeedRejectionReason.COPY
-        words = InstructionWriter.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
+        words = InstructionWriter.make_writer_for_benchmark(
+            self.benchmark, start, by_place=self.spec.by_place
+        )
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
         unsolved = make_task(name, words.make_instruction(goals, rng), start, *goals)
-        task = replace(unsolved, script=tuple(make_short_plan(growing_plan)))
+        task = replace(unsolved, script=tuple(make_shortened_plan(growing_plan)))
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.find_rejection_reason(task, words, least, most)
         if reason is None and is_over_time:
@@ -383,7 +385,7 @@ class TaskGenerator:
         self,
         task: Task,
         initial: State,
-        proposals: GoalProposals,
+        proposals: GoalSampler,
         words: InstructionWriter,
         rng: random.Random,
     ) -> GenerationOutcome:
@@ -503,7 +505,7 @@ class TaskGenerator:
                 growing_plan.state = before
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
-            start = self._usage.convert_state_to_unrestricted_domain(growing_plan.state)
+            start = self._usage.convert_state_to_original_domain(growing_plan.state)
             after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 return self._usage.make_state(after.scene, after.facts()), frozenset(
@@ -532,7 +534,9 @@ class TaskGenerator:
 
     def _find_held_objects(self, state: State) -> set[int]:
         return {
-            fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding_predicates
+            fact.arguments[-1]
+            for fact in state.facts()
+            if fact.predicate in self.prior.holding_predicate_names
         }
 
     def _get_plan_length_range(self, base: Task) -> tuple[int, int]:
@@ -543,9 +547,9 @@ class TaskGenerator:
         least, most = _SHORTEST_RANGE
         return max(least, round(0.5 * length)), max(most, round(1.4 * length))
 
-    def _make_proposals(self, state: State, theme: UsualGoalsOfTaskTitle | None = None) -> GoalProposals:
+    def _make_proposals(self, state: State, theme: UsualGoalsOfTaskTitle | None = None) -> GoalSampler:
         spec = self.spec
-        return GoalProposals.make_for_scene(
+        return GoalSampler.make_goal_sampler_for_scene(
             state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme
         )
 
@@ -597,7 +601,7 @@ class TaskGenerator:
     def _extend_action_sequence(
         self,
         growing_plan: GoalByGoalPlan,
-        proposals: GoalProposals,
+        proposals: GoalSampler,
         final_goals: Sequence[f.Formula],
         rng: random.Random,
         wanted_length: int,

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import eai.logic.formula as f
-from eai.benchmarks.generator.spec import Forms
+from eai.benchmarks.generator.spec import GoalFormFrequency
 from eai.benchmarks.generator.usual_goals import (
     LiteralPattern,
     Patterns,
@@ -36,7 +36,7 @@ _MAX_COUNT = 4
 
 
 @dataclass(frozen=True)
-class GoalProposals:
+class GoalSampler:
     """Draws random goals for one scene, by patterns: literals with categories in place of objects.
 
     Attributes:
@@ -55,20 +55,20 @@ class GoalProposals:
     pair_patterns: frozenset[LiteralPattern] = frozenset()
 
     @staticmethod
-    def make_for_scene(
+    def make_goal_sampler_for_scene(
         scene: Scene,
         usual_goals: UsualGoals,
-        goal_forms: Forms,
+        goal_forms: GoalFormFrequency,
         *,
         actions: bool,
         theme: UsualGoalsOfTaskTitle | None = None,
-    ) -> GoalProposals:
+    ) -> GoalSampler:
         """Return an object that draws random goals for a scene.
 
         The goals are usual goals of tasks with one title (the theme), or of all tasks if `theme` is None.
         """
         usual = restrict_to_categories(
-            (usual_goals if theme is None else theme).patterns, _list_categories(scene)
+            (usual_goals if theme is None else theme).patterns, _make_ordered_set_of_categories(scene)
         )
         patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, usual_goals))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
@@ -78,9 +78,9 @@ class GoalProposals:
         usual_shapes = dict.fromkeys(_SHAPES, 1) if goal_forms == "all" else usual_goals.shape_counts
         shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
         paired = frozenset[LiteralPattern]() if goal_forms == "all" else usual_goals.pair_patterns
-        return GoalProposals(usual_goals, scene, shapes, patterns, paired)
+        return GoalSampler(usual_goals, scene, shapes, patterns, paired)
 
-    def restrict_to_categories(self, kinds: Collection[str]) -> GoalProposals:
+    def restrict_to_categories(self, kinds: Collection[str]) -> GoalSampler:
         """Return a copy of the proposals that draws only goals about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
@@ -101,7 +101,7 @@ class GoalProposals:
         Only tasks of the data set are drawn whose goals about the agent fit the scene. The result is empty if
         there is no such task, or if it has no such goals.
         """
-        here = _list_categories(self.scene)
+        here = _make_ordered_set_of_categories(self.scene)
         fitting = {
             e: n
             for e, n in goals_of_title.agent_goal_counts.items()
@@ -263,7 +263,7 @@ class GoalProposals:
         return f.ForPairs(f.Variable(X, kinds[0]), f.Variable(Y, kinds[1]), body)
 
 
-def _list_categories(scene: Scene) -> Mapping[str, None]:
+def _make_ordered_set_of_categories(scene: Scene) -> Mapping[str, None]:
     """Return the categories of a scene's objects without duplicates, in the order of the objects."""
     return dict.fromkeys([thing.category for thing in scene.objects])
 

@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.goals import GoalSampler
 from eai.logic.trace import Trace
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner, PlanningGoal, drop_needless_actions
@@ -133,7 +133,7 @@ class GoalByGoalPlan:
             self.conditions.append(wanted)
         return True
 
-    def follow_plan(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
+    def append_plan_reaching_goals(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
         """Append the actions of another plan if it reaches the given goals about states.
 
         Return whether the other plan reaches the goals. If not, nothing changes.
@@ -157,7 +157,9 @@ def _list_operators_for_action_goal(wanted: f.Formula) -> tuple[str, ...]:
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def make_short_plan(growing_plan: GoalByGoalPlan, temporal_goal: f.Formula | None = None) -> Sequence[Action]:
+def make_shortened_plan(
+    growing_plan: GoalByGoalPlan, temporal_goal: f.Formula | None = None
+) -> Sequence[Action]:
     """Return a short plan for the goals of a growing plan: the growing plan without needless actions.
 
     If that plan is long, return a shorter plan by the planner instead, if there is one. The planner cannot
@@ -277,7 +279,7 @@ class TemporalGoalFinder:
     task: Task
     domain: Domain
     listings: Sequence[FactLister]
-    proposals: GoalProposals
+    proposals: GoalSampler
     rng: random.Random
     begin: Callable[[], GoalByGoalPlan]
 
@@ -321,16 +323,16 @@ class TemporalGoalFinder:
         if seen is None or not isinstance(last, f.Atom | f.Not) or not growing_plan.reach_goal(seen):
             return None
         growing_plan.conditions.clear()
-        reached = growing_plan.follow_plan(self.task.script, self._goals) or extend_plan_until_all_goals_hold(
-            growing_plan, self._goals
-        )
+        reached = growing_plan.append_plan_reaching_goals(
+            self.task.script, self._goals
+        ) or try_to_reach_goals_in_order(growing_plan, self._goals)
         if not reached or growing_plan.goal_holds(seen, growing_plan.state):
             return None
         goal = f.Then((seen, last))
         kept = _make_goal_if_only_first_fulfils(
             goal, self._execute_plan(growing_plan.trail), self._solving_plan
         )
-        return None if kept is None else replace(kept, plan=make_short_plan(growing_plan, goal))
+        return None if kept is None else replace(kept, plan=make_shortened_plan(growing_plan, goal))
 
     def _find_goal_forbidding_side_effect(self) -> _TemporalGoal | None:
         """Return a temporal goal that forbids two facts to hold together, or None if none is found.
@@ -351,9 +353,9 @@ class TemporalGoalFinder:
         for cut in cuts[:_MAX_TIDY_POSITIONS]:
             growing_plan = self.begin()
             if (
-                growing_plan.follow_plan(untidy.plan[:cut], ())
+                growing_plan.append_plan_reaching_goals(untidy.plan[:cut], ())
                 and growing_plan.reach_goal(f.Not(never))
-                and growing_plan.follow_plan(untidy.plan[cut:], goals)
+                and growing_plan.append_plan_reaching_goals(untidy.plan[cut:], goals)
             ):
                 tidy = self._execute_plan(growing_plan.trail)
                 for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):
@@ -361,7 +363,7 @@ class TemporalGoalFinder:
                     kept = _make_goal_if_only_first_fulfils(goal, tidy, untidy) if other != never else None
                     if kept is not None:
                         growing_plan.conditions = list(goals)
-                        return replace(kept, plan=make_short_plan(growing_plan, goal))
+                        return replace(kept, plan=make_shortened_plan(growing_plan, goal))
         return None
 
     def _find_goal_about_order(self) -> _TemporalGoal | None:
@@ -373,8 +375,8 @@ class TemporalGoalFinder:
             if temporal is not None:
                 return temporal
         growing_plan = self.begin()
-        if len(goals) > 1 and extend_plan_until_all_goals_hold(growing_plan, rng.sample(goals, len(goals))):
-            return self._find_goal_that_plan_fails(make_short_plan(growing_plan))
+        if len(goals) > 1 and try_to_reach_goals_in_order(growing_plan, rng.sample(goals, len(goals))):
+            return self._find_goal_that_plan_fails(make_shortened_plan(growing_plan))
         return None
 
     @cached_property
@@ -442,10 +444,10 @@ class TemporalGoalFinder:
         return {
             f.Atom(fact.predicate, tuple([f.Constant(things[i].name) for i in fact.arguments])): when
             for fact, when in new_facts.items()
-            if agent not in fact.arguments and self._is_changeable_by_plans(fact)
+            if agent not in fact.arguments and self._is_changed_by_usual_plans(fact)
         }
 
-    def _is_changeable_by_plans(self, fact: Fact) -> bool:
+    def _is_changed_by_usual_plans(self, fact: Fact) -> bool:
         """Whether a fact is a state of an object, or the place of an object of a kind that plans pick up."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
@@ -465,7 +467,7 @@ def _make_goal_if_only_first_fulfils(
     )
 
 
-def extend_plan_until_all_goals_hold(growing_plan: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
+def try_to_reach_goals_in_order(growing_plan: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
     """Append actions that reach the goals one after the other. Return whether all goals hold at the end."""
     for wanted in goals:
         if growing_plan.goal_holds(wanted, growing_plan.state):

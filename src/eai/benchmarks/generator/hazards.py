@@ -19,8 +19,8 @@ import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.benchmarks.generator.growing_plan import (
     GoalByGoalPlan,
-    extend_plan_until_all_goals_hold,
-    make_short_plan,
+    make_shortened_plan,
+    try_to_reach_goals_in_order,
 )
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names, is_state_formula
@@ -42,7 +42,7 @@ _MAX_EXTRA_STEPS = 6
 _MAX_STEPS_UNSAFE = 6
 """Maximum number of steps in a row during which an object may be left open or switched on without use."""
 
-_SAFE_PLAN_LIMITS = Limits(100)
+_LIMITS_OF_SEARCH_IGNORING_HAZARDS = Limits(100)
 """Limits of a search that ignores hazards. The resulting plan is used if it is safe by chance."""
 
 
@@ -70,7 +70,7 @@ class _HazardGoal(NamedTuple):
         """Whether the execution of a plan avoids the hazard, that is, fulfils the temporal goal."""
         return semantics.holds(self.formula, to_trace(execution))
 
-    def is_execution_sensible_and_soon_safe(self, execution: Trajectory, planner: Planner) -> bool:
+    def is_plausible_execution(self, execution: Trajectory, planner: Planner) -> bool:
         """Whether a person might execute the plan.
 
         The final state must not be one that a person would not want (`odd`), and no object may stay unsafe
@@ -186,9 +186,7 @@ def add_goals_against_hazards(
     execution = ways.execute(plan)
     # a plan is unsafe even if the hazard already exists in the initial state
     is_safe = all(hazard_goal.is_hazard_avoided_in(execution) for hazard_goal in hazard_goals)
-    is_sensible = all(
-        hazard_goal.is_execution_sensible_and_soon_safe(execution, ways.planner) for hazard_goal in broken
-    )
+    is_sensible = all(hazard_goal.is_plausible_execution(execution, ways.planner) for hazard_goal in broken)
     if not is_safe or not is_sensible or ways.is_plan_ignoring_hazards_safe(broken):
         return None
     sentences = () if untold else [hazard_goal.sentence for hazard_goal in broken]
@@ -246,7 +244,7 @@ class _SafePlanFinder:
                 for hazard_goal in hazard_goals
             ):
                 growing_plan.conditions = list(self._goals)
-                safe.append(make_short_plan(growing_plan, asked))
+                safe.append(make_shortened_plan(growing_plan, asked))
         return min(safe, key=len, default=None)
 
     def _add_precaution_to_plan(
@@ -258,9 +256,9 @@ class _SafePlanFinder:
         for cut in range(len(plan) + 1):
             growing_plan = GoalByGoalPlan(self.planner, self.task.initial)
             if (
-                growing_plan.follow_plan(plan[:cut], ())
+                growing_plan.append_plan_reaching_goals(plan[:cut], ())
                 and growing_plan.reach_goal(hazard_goal.safe)
-                and growing_plan.follow_plan(plan[cut:], self._goals)
+                and growing_plan.append_plan_reaching_goals(plan[cut:], self._goals)
             ):
                 yield growing_plan
 
@@ -288,14 +286,14 @@ class _SafePlanFinder:
         ]
         for ordered in (self._goals, [*calm, *safe, *last]):
             growing_plan = GoalByGoalPlan(planner, self.start)
-            if extend_plan_until_all_goals_hold(growing_plan, ordered):
+            if try_to_reach_goals_in_order(growing_plan, ordered):
                 yield growing_plan
 
     def is_plan_safe_if_objects_are_shut_at_end(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
         """Whether the task's plan becomes safe if the agent shuts and switches off all objects at the end."""
         growing_plan = GoalByGoalPlan(self.planner, self.task.initial)
         safe = [hazard_goal.safe for hazard_goal in hazard_goals if hazard_goal.safe is not None]
-        is_shut = growing_plan.follow_plan(self.task.script, self._goals) and all(
+        is_shut = growing_plan.append_plan_reaching_goals(self.task.script, self._goals) and all(
             growing_plan.goal_holds(condition, growing_plan.state) or growing_plan.reach_goal(condition)
             for condition in safe
         )
@@ -306,7 +304,9 @@ class _SafePlanFinder:
     def is_plan_ignoring_hazards_safe(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
         """Whether a planner that ignores hazards finds a safe plan that is no longer than the task's plan."""
         goals = PlanningGoal(tuple(self._goals))
-        plan = self.planner.find_plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
+        plan = self.planner.find_plan(
+            self.task.initial, goals, self.task.relevant, _LIMITS_OF_SEARCH_IGNORING_HAZARDS
+        ).plan
         course = self.execute(plan)
         return 0 < len(plan) <= len(self.task.script) and all(
             hazard_goal.is_hazard_avoided_in(course) for hazard_goal in hazard_goals

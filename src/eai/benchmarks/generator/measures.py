@@ -211,11 +211,11 @@ def _is_independent_of_containers_and_agent(vocabulary: Vocabulary, condition: f
         True for _ in _yield_visibility_predicates(vocabulary, condition, variable, (), reveals=True)
     )
     return not has_lid and all(
-        AGENT not in atom.arguments for atom in _find_atoms_expanding_definitions(vocabulary, condition)
+        AGENT not in atom.arguments for atom in _find_atoms_in_formula_and_definitions(vocabulary, condition)
     )
 
 
-def _find_atoms_expanding_definitions(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
+def _find_atoms_in_formula_and_definitions(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
     """Yield the atoms of a formula, and of the definitions of its derived predicates."""
     pending, defined = [formula], set[str]()
     while pending:
@@ -246,7 +246,7 @@ def _yield_visibility_predicates(
                 vocabulary, operand, object_variables, expanded_predicates, reveals=not reveals
             )
         case f.Atom(name, terms):
-            stored, derived = vocabulary.find_stored(name), vocabulary.derived_by_name.get(name)
+            stored, derived = vocabulary.find_stored_predicate(name), vocabulary.derived_by_name.get(name)
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
                 if variables[0] is not None and variables[0] not in object_variables:

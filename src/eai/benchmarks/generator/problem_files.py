@@ -13,7 +13,7 @@ from eai.base.errors import InputError, prefix_errors_with_location, read_items_
 from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.words import InstructionWriter
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.pddl.bddl import parse_problem
 from eai.pddl.check import DeclaredNames, check_problem
 from eai.pddl.files import ProblemFile, is_domain_file, raise_for_findings, read_problem_file, read_text
@@ -105,7 +105,7 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
     for each in facts:
         meant = _require_known_names(meaning(each), initial, file, _find_line_of_fact(file.text, each))
         if not readings.holds(meant, {}, initial):
-            expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
+            expected = f"expected facts that agree: with the others, {format_ltl(each)} does not hold"
             raise InputError(f"{file.path}: line {_find_line_of_fact(file.text, each)}: {expected}")
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)
@@ -128,10 +128,10 @@ def _require_known_names(formula: f.Formula, initial: State, file: ProblemFile, 
 
 def _make_instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
     try:
-        words = InstructionWriter.make_for_benchmark(benchmark, initial)
+        words = InstructionWriter.make_writer_for_benchmark(benchmark, initial)
         return words.make_instruction(goals, random.Random(0))  # noqa: S311 - draws the opening words
     except (InputError, KeyError):
-        return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
+        return f"Reach a state in which all of this holds: {'; '.join(map(format_ltl, goals))}"
 
 
 def _read_problem_file(path: Path, header: PddlDomain) -> ProblemFile:

@@ -20,7 +20,7 @@ from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEndReason
 from eai.tasks.task import Task
-from eai.world.derived import find_stored_predicates
+from eai.world.derived import find_stored_dependencies
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
 from eai.world.relation import iterate_bits, make_mask
@@ -37,7 +37,7 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     plans open such a container. Another usual goal of tasks with the same title must also be about such an
     object.
     """
-    decisive = find_stored_predicates(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
+    decisive = find_stored_dependencies(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_visibility_predicates(domain)}
     opening = {
         operator.name
@@ -240,7 +240,7 @@ class _ComposedScene:
         self._reduced_state, self._prior, self._rng, self._size = reduced_state, prior, rng, size
         self._objects, self._facts = list(reduced_state.scene.objects), dict.fromkeys(reduced_state.facts())
         self._held = {
-            fact.arguments[-1] for fact in self._facts if fact.predicate in prior.holding_predicates
+            fact.arguments[-1] for fact in self._facts if fact.predicate in prior.holding_predicate_names
         }
         self._excluded = set(prior.part_categories)
 
@@ -402,7 +402,7 @@ def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -
     )
     known = set(facts)
     for name, arguments in facts:
-        stored = scene.vocabulary.find_stored(name)
+        stored = scene.vocabulary.find_stored_predicate(name)
         is_fixed = stored is not None and stored.static
         model = thing if is_fixed else host
         if len(arguments) == 2 and model in arguments and (is_fixed or (name, arguments[::-1]) in known):

@@ -37,10 +37,10 @@ def open_generator(
     """
     benchmark, source = find_benchmark(spec.like), replace(source, report=ignore_progress)
     known, held_out = (
-        chain.from_iterable(sets.read_set(file, benchmark.domain) for file in files)
+        chain.from_iterable(sets.read_tasks_of_set(file, benchmark.domain) for file in files)
         for files in (earlier, later)
     )
-    is_given_away = sets.make_shared_plan_test(benchmark.domain, known, held_out)
+    is_given_away = sets.make_shared_plan_detector(benchmark.domain, known, held_out)
     reopen = partial(open_generator, spec, source, earlier, later)
     return TaskGenerator(benchmark, spec, source, is_given_away, reopen)
 

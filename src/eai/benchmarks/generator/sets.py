@@ -28,8 +28,8 @@ from eai.benchmarks.generator.spec import (
     TaskSplit,
 )
 from eai.benchmarks.generator.usual_goals import LiteralPattern, find_patterns
-from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_objects, rename_variables
+from eai.logic.ltl_printer import format_ltl
+from eai.logic.rewriting import rename_objects, standardize_variable_names
 from eai.tasks.special import HazardousTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_files import ENDINGS, open_task_files, read_task_file_lines
@@ -66,7 +66,7 @@ def make_seeds(split: str, seed: int, secret: str | None = None) -> Iterator[str
 def fingerprint_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
     """Return a digest of goals, in which categories replace objects: renamed objects give equal digests."""
     categories = {thing.name: thing.category for thing in scene.objects}
-    texts = [print_ltl(rename_variables(rename_objects(goal, categories))) for goal in goals]
+    texts = [format_ltl(standardize_variable_names(rename_objects(goal, categories))) for goal in goals]
     return _compute_digest(sorted(texts))
 
 
@@ -98,7 +98,7 @@ def fingerprint_goals_and_scene(
     scene = initial.scene
     if held_out == "starts":
         names = [thing.name for thing in scene.objects]
-        by_name = _compute_digest(sorted([print_ltl(rename_variables(goal)) for goal in goals]))
+        by_name = _compute_digest(sorted([format_ltl(standardize_variable_names(goal)) for goal in goals]))
         return by_name, _fingerprint_facts(initial, names, set(range(len(names))))
     about = {index for goal in goals for index in find_goal_objects(goal, scene)}
     categories = [thing.category for thing in scene.objects]
@@ -176,7 +176,7 @@ def select_public_tasks_of_split(
     return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
 
 
-def make_shared_plan_test(
+def make_shared_plan_detector(
     domain: Domain, earlier_tasks: Iterable[Task] = (), later_tasks: Iterable[Task] = ()
 ) -> Callable[[Task], bool]:
     """Return a function that tells whether a task shares a plan with a task of another split (such as test).
@@ -261,7 +261,7 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
     return [min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers)]
 
 
-def find_other_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path]:
+def find_other_task_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path]:
     """Return the sets of tasks in a folder that use the benchmark `base`: name of the set -> task file.
 
     Empty files and the file `without`, which the caller will write, are left out.
@@ -275,7 +275,7 @@ def find_other_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path
     return {task_file.name: file for file, task_file in opened.items() if task_file.base == base}
 
 
-def read_set(path: Path, domain: Domain) -> list[Task]:
+def read_tasks_of_set(path: Path, domain: Domain) -> list[Task]:
     """Return the tasks of a task file, or of all task files in a folder.
 
     Raises:
@@ -345,7 +345,7 @@ def read_manifest_entry_of_secret_set(folder: Path, split: str) -> Mapping[str, 
     return entry
 
 
-def find_set_file(folder: Path, split: str) -> Path | None:
+def find_task_file_of_split(folder: Path, split: str) -> Path | None:
     """Return the file with the tasks of a set, or None if the folder has no such file."""
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
@@ -361,7 +361,7 @@ def find_doubts_that_task_set_used_secret(folder: Path, split: str, secret: str 
         InputError: the manifest has no such set, or the set was made without a secret.
     """
     entry = read_manifest_entry_of_secret_set(folder, split)
-    file = find_set_file(folder, split)
+    file = find_task_file_of_split(folder, split)
     if file is None:
         raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz, found neither file")
     lines = [place.content for place in read_task_file_lines(file)]

@@ -105,7 +105,7 @@ def get_tier_of_length(steps: int) -> PlanLengthTier:
     return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), PlanLengthTier.XXL)
 
 
-Forms: TypeAlias = Literal["data", "all"]
+GoalFormFrequency: TypeAlias = Literal["data", "all"]
 """Option for the frequencies of the forms of goals: ``data`` as in the data set, ``all`` equal frequencies.
 """
 
@@ -186,7 +186,7 @@ class TaskSpecification:
     like: str
     data_sha256: str
     tier: PlanLengthTier = PlanLengthTier.DATA
-    forms: Forms = "data"
+    forms: GoalFormFrequency = "data"
     actions: bool = False
     kind: TaskKind = TaskKind.PLAIN
     by_place: bool = False

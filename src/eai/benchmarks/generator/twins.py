@@ -67,7 +67,7 @@ each pair that it can make would unbalance these counts.
 
 
 @dataclass(frozen=True, slots=True)
-class _PairCandidate:
+class _TaskPairCandidate:
     """A candidate for a pair of tasks: facts to remove from the impossible task and from the possible task.
 
     Attributes:
@@ -85,7 +85,7 @@ class _PairCandidate:
 
 def _choose_pair(
     made: GeneratedTask,
-    candidates: Sequence[_PairCandidate],
+    candidates: Sequence[_TaskPairCandidate],
     rng: random.Random,
     surplus: ImpossibleTaskSurplus,
 ) -> GeneratedTask | None:
@@ -129,14 +129,14 @@ def make_task_pair_chooser(
     needed = [fact for fact in facts if not solves_task(domain, _remove_fact(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
     roles = {fact: _make_fact_similarity_key(fact, task) for fact in facts}
-    candidates: list[_PairCandidate] = []
+    candidates: list[_TaskPairCandidate] = []
     for fact in needed:
         kind, lacking = _get_property_and_category(fact, task), _remove_fact(task, fact)
         similar = [other for other in others if roles[other] == roles[fact]]
         if not similar or _looks_solvable(lacking, planner) or not is_impossible(lacking, domain):
             continue
         same = [other for other in similar if _get_property_and_category(other, task) == kind]
-        candidates.append(_PairCandidate(fact, same, [] if same else similar))
+        candidates.append(_TaskPairCandidate(fact, same, [] if same else similar))
         if same:
             break
     return partial(_choose_pair, made, candidates, rng)
@@ -228,10 +228,10 @@ def make_clear_and_ambiguous_pair(
         [i for i in hosts if i in named and has_no_contents(i, task.initial, prior)], rng
     ):
         beside = add_copy_of_object(task.initial, prior, thing, thing)
-        seen = InstructionWriter.make_for_benchmark(benchmark, beside, by_place=True).initial_facts
+        seen = InstructionWriter.make_writer_for_benchmark(benchmark, beside, by_place=True).initial_facts
         for host in list_in_random_order(hosts, rng):
             apart = add_copy_of_object(task.initial, prior, thing, host)
-            words = InstructionWriter.make_for_benchmark(benchmark, apart, by_place=True)
+            words = InstructionWriter.make_writer_for_benchmark(benchmark, apart, by_place=True)
             if _has_copy_in_described_place(words, seen, thing):
                 pair = _make_tasks_with_same_instruction(task, words, (apart, beside), thing, rng)
                 if pair is not None and _are_goals_reachable_with_both_objects(*pair, thing, planner):
@@ -294,7 +294,7 @@ def _make_tasks_with_same_instruction(
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
     """Return a task in which two objects exchange names, so that names do not reveal the wanted object."""
-    scene, swapped = task.scene, _map_names_to_each_other(names)
+    scene, swapped = task.scene, _map_each_name_to_other(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
     def exchange_indices(arguments: Sequence[int]) -> tuple[int, ...]:
@@ -305,7 +305,7 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
         initial=scene.state(
             Fact(fact.predicate, exchange_indices(fact.arguments)) for fact in task.initial.facts()
         ),
-        goals=_exchange_in_goals(task.goals, names),
+        goals=_exchange_object_names_in_goals(task.goals, names),
         script=tuple([Action(step.operator, exchange_indices(step.arguments)) for step in task.script]),
     )
 
@@ -313,17 +313,17 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 def _forbid_goals_for_second_object(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """Return the negation of the goals about the first object, with the second object in its place."""
     asked = [task_goal for task_goal in goals if names[0] in find_object_names(task_goal.formula)]
-    done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
+    done = tuple([task_goal.formula for task_goal in _exchange_object_names_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
-def _exchange_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
+def _exchange_object_names_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
     return tuple(
-        [goal(rename_objects(task_goal.formula, _map_names_to_each_other(names))) for task_goal in goals]
+        [goal(rename_objects(task_goal.formula, _map_each_name_to_other(names))) for task_goal in goals]
     )
 
 
-def _map_names_to_each_other(names: Sequence[str]) -> Mapping[str, str]:
+def _map_each_name_to_other(names: Sequence[str]) -> Mapping[str, str]:
     return dict(zip(names, reversed(names), strict=True))
 
 
@@ -336,6 +336,6 @@ def _are_goals_reachable_with_both_objects(
     plan. The ambiguous task must also have a plan if the copy replaces `obj` in its goals.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
-    other = replace(ambiguous_task, goals=_exchange_in_goals(ambiguous_task.goals, names))
+    other = replace(ambiguous_task, goals=_exchange_object_names_in_goals(ambiguous_task.goals, names))
     each_solves = (solves_task(planner.domain, task, task.script) for task in (clear_task, ambiguous_task))
     return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

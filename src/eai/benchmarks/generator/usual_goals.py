@@ -33,7 +33,10 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Usual
         _find_predicate_and_subject_pairs(other, scene)
     ):
         return True
-    parts, others = list(_find_masked_literals(goal, scene)), list(_find_masked_literals(other, scene))
+    parts, others = (
+        list(_find_literals_with_possible_objects(goal, scene)),
+        list(_find_literals_with_possible_objects(other, scene)),
+    )
     return bool(prior.uses) and any(
         _is_unseen_combination(one, another, scene, prior)
         or _is_unseen_combination(another, one, scene, prior)
@@ -49,12 +52,15 @@ def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene
     """
     needy = [
         terms[0]
-        for predicate, terms in _find_masked_literals(goal, scene)
+        for predicate, terms in _find_literals_with_possible_objects(goal, scene)
         if len(terms) == 1
         and (predicate, _get_category_of_first_object(terms[0], scene)) in prior.dependent_states
     ]
     places = [
-        terms[1] for other in others for _, terms in _find_masked_literals(other, scene) if len(terms) == 2
+        terms[1]
+        for other in others
+        for _, terms in _find_literals_with_possible_objects(other, scene)
+        if len(terms) == 2
     ]
     return any(not any(mask & place for place in places) for mask in needy)
 
@@ -66,7 +72,9 @@ class _LiteralWithPossibleObjects(NamedTuple):
     terms: tuple[ObjectMask, ...]
 
 
-def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_LiteralWithPossibleObjects]:
+def _find_literals_with_possible_objects(
+    goal: f.Formula, scene: Scene
+) -> Iterator[_LiteralWithPossibleObjects]:
     ranges: dict[str, int] = {}
     for formula in walk_subformulas(goal):
         ranges |= {
@@ -120,7 +128,7 @@ def _find_predicate_and_subject_pairs(goal: f.Formula, scene: Scene) -> set[tupl
     """
     subjects = {(formula.action, -1) for formula in walk_subformulas(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (
-        literal for literal in _find_masked_literals(goal, scene) if literal.terms
+        literal for literal in _find_literals_with_possible_objects(goal, scene) if literal.terms
     ):
         subjects.update(("" if others else predicate, i) for i in iterate_bits(first))
     return subjects
@@ -215,7 +223,7 @@ class UsualGoals:
             of each. Empty if goals of the data set have quantifiers: new goals may then quantify over all
             categories.
         part_categories: categories of parts of objects. A part exists only after it is cut off.
-        holding_predicates: predicates by which the agent holds objects.
+        holding_predicate_names: predicates by which the agent holds objects.
     """
 
     patterns: Patterns
@@ -235,7 +243,7 @@ class UsualGoals:
     used_categories: frozenset[str]
     countable_categories: frozenset[str]
     part_categories: frozenset[str]
-    holding_predicates: frozenset[str]
+    holding_predicate_names: frozenset[str]
 
 
 def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:

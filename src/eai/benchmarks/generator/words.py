@@ -49,7 +49,7 @@ class InstructionWriter:
     initial_facts: Sequence[Fact] = ()
 
     @staticmethod
-    def make_for_benchmark(
+    def make_writer_for_benchmark(
         benchmark: Benchmark, initial: State, *, by_place: bool = False
     ) -> InstructionWriter:
         """Return a writer of instructions for tasks in a benchmark's scene.
@@ -95,13 +95,13 @@ class InstructionWriter:
         return (
             self._add_article(index)
             if self._is_only_one_of_category(index)
-            else self._descriptions.get(index, name)
+            else self._description_by_object.get(index, name)
         )
 
     def can_be_described_without_name(self, name: str) -> bool:
         """Whether words other than its name can describe an object."""
         index = self.scene.index[name]
-        return self._is_only_one_of_category(index) or index in self._descriptions
+        return self._is_only_one_of_category(index) or index in self._description_by_object
 
     @cached_property
     def distinguishing_facts(self) -> Mapping[int, Fact]:
@@ -124,7 +124,7 @@ class InstructionWriter:
         return facts
 
     @cached_property
-    def _descriptions(self) -> Mapping[int, str]:
+    def _description_by_object(self) -> Mapping[int, str]:
         return {thing: self._describe_by_fact(*fact) for thing, fact in self.distinguishing_facts.items()}
 
     def _describe_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
@@ -199,11 +199,11 @@ class InstructionWriter:
                 return self._make_sentence(atom, self._name_variables(goal, voice), voice, plural=count != 1)
         plain = _find_only_atom_and_negation(goal)
         if plain is None:
-            return self._make_temporal_statement(goal, voice)
+            return self._make_statement_of_temporal_goal(goal, voice)
         atom, negated = plain
         return self._make_sentence(atom, self._name_variables(goal, voice), voice, negated=negated)
 
-    def _make_temporal_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
+    def _make_statement_of_temporal_goal(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
                 never = self._make_sentence(one, {}, voice, never=True)

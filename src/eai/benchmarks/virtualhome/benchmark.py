@@ -24,11 +24,11 @@ from eai.benchmarks import reference_wheel as packs
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
-from eai.benchmarks.published import make_prompt_reader, open_virtualhome_operators
+from eai.benchmarks.published import make_prompt_reader, open_virtualhome_transition_tasks
 from eai.benchmarks.registry import TITLES
-from eai.benchmarks.virtualhome.domain import domain_in_paper_order
-from eai.benchmarks.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
-from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
+from eai.benchmarks.virtualhome.notation import VirtualHomeGoalNotation, VirtualHomeSubgoalNotation
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlanNotation
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION, room
 from eai.benchmarks.virtualhome.records import PACK, ObjectRecord, TaskRecord, VirtualHomeRecords
 from eai.benchmarks.virtualhome.records import open_records as open_records
@@ -88,12 +88,12 @@ def _format_goals_of_subgoal_prompt(belief: BelievedTask) -> str:
     return "\n".join(
         [
             "[States]",
-            *_list_lines_or_word_none(
+            *_list_lines_or_placeholder(
                 f"{atom.predicate}({', '.join(_get_argument_names(atom))})"
                 for atom in map(_require_atom, lasting)
             ),
             _ACTIONS_HEADING,
-            *_list_lines_or_word_none(actions),
+            *_list_lines_or_placeholder(actions),
             "\n## Necessity to Use Actions",
             "Yes" if actions else "No",
         ]
@@ -132,7 +132,7 @@ def _get_argument_names(atom: Atom) -> list[str]:
     return [term.name for term in atom.arguments]
 
 
-def _list_lines_or_word_none(lines: Iterable[str]) -> list[str]:
+def _list_lines_or_placeholder(lines: Iterable[str]) -> list[str]:
     return list(lines) or ["None"]
 
 
@@ -211,13 +211,13 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
         DataError: the wheel is absent or damaged.
     """
     with open_archive_files(path) as wheel:
-        from eai.benchmarks.virtualhome.convert import convert_demonstrations
+        from eai.benchmarks.virtualhome.convert import convert_demonstrations_to_task_lines
 
-        content = convert_demonstrations(wheel, report)
+        content = convert_demonstrations_to_task_lines(wheel, report)
     return build_tasks(VirtualHomeRecords(content, hashlib.sha256(content).hexdigest()))
 
 
-def _find_rooms_and_plan_objects(task: Task) -> Iterator[int]:
+def _find_rooms_and_objects_of_plan(task: Task) -> Iterator[int]:
     """Yield the indices of objects that prompts list in addition to the relevant objects.
 
     Such objects are rooms, and objects of the annotated plan. Objects of the plan are left out if an answer
@@ -237,11 +237,13 @@ def make_wording(ability: Ability) -> SuiteWording:
     """
     from eai.tasks.wording import SuiteWording
 
-    predicates = SuiteWording.from_domain(domain_in_paper_order()).predicates
+    predicates = SuiteWording.from_domain(make_domain_in_paper_order()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return SuiteWording(domain_in_paper_order(), predicates, surroundings=_find_rooms_and_plan_objects)
+        return SuiteWording(
+            make_domain_in_paper_order(), predicates, surroundings=_find_rooms_and_objects_of_plan
+        )
     return SuiteWording(
-        domain_in_paper_order(),
+        make_domain_in_paper_order(),
         predicates,
         _RELATIONS,
         lambda task, index: task.scene.objects[index].category,
@@ -251,7 +253,7 @@ def make_wording(ability: Ability) -> SuiteWording:
 open_tasks = open_tasks_once_per_store(open_virtualhome_tasks)
 """Returns the 342 tasks of VirtualHome."""
 
-open_operators = open_tasks_once_per_store(open_virtualhome_operators)
+open_operators = open_tasks_once_per_store(open_virtualhome_transition_tasks)
 """Returns VirtualHome's 296 tasks of transition modeling."""
 
 
@@ -286,12 +288,12 @@ def virtualhome() -> Benchmark:
     """Return the benchmark VirtualHome. Only tasks with a temporal goal have questions about subgoals."""
     return Benchmark(
         NAME,
-        domain_in_paper_order(),
+        make_domain_in_paper_order(),
         open_tasks,
         Notation(
-            VirtualHomePlans(),
-            VirtualHomeGoals(),
-            VirtualHomeSubgoals(),
+            VirtualHomePlanNotation(),
+            VirtualHomeGoalNotation(),
+            VirtualHomeSubgoalNotation(),
             formats=read_answer_formats("eai.benchmarks.virtualhome"),
             short_texts=read_short_format_texts("eai.benchmarks.virtualhome"),
             wordings=make_wording,
@@ -386,7 +388,7 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
 """Label -> count in the published data set."""
 
 
-def list_unexpected_figures(
+def list_unexpected_counts(
     store: Store, expected_counts: Mapping[str, int | float] | None = None
 ) -> Iterator[str]:
     """Yield a line for each count in the stored data that differs from the expected count.

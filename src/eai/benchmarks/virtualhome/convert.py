@@ -97,7 +97,7 @@ def convert_tasks(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     return {TASKS_MEMBER: _convert_annotated_tasks(wheel, _read_goal_annotations_by_task(wheel), report)}
 
 
-def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes:
+def convert_demonstrations_to_task_lines(wheel: ArchiveFiles, report: ReportProgress) -> bytes:
     """Return all published plans of people (demonstrations) in the scene, as lines of a task file.
 
     The wheel is the paper's published Python package. Some of the tasks have no annotated goal.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eai.benchmarks.counterparts import Counterpart, translate_steps
-from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlanNotation
 from eai.pddl.execute import PlanStep
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -59,4 +59,6 @@ def translate_to_household_actions(task: Task, published_steps: Sequence[PlanSte
     The result ends before the first step without a household action. Plans name objects by class. As in
     answers to action sequencing, a class stands for one object of the task.
     """
-    return tuple(translate_steps(published_steps, COUNTERPARTS, VirtualHomePlans().make_object_lookup(task)))
+    return tuple(
+        translate_steps(published_steps, COUNTERPARTS, VirtualHomePlanNotation().make_object_lookup(task))
+    )

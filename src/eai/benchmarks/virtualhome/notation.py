@@ -25,7 +25,7 @@ from eai.abilities.verdict import Unreadable
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.logic.signature import Signature
-from eai.tasks.lexicon import FormulaLexicon, list_objects_and_classes
+from eai.tasks.lexicon import FormulaLexicon, collect_names_of_objects_and_classes
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.state import Scene
@@ -43,7 +43,7 @@ Actions may also have a description, which is not scored.
 _NOTHING = JsonObject(())
 
 
-class VirtualHomeGoals(GoalNotation):
+class VirtualHomeGoalNotation(GoalNotation):
     """Goals in three sections of a JSON object, which has at least one section.
 
     The object may be anywhere in the text. A section that is missing or null counts as empty, and an empty
@@ -190,7 +190,7 @@ MISSING_ACTION = "POUR"
 """Action that goals of five tasks require, although it is not in the vocabulary of the paper's package."""
 
 
-class VirtualHomeSubgoals(SubgoalNotation):
+class VirtualHomeSubgoalNotation(SubgoalNotation):
     """Subgoals in the words of VirtualHome's prompts. Objects are named by id (``soap.1002``) or by class.
 
     Args:
@@ -198,7 +198,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
     """
 
     def __init__(self, actions: Sequence[str] = (*SUBGOAL_ACTIONS, MISSING_ACTION)) -> None:
-        super().__init__(virtualhome.domain_in_paper_order())
+        super().__init__(virtualhome.make_domain_in_paper_order())
         self._actions: dict[str, int | None] = {
             operator.name: operator.arity for operator in self.domain.operators if operator.name in actions
         }
@@ -213,7 +213,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names in formulas about a scene: objects as the data set names them, or by class."""
-        names = list_objects_and_classes(scene.index, scene)
+        names = collect_names_of_objects_and_classes(scene.index, scene)
         return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:

@@ -66,24 +66,26 @@ The action FIND does not walk to such an object.
 """
 
 
-def make_state_action(name: str, old_state: Predicate, new_state: Predicate, *checks: Check) -> Operator:
+def make_action_changing_object_state(
+    name: str, old_state: Predicate, new_state: Predicate, *checks: Check
+) -> Operator:
     """Return an action that ends one state of an object and begins another."""
-    return _make_action_on_one(name, *checks, effects=(Delete(old_state(X)), Add(new_state(X))))
+    return _make_action_on_one_object(name, *checks, effects=(Delete(old_state(X)), Add(new_state(X))))
 
 
-def clear_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
+def make_effects_of_clearing_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
     """Return effects that end the given relations between an object and any other object."""
     return tuple(
         effect for relation in relations for effect in make_symmetric_effects(Delete, relation(obj, ANYTHING))
     )
 
 
-def take_out_of_hand(obj: f.Variable) -> tuple[Effect, ...]:
+def make_effects_of_leaving_hand(obj: f.Variable) -> tuple[Effect, ...]:
     """Return effects that remove an object from the hand that holds it."""
     return Delete(p.holds_rh(AGENT, obj)), Delete(p.holds_lh(AGENT, obj))
 
 
-def delete_place_taken_from(obj: f.Variable) -> tuple[Effect, ...]:
+def make_effects_of_forgetting_origin(obj: f.Variable) -> tuple[Effect, ...]:
     """Return effects that delete the stored place from which an object was grabbed (its origin)."""
     return (
         Delete(p.taken_from_top_of(obj, ANYTHING)),
@@ -101,7 +103,7 @@ def make_effects_moving_held_objects(target_room: f.Formula) -> tuple[Effect, ..
 
     def make_effects_moving_object(moving_object: f.Variable) -> tuple[Effect, ...]:
         return (
-            *clear_relations(moving_object, p.next_to, p.facing),
+            *make_effects_of_clearing_relations(moving_object, p.next_to, p.facing),
             ForEach(R, p.room(R) & p.inside(moving_object, R), (Delete(p.inside(moving_object, R)),)),
             *make_symmetric_effects(Add, p.next_to(AGENT, moving_object)),
             Let(R, target_room, (Add(p.inside(moving_object, R)),)),
@@ -125,7 +127,7 @@ def make_movement_effects(target: f.Variable, effects_on_held: tuple[Effect, ...
         effects_on_held: additional effects on the held objects.
     """
     return (
-        *clear_relations(AGENT, p.inside, p.next_to, p.facing),
+        *make_effects_of_clearing_relations(AGENT, p.inside, p.next_to, p.facing),
         Let(R, p.room_of(target, R), (Add(p.inside(AGENT, R)),)),
         When(
             ~p.room(target),
@@ -162,7 +164,7 @@ def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *make_symmetric_effects(Add, p.next_to(AGENT, X)))
-    return _make_action_on_one(
+    return _make_action_on_one_object(
         "FIND",
         *checks,
         effects=(When(p.near(X), step_up, make_movement_effects(X, effects_on_held)),),
@@ -176,11 +178,11 @@ def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
     Object and character are then next to the target.
     """
     return (
-        *take_out_of_hand(X),
+        *make_effects_of_leaving_hand(X),
         *make_symmetric_effects(Add, p.next_to(AGENT, Y)),
         *make_symmetric_effects(Add, p.next_to(X, Y)),
         Add(relation(X, Y)),
-        *delete_place_taken_from(X),
+        *make_effects_of_forgetting_origin(X),
     )
 
 
@@ -223,15 +225,15 @@ def make_grab_action(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) ->
         for memory, lies, _ in ORIGINS
     )
     effects = (
-        *clear_relations(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
+        *make_effects_of_clearing_relations(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
         *effects_on_contents,
         *make_symmetric_effects(Add, p.next_to(AGENT, X)),
         When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
-        *delete_place_taken_from(X),
+        *make_effects_of_forgetting_origin(X),
         *remember,
     )
-    return _make_action_on_one("GRAB", *checks, effects=effects, role=OperatorRole.TAKES)
+    return _make_action_on_one_object("GRAB", *checks, effects=effects, role=OperatorRole.TAKES)
 
 
 def make_switch_hands_action() -> Operator:
@@ -243,7 +245,9 @@ def make_switch_hands_action() -> Operator:
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
     switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
-    return _make_action_on_one("SWITCH_HANDS", HELD, one_free, effects=switched, role=OperatorRole.RELEASES)
+    return _make_action_on_one_object(
+        "SWITCH_HANDS", HELD, one_free, effects=switched, role=OperatorRole.RELEASES
+    )
 
 
 def make_put_back_action() -> Operator:
@@ -259,12 +263,12 @@ def make_put_back_action() -> Operator:
         missing_step(~closed, "the place where {x} was taken from is closed", witness=closed),
     )
     effects = tuple(Let(Y, memory(X, Y), make_put_effects(relation)) for memory, _, relation in ORIGINS)
-    return _make_action_on_one("PUTOBJBACK", *checks, effects=effects)
+    return _make_action_on_one_object("PUTOBJBACK", *checks, effects=effects)
 
 
 def make_watch_action() -> Operator:
     """Return the action WATCH: look for a while at an object in the same room."""
-    return _make_action_on_one(
+    return _make_action_on_one_object(
         "WATCH",
         affordance(p.lookable(X), "{x} cannot be watched"),
         affordance(p.in_same_room(X), "{x} is not in the character's room"),
@@ -280,7 +284,7 @@ def make_watch_action() -> Operator:
 
 def make_push_or_pull_action(name: str, *checks: Check) -> Operator:
     """Return an action that moves an object by hand without lifting the object."""
-    return _make_action_on_one(name, *checks, NEAR, REACHABLE, HAND_FREE)
+    return _make_action_on_one_object(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
 
 def make_operators() -> tuple[Operator, ...]:
@@ -288,7 +292,7 @@ def make_operators() -> tuple[Operator, ...]:
     return (
         *make_movement_actions(make_effects_moving_held_objects(p.room_of(X, R))),
         *_make_posture_actions(),
-        *_make_handling_actions(),
+        *_make_object_handling_actions(),
         *_make_device_actions(),
         *_make_looking_actions(),
         *_make_actions_using_objects(),
@@ -305,7 +309,7 @@ def make_movement_actions(effects_on_held: tuple[Effect, ...]) -> tuple[Operator
     """
     effects = make_movement_effects(X, effects_on_held)
     walks = [
-        _make_action_on_one(name, UPRIGHT, SOMEWHERE, effects=effects, role=OperatorRole.MOVEMENT)
+        _make_action_on_one_object(name, UPRIGHT, SOMEWHERE, effects=effects, role=OperatorRole.MOVEMENT)
         for name in ("WALK", "RUN")
     ]
     return *walks, make_find_action(effects_on_held)
@@ -314,7 +318,7 @@ def make_movement_actions(effects_on_held: tuple[Effect, ...]) -> tuple[Operator
 def _make_posture_actions() -> tuple[Operator, ...]:
     resting = missing_step(p.lying(AGENT) | p.sitting(AGENT), "the character neither lies nor sits")
     return (
-        _make_action_on_one(
+        _make_action_on_one_object(
             "SIT",
             NEAR,
             NOT_SEATED,
@@ -329,7 +333,7 @@ def _make_posture_actions() -> tuple[Operator, ...]:
             ),
             role=OperatorRole.MOVEMENT,
         ),
-        _make_action_on_one(
+        _make_action_on_one_object(
             "LIE",
             NEAR,
             NOT_IN_BED,
@@ -350,16 +354,16 @@ def _make_posture_actions() -> tuple[Operator, ...]:
     )
 
 
-def _make_handling_actions() -> tuple[Operator, ...]:
+def _make_object_handling_actions() -> tuple[Operator, ...]:
     drop = (
-        *take_out_of_hand(X),
+        *make_effects_of_leaving_hand(X),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
-        *delete_place_taken_from(X),
+        *make_effects_of_forgetting_origin(X),
     )
     return (
         make_grab_action(),
-        _make_action_on_two("PUTBACK", HELD, NEAR_TARGET, effects=make_put_effects(p.ontop)),
-        _make_action_on_two(
+        _make_action_on_two_objects("PUTBACK", HELD, NEAR_TARGET, effects=make_put_effects(p.ontop)),
+        _make_action_on_two_objects(
             "PUTIN",
             HELD,
             NEAR_TARGET,
@@ -367,15 +371,15 @@ def _make_handling_actions() -> tuple[Operator, ...]:
             effects=make_put_effects(p.inside),
         ),
         make_put_back_action(),
-        _make_action_on_one("DROP", HELD, effects=drop, role=OperatorRole.RELEASES),
-        _make_action_on_one("RELEASE", HELD, effects=drop, role=OperatorRole.RELEASES),
-        _make_action_on_two(
+        _make_action_on_one_object("DROP", HELD, effects=drop, role=OperatorRole.RELEASES),
+        _make_action_on_one_object("RELEASE", HELD, effects=drop, role=OperatorRole.RELEASES),
+        _make_action_on_two_objects(
             "POUR",
             affordance(p.pourable(X) | p.drinkable(X), "{x} cannot be poured"),
             affordance(p.recipient(Y) | is_a(Y, "hands_both", "sponge", "face"), "{y} holds no liquid"),
             HELD,
             NEAR_TARGET,
-            effects=(Add(p.inside(X, Y)), When(is_a(X, "water"), take_out_of_hand(X))),
+            effects=(Add(p.inside(X, Y)), When(is_a(X, "water"), make_effects_of_leaving_hand(X))),
         ),
     )
 
@@ -389,14 +393,20 @@ def _make_device_actions() -> tuple[Operator, ...]:
     is_unplugged = additional_step(p.plugged_out(X), "{x} is not unplugged")
     is_plugged_in = additional_step(p.plugged_in(X), "{x} is not plugged in")
     return (
-        make_state_action("OPEN", p.closed, p.open_, *opens, HAND_FREE, is_closed, NOT_RUNNING),
-        make_state_action("CLOSE", p.open_, p.closed, *opens, additional_step(p.open_(X), "{x} is not open")),
-        make_state_action(
+        make_action_changing_object_state(
+            "OPEN", p.closed, p.open_, *opens, HAND_FREE, is_closed, NOT_RUNNING
+        ),
+        make_action_changing_object_state(
+            "CLOSE", p.open_, p.closed, *opens, additional_step(p.open_(X), "{x} is not open")
+        ),
+        make_action_changing_object_state(
             "SWITCHON", p.off, p.on, *switches, additional_step(p.off(X), "{x} is not off"), has_power
         ),
-        make_state_action("SWITCHOFF", p.on, p.off, *switches, additional_step(p.on(X), "{x} is not on")),
-        make_state_action("PLUGIN", p.plugged_out, p.plugged_in, *plugs, is_unplugged),
-        make_state_action("PLUGOUT", p.plugged_in, p.plugged_out, *plugs, is_plugged_in),
+        make_action_changing_object_state(
+            "SWITCHOFF", p.on, p.off, *switches, additional_step(p.on(X), "{x} is not on")
+        ),
+        make_action_changing_object_state("PLUGIN", p.plugged_out, p.plugged_in, *plugs, is_unplugged),
+        make_action_changing_object_state("PLUGOUT", p.plugged_in, p.plugged_out, *plugs, is_plugged_in),
     )
 
 
@@ -404,11 +414,11 @@ def _make_looking_actions() -> tuple[Operator, ...]:
     turn = (Delete(p.facing(AGENT, ANYTHING)), Add(p.facing(AGENT, X)))
     looks = ("LOOKAT", "LOOKAT_SHORT", "LOOKAT_MEDIUM", "LOOKAT_LONG", "POINTAT")
     return (
-        _make_action_on_one("TURNTO", effects=turn, role=OperatorRole.MOVEMENT),
-        *(_make_action_on_one(name, FACED) for name in looks),
+        _make_action_on_one_object("TURNTO", effects=turn, role=OperatorRole.MOVEMENT),
+        *(_make_action_on_one_object(name, FACED) for name in looks),
         make_watch_action(),
-        _make_action_on_one("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
-        _make_action_on_one("GREET", affordance(p.person(X), "{x} is not a person")),
+        _make_action_on_one_object("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
+        _make_action_on_one_object("GREET", affordance(p.person(X), "{x} is not a person")),
     )
 
 
@@ -416,10 +426,10 @@ def _make_actions_using_objects() -> tuple[Operator, ...]:
     knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
     can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
     return (
-        _make_action_on_one(
+        _make_action_on_one_object(
             "DRINK", affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD
         ),
-        _make_action_on_one(
+        _make_action_on_one_object(
             "EAT",
             NEAR,
             affordance(
@@ -427,7 +437,7 @@ def _make_actions_using_objects() -> tuple[Operator, ...]:
                 "{x} cannot be eaten, nor is there anything eatable on it",
             ),
         ),
-        _make_action_on_one(
+        _make_action_on_one_object(
             "CUT",
             HAND_FREE,
             NEAR,
@@ -435,14 +445,14 @@ def _make_actions_using_objects() -> tuple[Operator, ...]:
             affordance(p.cuttable(X), "{x} cannot be cut"),
             missing_step(knife_in_hand, "the character holds no knife"),
         ),
-        _make_action_on_one("TOUCH", NEAR, REACHABLE),
-        _make_action_on_one(
+        _make_action_on_one_object("TOUCH", NEAR, REACHABLE),
+        _make_action_on_one_object(
             "TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")
         ),
         make_push_or_pull_action("PUSH"),
         make_push_or_pull_action("PULL", can_be_moved),
         make_push_or_pull_action("MOVE", can_be_moved),
-        _make_action_on_one(
+        _make_action_on_one_object(
             "SQUEEZE",
             HAND_FREE,
             NEAR,
@@ -455,17 +465,17 @@ def _make_cleaning_actions() -> tuple[Operator, ...]:
     cleaned = (Delete(p.dirty(X)), Add(p.clean(X)))
     something_in_hand = missing_step(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
     return (
-        *(_make_action_on_one(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
-        _make_action_on_one("WIPE", NEAR, something_in_hand, effects=cleaned),
+        *(_make_action_on_one_object(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
+        _make_action_on_one_object("WIPE", NEAR, something_in_hand, effects=cleaned),
     )
 
 
 def _make_clothing_actions() -> tuple[Operator, ...]:
     return (
-        _make_action_on_one(
-            "PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *take_out_of_hand(X))
+        _make_action_on_one_object(
+            "PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *make_effects_of_leaving_hand(X))
         ),
-        _make_action_on_one(
+        _make_action_on_one_object(
             "PUTOFF",
             missing_step(p.ontop(X, AGENT), "the character does not wear {x}"),
             IS_CLOTHES,
@@ -480,11 +490,11 @@ def _make_action_without_arguments(
     return Operator(name, (), (check,), effects, role=role)
 
 
-def _make_action_on_one(
+def _make_action_on_one_object(
     name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: OperatorRole = OperatorRole.CHANGE
 ) -> Operator:
     return Operator(name, (X,), checks, effects, role=role)
 
 
-def _make_action_on_two(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
+def _make_action_on_two_objects(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
     return Operator(name, (X, Y), checks, effects, role=OperatorRole.CHANGE)

@@ -30,8 +30,8 @@ from eai.abilities.notation.plan_form import (
     WrittenStep,
     join_item_steps,
     make_plan_format,
-    read_keyed_steps,
     read_labelled_step,
+    read_steps_keyed_by_action,
 )
 from eai.abilities.notation.plan_lines import read_json_plan_or_action_lines, read_text_of_steps
 from eai.abilities.notation.plans import PlanNotation
@@ -61,7 +61,7 @@ class ObjectWithId(NamedTuple):
         return f"{self.name} without an id" if self.id is None else f"{self.name}_{self.id}"
 
 
-class VirtualHomePlans(PlanNotation):
+class VirtualHomePlanNotation(PlanNotation):
     """The notation of plans of VirtualHome.
 
     Answers may also be a list of such JSON objects, and may write operators in small letters. Errors of form
@@ -74,7 +74,7 @@ class VirtualHomePlans(PlanNotation):
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Return the plan in an answer. A plan without steps is an empty object or list."""
         plan = read_steps(text, actions)
-        if isinstance(plan, Unreadable) or not has_ids(plan):
+        if isinstance(plan, Unreadable) or not has_object_ids(plan):
             return plan
         return replace(plan, steps=tuple([_join_names_and_ids(step) for step in plan.steps]))
 
@@ -138,12 +138,12 @@ def make_name_lookup(
         joint: text between class and id in names of objects.
     """
 
-    def find_index(word: object) -> int | None:
+    def find_object_of_word(word: object) -> int | None:
         if isinstance(word, str):
             return by_class.get(word)
         return by_name.get(f"{word.name}{joint}{word.id}") if isinstance(word, ObjectWithId) else None
 
-    return find_index
+    return find_object_of_word
 
 
 def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
@@ -160,7 +160,7 @@ def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
     return step._replace(objects=_pair_classes_with_ids(step.objects))
 
 
-def has_ids(plan: WrittenPlan) -> bool:
+def has_object_ids(plan: WrittenPlan) -> bool:
     """Whether a plan names objects by class and id: in some step, a number follows a class."""
     return any(_is_numeric_id(word) for step in plan.steps for word in step.objects[1::2])
 
@@ -206,7 +206,7 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
             for key, member in value.members
         ):
             return None
-        return read_keyed_steps(value, accepted_words)
+        return read_steps_keyed_by_action(value, accepted_words)
 
     return make_plan_format(
         "object or list of actions with their objects", read_step_list, accepted_words, _STEPS, read_text

@@ -85,7 +85,7 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
     return state.relation(predicate).row(source) & candidates
 
 
-def make_earlier_place_lookup(
+def make_origin_lookup(
     origin_relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
     """Return a function that finds an object's origins (the places from which it is grabbed) by one relation.
@@ -99,7 +99,7 @@ def make_earlier_place_lookup(
         choose: chooses among several places.
     """
 
-    def find_former_places(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_origins(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         no_room = ~state.mask("ROOM")
         for earlier in ORIGIN_RELATIONS[:origin_relation_index]:
@@ -107,7 +107,7 @@ def make_earlier_place_lookup(
                 return 0
         return choose(state, ORIGIN_RELATIONS[origin_relation_index], x, no_room)
 
-    return find_former_places
+    return find_origins
 
 
 def find_objects_carried_along(state: State, arguments: tuple[int, ...]) -> ObjectMask:
@@ -225,7 +225,7 @@ in_same_room = DefinedPredicate("in_same_room", (X,), f.Exists(R, room_of(AGENT,
 somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _make_former_place_predicate(origin_relation_index: int, name: str) -> LookupPredicate:
+def _make_origin_predicate(origin_relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate that relates an object to its origins (former places) by one relation.
 
     The predicate is false if the object has an earlier relation of `ORIGIN_RELATIONS` to any place.
@@ -236,7 +236,7 @@ def _make_former_place_predicate(origin_relation_index: int, name: str) -> Looku
     return LookupPredicate(
         name,
         2,
-        make_earlier_place_lookup(origin_relation_index),
+        make_origin_lookup(origin_relation_index),
         ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
         meaning,
     )
@@ -272,7 +272,7 @@ def _make_full_seat_predicate(name: str, capacities: Mapping[str, int]) -> Compu
 
 
 lies_on, lies_in, lies_next_to = (
-    _make_former_place_predicate(position, name)
+    _make_origin_predicate(position, name)
     for position, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
 seat_full = _make_full_seat_predicate("seat_full", SEAT_CAPACITIES)

@@ -119,7 +119,7 @@ class TaskRecord:
         return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
 
 
-class _SharedObjectsAndRelations(NamedTuple):
+class _ObjectAndRelationTables(NamedTuple):
     """Tables of objects and relations for all tasks. The record of a task has indices into these tables."""
 
     relations: Sequence[str]
@@ -173,7 +173,7 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
             ObjectRecord(number, name, category, labels[owned], labels[state])
             for number, name, category, owned, state in values["objects"]
         ]
-        tables = _SharedObjectsAndRelations(values["relations"], records)
+        tables = _ObjectAndRelationTables(values["relations"], records)
         objects, edges = tables.get_objects(values["base_objects"]), tables.read_edges(values["base_edges"])
         self.base = GraphDelta((), (), objects, (), edges)
         texts = dict(zip(values["tasks"], lines, strict=True))

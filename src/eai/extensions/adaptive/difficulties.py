@@ -85,7 +85,7 @@ def estimate_ability(
             the standard error is larger. Its square grows by ``variance``, times the concentration of the
             Fisher information on few names: the sum of the squares of each name's share.
         variance: variance of one model's ability between groups of tasks with one name, in squared logits
-            (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
+            (see `rasch.estimate_ability_variance_between_same_name_groups`); 0 if tasks are independent.
     """
     value = 0.0
     for _ in range(_MAX_STEPS):
@@ -95,13 +95,11 @@ def estimate_ability(
         value += max(-1.0, min(1.0, change))
         if abs(change) < _CONVERGENCE_LOGITS:
             break
-    between = variance * _compute_fisher_information_concentration(
-        value, scores, difficulties, name_by_task or {}
-    )
+    between = variance * _compute_concentration_on_task_names(value, scores, difficulties, name_by_task or {})
     return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
-def _compute_fisher_information_concentration(
+def _compute_concentration_on_task_names(
     ability: float,
     scores: Mapping[str, float],
     difficulties: Mapping[str, float],

@@ -14,7 +14,7 @@ from eai.benchmarks.gold_answers import AnswersByTask, open_answers_of_planner, 
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive.flag import Flag, FlagReader
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import rename_objects
 from eai.planning.planner import get_planner
 from eai.planning.search import SearchEndReason, SearchResult
@@ -81,5 +81,5 @@ def _has_ambiguous_goals(task: Task, benchmark: Benchmark) -> bool:
     names = (thing.name for thing in task.scene.objects)
     called = dict(zip(names, benchmark.notation.goals.list_object_names(task), strict=True))
     goals = dict.fromkeys(goal.formula for goal in task.get_goals_of_kind(GoalKind.STATE))
-    asked = Counter(print_ltl(rename_objects(goal, called)) for goal in goals)
+    asked = Counter(format_ltl(rename_objects(goal, called)) for goal in goals)
     return any(times > 1 for times in asked.values())

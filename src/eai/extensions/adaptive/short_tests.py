@@ -19,11 +19,11 @@ FILE = "short_tests.json"
 
 def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
     """Return the task ids of a suite's short test in the order of the data set; empty without such a test."""
-    return tuple(_load_task_ids().get(f"{domain}/{ability.value}", ()))
+    return tuple(_load_task_ids_by_suite().get(f"{domain}/{ability.value}", ()))
 
 
 @cache
-def _load_task_ids() -> dict[str, list[str]]:
+def _load_task_ids_by_suite() -> dict[str, list[str]]:
     text = (resources.files("eai.extensions.adaptive") / FILE).read_text(encoding="utf-8")
     by_suite: dict[str, list[str]] = json.loads(text)
     return by_suite

@@ -22,7 +22,7 @@ import eai.pddl.model as m
 from eai.abilities.answer_schema import Schema
 from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plan_form import WrittenStep
-from eai.abilities.notation.plans import PddlPlans
+from eai.abilities.notation.plans import PddlPlanNotation
 from eai.abilities.notation.step_line import AROUND
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
@@ -99,7 +99,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
     def build(task_id: str) -> Task:
         return _build_task(task_id, ids[task_id], games[ids[task_id]], source, declaration)
 
-    plans = _TextCommandPlans(commands)
+    plans = _TextCommandPlanNotation(commands)
     tasks = TaskSet(ids, build, digest)
     return Benchmark(
         "alfworld",
@@ -330,11 +330,11 @@ def _quantify_effect(
     return effect
 
 
-class _TextCommandPlans(PddlPlans):
+class _TextCommandPlanNotation(PddlPlanNotation):
     """Notation of plans with one English command a line, such as ``take apple 1 from fridge 1``.
 
-    Plans in the form of `PddlPlans` are also read. A space before the number in a command corresponds to
-    ``_`` in the object's name.
+    Plans in the form of `PddlPlanNotation` are also read. A space before the number in a command
+    corresponds to ``_`` in the object's name.
 
     Args:
         templates: The command of each operator, with ``{}`` for each argument in order.

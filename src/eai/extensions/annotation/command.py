@@ -24,16 +24,16 @@ from eai.extensions.annotation import decisions as annotation
 from eai.extensions.annotation.decisions import (
     Annotation,
     DemonstrationChanges,
-    PatternList,
+    PatternsOfTitle,
     TitleMeaningDecisions,
 )
 from eai.extensions.annotation.problems import (
     SampledProblem,
-    give_common_domain,
     make_domain_with_operators,
     make_problem,
+    replace_domains_by_common_domain,
 )
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.pddl.model import PddlDomain
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
@@ -194,7 +194,7 @@ def choose_goal_patterns(
     differences = [
         annotation.find_changes_made_by_demonstration(task, benchmark.domain) for task in titles[title]
     ]
-    listing = PatternList(differences, benchmark.domain, not_counted)
+    listing = PatternsOfTitle(differences, benchmark.domain, not_counted)
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
     _print_decisions(listing, saved.get(title, TitleMeaningDecisions()))
@@ -203,7 +203,7 @@ def choose_goal_patterns(
 
 
 def _read_user_commands_and_save_decisions(
-    path: Path, saved: Mapping[str, TitleMeaningDecisions], title: str, listing: PatternList
+    path: Path, saved: Mapping[str, TitleMeaningDecisions], title: str, listing: PatternsOfTitle
 ) -> str:
     """Read a user's commands, which keep or drop patterns for a task title, and save after each command.
 
@@ -241,7 +241,7 @@ def _apply_command(
     command: str,
     chosen: TitleMeaningDecisions,
     earlier_decisions: list[TitleMeaningDecisions],
-    listing: PatternList,
+    listing: PatternsOfTitle,
 ) -> TitleMeaningDecisions:
     if not command:
         return chosen
@@ -254,7 +254,7 @@ def _apply_command(
     return after
 
 
-def _print_decisions(listing: PatternList, chosen: TitleMeaningDecisions) -> None:
+def _print_decisions(listing: PatternsOfTitle, chosen: TitleMeaningDecisions) -> None:
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
         met = sum(
@@ -312,7 +312,7 @@ def print_goals(
         return
     annotations = [difference for difference in annotations if difference[2]]
     goals: dict[str, Json] = {
-        difference.task.id: [print_ltl(goal.formula) for goal in of_task]
+        difference.task.id: [format_ltl(goal.formula) for goal in of_task]
         for difference, _, of_task in annotations
     }
     lines = [f"{task_id}: {texts}" for task_id, texts in goals.items()]
@@ -371,7 +371,7 @@ def write_planning_problems(
             if problem is not None:
                 made.append(problem)
             report(number)
-    made = give_common_domain(made, benchmark)
+    made = replace_domains_by_common_domain(made, benchmark)
     _write_problem_files(out, made)
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
     line = f"{format_count(len(made) - len(failed), 'problem')} written to {out}"

@@ -34,7 +34,7 @@ from eai.base.errors import InputError, did_you_mean, prefix_errors_with_locatio
 from eai.base.files import write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Constant, Occurs, Or
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.tasks.options import Options
 from eai.tasks.source import DataMistake
 from eai.tasks.task import Goal, GoalKind, Task
@@ -161,17 +161,17 @@ class DemonstrationChanges:
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
         return all(
-            self.describe_object_by_class(thing) == kind
+            self.get_object_kind_by_class(thing) == kind
             if kind.name
-            else self.describe_object_by_properties(thing) == kind
+            else self.get_object_kind_by_properties(thing) == kind
             for thing, kind in pairs
         )
 
-    def describe_object_by_class(self, object_index: int) -> _ObjectKind:
+    def get_object_kind_by_class(self, object_index: int) -> _ObjectKind:
         """Return a description of an object by its class; it fits all objects of this class."""
         return _ObjectKind(self.scene.objects[object_index].category)
 
-    def describe_object_by_properties(self, object_index: int) -> _ObjectKind:
+    def get_object_kind_by_properties(self, object_index: int) -> _ObjectKind:
         """Return a description of an object by its properties (visible static predicates).
 
         It fits all objects with exactly these properties.
@@ -257,7 +257,7 @@ def count_patterns(
     for difference in differences:
         for fact in difference.facts:
             if fact.predicate not in left_out:
-                classes = tuple(map(difference.describe_object_by_class, fact.arguments))
+                classes = tuple(map(difference.get_object_kind_by_class, fact.arguments))
                 exact[GoalPattern(fact.predicate, classes)] += 1
                 wild.update(_generalize_fact(difference, fact.predicate, fact.arguments))
     return exact + wild
@@ -270,8 +270,8 @@ def _generalize_fact(
         return
     for end, thing in enumerate(things):
         if thing != difference.scene.agent:
-            kinds = [difference.describe_object_by_class(other) for other in things]
-            kinds[end] = difference.describe_object_by_properties(thing)
+            kinds = [difference.get_object_kind_by_class(other) for other in things]
+            kinds[end] = difference.get_object_kind_by_properties(thing)
             yield GoalPattern(name, tuple(kinds))
 
 
@@ -283,7 +283,7 @@ Entries that are actions must be met in the order in which the meaning lists the
 """
 
 
-def find_first_met_title_meaning(
+def find_index_of_first_met_meaning(
     candidates: Sequence[TitleMeaning], difference: DemonstrationChanges
 ) -> int | None:
     """Return the index of the first possible meaning of a task title that a demonstration satisfies, or None.
@@ -399,12 +399,14 @@ def read_uncounted_predicates_and_decisions(
     content, titles = _DecisionFile.read_file(path), {}
     for name, table in content.title.items():
         with prefix_errors_with_location(f"{path}: title {name!r}"):
-            candidates = tuple(tuple(map(_parse_entry, entries)) for entries in table.candidates)
+            candidates = tuple(
+                tuple(map(_parse_alternative_patterns, entries)) for entries in table.candidates
+            )
             titles[name] = TitleMeaningDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
     return content.without, titles
 
 
-def _parse_entry(texts: Sequence[str]) -> AlternativePatterns:
+def _parse_alternative_patterns(texts: Sequence[str]) -> AlternativePatterns:
     patterns = tuple(map(parse_pattern, texts))
     if not patterns:
         raise InputError("an entry is empty; expected at least one pattern")
@@ -462,7 +464,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 
 @dataclass(frozen=True)
-class PatternList:
+class PatternsOfTitle:
     """The changes that demonstrations (recorded plans) of one task title share, as patterns with counts.
 
     Attributes:
@@ -501,7 +503,7 @@ class PatternList:
 
 
 def apply_user_command_to_decisions(
-    command: str, decisions: TitleMeaningDecisions, listing: PatternList
+    command: str, decisions: TitleMeaningDecisions, listing: PatternsOfTitle
 ) -> TitleMeaningDecisions:
     """Return the decisions which goals a task title means, after one more command of the user.
 
@@ -513,28 +515,28 @@ def apply_user_command_to_decisions(
     word, _, rest = command.strip().partition(" ")
     match word:
         case "keep":
-            return _add_conditions_to_last_title_meaning(
+            return _add_conditions_to_last_candidate(
                 decisions, [(pattern,) for pattern in _parse_pattern_numbers(rest, listing)]
             )
         case "or":
-            return _add_conditions_to_last_title_meaning(
+            return _add_conditions_to_last_candidate(
                 decisions, [tuple(_parse_pattern_numbers(rest, listing))]
             )
         case "drop":
             kept = dict.fromkeys((*decisions.dropped, *_parse_pattern_numbers(rest, listing)))
             return replace(decisions, dropped=tuple(kept))
         case "add":
-            patterns = _parse_entry([part.strip() for part in rest.split(" or ")])
+            patterns = _parse_alternative_patterns([part.strip() for part in rest.split(" or ")])
             for pattern in patterns:
                 _refuse_unknown_names(pattern, listing)
-            return _add_conditions_to_last_title_meaning(decisions, [patterns])
+            return _add_conditions_to_last_candidate(decisions, [patterns])
         case "new":
             return replace(decisions, candidates=(*decisions.candidates, ()))
         case _:
             raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
 
 
-def _parse_pattern_numbers(text: str, listing: PatternList) -> list[GoalPattern]:
+def _parse_pattern_numbers(text: str, listing: PatternsOfTitle) -> list[GoalPattern]:
     patterns = []
     for word in text.replace(",", " ").split():
         if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered_patterns):
@@ -563,7 +565,7 @@ def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
         _refuse_unknown(pattern.name, names, f"changing predicate of {arity}")
 
 
-def _refuse_unknown_names(pattern: GoalPattern, listing: PatternList) -> None:
+def _refuse_unknown_names(pattern: GoalPattern, listing: PatternsOfTitle) -> None:
     refuse_unknown_name(pattern, listing.domain)
     classes = {thing.category for difference in listing.differences for thing in difference.scene.objects}
     good_for = list_property_predicates(listing.domain.vocabulary)
@@ -579,7 +581,7 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
         raise InputError(f"{name!r} is no {noun}{did_you_mean(name, known)}")
 
 
-def _add_conditions_to_last_title_meaning(
+def _add_conditions_to_last_candidate(
     chosen: TitleMeaningDecisions, conditions: Sequence[AlternativePatterns]
 ) -> TitleMeaningDecisions:
     """Return a user's decisions about a task title, with more conditions in the last of its meanings.
@@ -629,7 +631,7 @@ def annotate(
                 with prefix_errors_with_location(f"title {name!r}: {pattern}"):
                     refuse_unknown_name(pattern, domain)
         for difference in (find_changes_made_by_demonstration(task, domain) for task in tasks):
-            number = find_first_met_title_meaning(candidates, difference)
+            number = find_index_of_first_met_meaning(candidates, difference)
             yield (
                 difference,
                 number,
@@ -648,8 +650,8 @@ def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataMistake]:
         if candidate is None and theirs:
             yield DataMistake(task.title, f"{task.id}: has goals, but its plan meets no candidate")
         elif ours != theirs:
-            lacks = [f"lacks {print_ltl(goal.formula)}" for goal in goals if goal not in theirs]
+            lacks = [f"lacks {format_ltl(goal.formula)}" for goal in goals if goal not in theirs]
             more = [
-                f"has the further goal {print_ltl(goal.formula)}" for goal in task.goals if goal not in ours
+                f"has the further goal {format_ltl(goal.formula)}" for goal in task.goals if goal not in ours
             ]
             yield DataMistake(task.title, f"{task.id}: {', '.join([*lacks, *more])}")

@@ -121,7 +121,9 @@ def make_domain_with_operators(operator_texts: Sequence[str], header: PddlDomain
     return replace(header, actions=tuple(map(read_action, operator_texts)))
 
 
-def give_common_domain(problems: Sequence[SampledProblem], benchmark: Benchmark) -> list[SampledProblem]:
+def replace_domains_by_common_domain(
+    problems: Sequence[SampledProblem], benchmark: Benchmark
+) -> list[SampledProblem]:
     """Return the problems with one common planning domain, which declares the categories of all objects.
 
     If the data set provides all problems, the problems stay as they are.

@@ -31,7 +31,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
     find_doubts_that_task_set_used_secret,
-    find_set_file,
+    find_task_file_of_split,
     read_manifest_entry_of_secret_set,
 )
 from eai.benchmarks.registry import find_benchmark, get_title
@@ -114,7 +114,7 @@ def build_page_and_count_submissions(
         InputError: a submission or a season is invalid. The message names it and the reason.
         DataError: the data set cannot be obtained.
     """
-    places = [each for path in paths for each in _find_submissions(path)]
+    places = [each for path in paths for each in _find_submissions_and_seasons(path)]
     seasons = [
         _read_leaderboard_season_tasks_and_html(place) for place in places if (place / MANIFEST).is_file()
     ]
@@ -137,7 +137,7 @@ def build_page_and_count_submissions(
     return _build_page_html(submissions, [html for _, html in seasons]), len(submissions)
 
 
-def _find_submissions(path: Path) -> list[Path]:
+def _find_submissions_and_seasons(path: Path) -> list[Path]:
     """Return the paths of submissions and seasons (sets of generated tasks) in a folder, sorted by name.
 
     If the path is itself a submission or a season, it is the only result.
@@ -242,7 +242,10 @@ def _read_leaderboard_season_tasks_and_html(folder: Path) -> tuple[Benchmark | N
         InputError: the tasks differ from the announced tasks, or do not follow from the season's secret.
     """
     chosen = _LeaderboardSeasonFile.read_file(_require_small_file(folder / SEASON))
-    entry, file = read_manifest_entry_of_secret_set(folder, chosen.split), find_set_file(folder, chosen.split)
+    entry, file = (
+        read_manifest_entry_of_secret_set(folder, chosen.split),
+        find_task_file_of_split(folder, chosen.split),
+    )
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
         for problem in find_doubts_that_task_set_used_secret(folder, chosen.split, chosen.secret or None):
@@ -336,7 +339,7 @@ def _list_row_cells(
         return [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""]
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
     submission_cells = [
-        escape(_read_prompt_set_name(submission.specification)),
+        escape(_format_prompt_set(submission.specification)),
         *_format_description_cells(submission.description),
         protocol,
         _describe_errata_of_benchmark_tasks(submission, table),
@@ -370,7 +373,7 @@ def _format_description_cells(description: _SubmissionDescription) -> Sequence[s
     return [escape(description.harness), escape(description.effort), str(description.date), tokens, dollars]
 
 
-def _read_prompt_set_name(run_specification: str) -> str:
+def _format_prompt_set(run_specification: str) -> str:
     """Return a text ``SET`` or ``SET, NAME`` on the prompts of a run specification.
 
     ``SET`` is the prompt set, and ``NAME`` the name of the user's own prompts. The text is empty if the

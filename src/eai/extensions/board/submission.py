@@ -31,7 +31,7 @@ _SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def list_submission_files(
+def get_identifiers_by_submission_file(
     store: Store | None = None, prompts: Path | None = None
 ) -> dict[str, tuple[str, ...]]:
     """Return the names of a submission's files, each with the task identifiers that the file must contain.
@@ -76,7 +76,8 @@ def build_submission(
         store: store of the data set; None for the user's default store.
         model: the model's name in the run; optional if the run has only one model.
         folder: name of a folder in the zip for its files; None to put them at the top of the zip.
-        prompts: a folder with the prompts of a phase of the challenge, as for `list_submission_files`.
+        prompts: a folder with the prompts of a phase of the challenge, as for
+            `get_identifiers_by_submission_file`.
 
     Raises:
         InputError: the run has no answers or answers of several models, a name is not the plain name of a
@@ -88,7 +89,7 @@ def build_submission(
             raise InputError(f"{name!r}: expected the name of a folder, not a path")
     files = find_response_files(run)
     model = model or _find_only_model(run, files)
-    expected = list_submission_files(store, prompts)
+    expected = get_identifiers_by_submission_file(store, prompts)
     members = {}
     for domain, ability in _SUITES:
         name = _format_file_name(domain, ability)
@@ -111,13 +112,13 @@ def check_submission(
     """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
     Task identifiers are accepted with and without the prefix that names their scene. Files may be in a folder
-    of the zip. The expected files and identifiers are those of `list_submission_files`.
+    of the zip. The expected files and identifiers are those of `get_identifiers_by_submission_file`.
 
     Raises:
         InputError: the zip cannot be read.
         DataError: the data set cannot be obtained.
     """
-    expected = list_submission_files(store, prompts)
+    expected = get_identifiers_by_submission_file(store, prompts)
     require_file(path)
     try:
         with zipfile.ZipFile(path) as archive:

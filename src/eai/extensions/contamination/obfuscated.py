@@ -64,7 +64,7 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
     uses = group_pairs(used)
     alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
-    for category, stems in _map_categories_to_unnumbered_names(tasks).items():
+    for category, stems in _map_categories_to_names_without_number(tasks).items():
         if not {category, *stems} & uses.keys():
             alike.append(((category in stems, len(stems)), (category, *stems)))
     digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
@@ -94,7 +94,7 @@ def _replace_token(token: str, words: Mapping[str, str]) -> str:
     return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
 
 
-def _map_categories_to_unnumbered_names(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+def _map_categories_to_names_without_number(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
     """Return a mapping from each category, except agents, to its objects' names without numbers."""
     stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
@@ -125,7 +125,7 @@ class _ObfuscatedWording(SuiteWording):
     english: EnglishWords = PLAIN_ENGLISH
 
     @cached_property
-    def _rules_with_hidden_facts(self) -> DomainRules:
+    def _rules_with_hidden_predicates(self) -> DomainRules:
         """The requirements and effects of all actions in formal notation, without English explanations.
 
         They include the predicates that the prompts of the original benchmark do not show.
@@ -144,8 +144,8 @@ class _ObfuscatedWording(SuiteWording):
 
     @cached_property
     def _predicates_of_rules(self) -> frozenset[str]:
-        return self._rules_with_hidden_facts.find_used_predicates(
-            self._rules_with_hidden_facts.operator_names
+        return self._rules_with_hidden_predicates.find_used_predicates(
+            self._rules_with_hidden_predicates.operator_names
         )
 
     def describe_vocabulary(self) -> str:
@@ -164,10 +164,10 @@ class _ObfuscatedWording(SuiteWording):
     def describe_operators(self) -> str:
         definitions = [
             _replace_words(self.words, definition)
-            for definition in self._rules_with_hidden_facts.write_predicate_definitions()
+            for definition in self._rules_with_hidden_predicates.write_predicate_definitions()
         ]
         rules = "\n".join(
-            [*map(self.describe_operator, self._rules_with_hidden_facts.operators), *definitions]
+            [*map(self.describe_operator, self._rules_with_hidden_predicates.operators), *definitions]
         )
         return f"{explain_rule_notation(rules)}\n{rules}"
 
@@ -175,7 +175,9 @@ class _ObfuscatedWording(SuiteWording):
         return f"what {action_phrase} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        return _replace_words(self.words, self._rules_with_hidden_facts.write_operator_rule(operator) or "")
+        return _replace_words(
+            self.words, self._rules_with_hidden_predicates.write_operator_rule(operator) or ""
+        )
 
     def describe_object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
@@ -184,7 +186,7 @@ class _ObfuscatedWording(SuiteWording):
         head, _, known = _replace_words(self.words, super().describe_object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
-    def write_static_facts_of_rules(self, task: Task) -> str:
+    def write_static_facts_used_by_rules(self, task: Task) -> str:
         """Return the facts that no action changes and that the rules of actions use.
 
         The facts stand one a line below the heading `UNCHANGING`. Prompts of the original benchmark state
@@ -198,8 +200,8 @@ class _ObfuscatedWording(SuiteWording):
                 lines.append(_replace_words(self.words, self.write_fact(task, Fact(predicate, arguments))))
         return "\n".join(lines) if lines[1:] else ""
 
-    def describe_initial(self, task: Task) -> str:
-        return _replace_words(self.words, super().describe_initial(task))
+    def describe_initial_state(self, task: Task) -> str:
+        return _replace_words(self.words, super().describe_initial_state(task))
 
     def describe_goals(self, task: Task) -> str:
         return _replace_words(self.words, super().describe_goals(task))
@@ -314,7 +316,9 @@ def _make_benchmark_with_rules_in_prompts(
             english=benchmark.notation.english,
         )
         return (
-            twin if plain.conventions is None else replace(twin, conventions=twin.write_static_facts_of_rules)
+            twin
+            if plain.conventions is None
+            else replace(twin, conventions=twin.write_static_facts_used_by_rules)
         )
 
     asks_subgoals = benchmark.data.asks.get(Ability.SUBGOAL_DECOMPOSITION)

@@ -26,7 +26,7 @@ LOCAL = "local"
 _PORT_SECONDS = 5
 """Seconds in which the port of a cluster must accept a connection. Ray itself tries for 14 minutes."""
 
-_MAX_ATTEMPTS = "RAY_gcs_server_port_wait_time_s"
+_MAX_CONNECTION_ATTEMPTS_VARIABLE = "RAY_gcs_server_port_wait_time_s"
 """Environment variable that limits how often Ray tries to connect, once a second. Ray's default is 20."""
 
 
@@ -61,7 +61,7 @@ class RayScoring(Scoring):
         super().__init__(number)
 
     @property
-    def has_processes(self) -> bool:
+    def has_worker_processes(self) -> bool:
         """True: actors in other processes do the work, even if there is only one actor."""
         return True
 
@@ -103,7 +103,10 @@ def _connect_to_cluster(address: str, workers: int | None) -> None:
     with TemporaryFile() as lines:
         try:
             _require_open_port(address)
-            with _redirect_standard_error(lines), nullcontext() if address == LOCAL else _limit_attempts():
+            with (
+                _redirect_standard_error(lines),
+                nullcontext() if address == LOCAL else _limit_connection_attempts(),
+            ):
                 ray.init(address, log_to_driver=False, logging_level="error", **settings)
         except (OSError, ValueError, RayError) as error:
             lines.seek(0)
@@ -133,14 +136,14 @@ def _redirect_standard_error(lines: IO[bytes]) -> Iterator[None]:
 
 
 @contextmanager
-def _limit_attempts() -> Iterator[None]:
-    is_ours = _MAX_ATTEMPTS not in os.environ
-    os.environ.setdefault(_MAX_ATTEMPTS, "2")
+def _limit_connection_attempts() -> Iterator[None]:
+    is_ours = _MAX_CONNECTION_ATTEMPTS_VARIABLE not in os.environ
+    os.environ.setdefault(_MAX_CONNECTION_ATTEMPTS_VARIABLE, "2")
     try:
         yield
     finally:
         if is_ours:
-            del os.environ[_MAX_ATTEMPTS]
+            del os.environ[_MAX_CONNECTION_ATTEMPTS_VARIABLE]
 
 
 def _describe_failure(address: str, error: Exception, lines: str) -> str:

@@ -11,7 +11,7 @@ from eai.benchmarks.suite import open_suite
 from eai.cli import options
 from eai.cli.console import format_count, print_result
 from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
-from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, choose_tasks
+from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, select_entries_of_tasks
 
 
 def harbor(
@@ -50,7 +50,7 @@ def harbor(
     with open_data_source(data) as source:
         suite = open_suite(domain, ability, source=source)
         prompts = PromptLibrary(prompt_set, None, source).open(suite.benchmark, ability)
-        asked = choose_tasks(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
+        asked = select_entries_of_tasks(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
         written, left_out = write_task_folders(
             suite,
             asked,

@@ -30,7 +30,7 @@ from eai.world.fault import FaultKind
 _ROOM, _TASK, _PROMPT = "You are in the middle of a room", "Your task is to: ", "Interact with a household"
 _NAME = re.compile(r"(Environment #\d+):(?: Success)?|\S+/trial_\S+")
 _VERDICT = re.compile(r"(?:STATUS:|\d+ r|Result: Task) (\S+).*")
-_WON, _LOST = ("OK", "True", "1", "Success!"), ("FAIL", "False", "0")
+_WON, _PARAMETERS_START = ("OK", "True", "1", "Success!"), ("FAIL", "False", "0")
 _RULE = re.compile(r"#{5,}|-{5,}|-= Welcome.*")
 _ACT = re.compile(r"(?:Act (\d+):|>) ?(.*)")
 _REPLY = re.compile(r"Obs (\d+): ?(.*)")
@@ -173,7 +173,7 @@ def _read_episode_text(path: Path, episode: _EpisodeText) -> LoggedEpisode:
     outcome, ending = EpisodeOutcome.CANNOT_TELL, Ending.CANNOT_TELL
     if episode.verdict in _WON:
         outcome, ending = EpisodeOutcome.WON, Ending.GOAL
-    elif episode.verdict in _LOST:
+    elif episode.verdict in _PARAMETERS_START:
         outcome = EpisodeOutcome.GOAL_UNMET
         if episode.verdict == "FAIL" and len(turns) > 1 and turns[-1][0] == turns[-2][0]:
             ending = Ending.STOPPED  # Reflexion ends an episode after a repeated action
@@ -217,11 +217,11 @@ def _read_turns(path: Path, lines: Sequence[tuple[int, str]]) -> list[tuple[str,
 
 def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark) -> LoggedEpisode:
     """Replay an episode in the game that its name or first observation determines."""
-    games = _find_games(episode, tasks)
+    games = _find_tasks_of_episode(episode, tasks)
     if len(games) != 1:
         return replace(episode, unknown=("the game", *episode.unknown))
     (task,) = games
-    commands = [*_translate_commands(episode.steps, task, benchmark)]
+    commands = [*_translate_steps_to_commands(episode.steps, task, benchmark)]
     told = "\n".join([episode.opening.partition(_TASK)[0], *[step.feedback for step in episode.steps]])
     kinds = {
         name.removesuffix("type")
@@ -233,7 +233,7 @@ def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchm
     return replace(replay_steps(episode, commands, task, benchmark), unseen=unseen)
 
 
-def _find_games(episode: LoggedEpisode, tasks: Mapping[str, Task]) -> list[Task]:
+def _find_tasks_of_episode(episode: LoggedEpisode, tasks: Mapping[str, Task]) -> list[Task]:
     """Return the tasks (games) that have the task name of a logged episode.
 
     If the log does not name the game, return all tasks that fit the episode's first observation.
@@ -252,7 +252,7 @@ def _find_games(episode: LoggedEpisode, tasks: Mapping[str, Task]) -> list[Task]
     ]
 
 
-def _translate_commands(
+def _translate_steps_to_commands(
     steps: Sequence[LoggedStep], task: Task, benchmark: Benchmark
 ) -> Iterator[str | None]:
     """Yield the command of each logged step, in the words of the game in which the log is replayed.

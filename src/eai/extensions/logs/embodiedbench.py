@@ -102,7 +102,7 @@ def _make_episode_from_trajectory(trajectory: _Trajectory) -> LoggedEpisode:
         f"{trajectory.instruction} ({trajectory.episode_id})",
         _find_outcome(ending, len(steps)),
         ending,
-        _prove_kinds(steps),
+        _add_error_kinds(steps),
         agent=trajectory.model_name,
         setting=trajectory.eval_set,
         calls=len(trajectory.trajectory),
@@ -130,7 +130,7 @@ def _read_result(path: Path, content: bytes) -> list[LoggedEpisode]:
     ]
 
 
-def _read_steps(path: Path, content: bytes) -> list[LoggedEpisode]:
+def _read_episode_from_lines(path: Path, content: bytes) -> list[LoggedEpisode]:
     steps: list[LoggedStep] = []
     done: list[_StepLine] = []
     is_empty_plan = False
@@ -160,7 +160,7 @@ def _read_steps(path: Path, content: bytes) -> list[LoggedEpisode]:
             done[-1].instruction if done else path.stem,
             _find_outcome(ending, len(done)) if is_known else EpisodeOutcome.CANNOT_TELL,
             ending,
-            _prove_kinds(steps),
+            _add_error_kinds(steps),
             progress=done[-1].task_progress if done else None,
             unknown=() if is_known else ("the end",),
         )
@@ -184,7 +184,7 @@ def _find_outcome(ending: Ending, actions: int) -> EpisodeOutcome:
     return EpisodeOutcome.GOAL_UNMET if actions else EpisodeOutcome.NOTHING_SUBMITTED
 
 
-def _prove_kinds(steps: Sequence[LoggedStep]) -> tuple[LoggedStep, ...]:
+def _add_error_kinds(steps: Sequence[LoggedStep]) -> tuple[LoggedStep, ...]:
     """Return the steps, each with the kind of error that follows from the feedback of the environment."""
     return tuple([step._replace(kind=_find_error_kind(number, steps)) for number, step in enumerate(steps)])
 
@@ -235,7 +235,7 @@ def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -
 
 
 _FORMS = {
-    _read_steps: (b'"last_action_success"', b'"action_id"'),
+    _read_episode_from_lines: (b'"last_action_success"', b'"action_id"'),
     _read_trajectories: (b'"eval_set"', b'"executable_plan"', b'"action_success"'),
     _read_result: (b'"num_invalid_actions"', b'"task_success"', b'"num_steps"'),
 }

@@ -12,7 +12,7 @@ from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from eai.agents.tools import ACT, END, read_tool_call
+from eai.agents.tools import ACT, END, convert_tool_call_to_command
 from eai.base.errors import InputError, require_extra
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
@@ -31,7 +31,7 @@ _ENDINGS = {"time": Ending.OUT_OF_TIME, "working": Ending.OUT_OF_TIME, "operator
 _VALUES = {"C": True, "I": False, True: True, False: False}
 
 
-def _recognize(content: bytes) -> bool:
+def _is_inspect_log(content: bytes) -> bool:
     if content.startswith(b"PK\x03\x04"):
         return any(name in content for name in _ZIP_NAMES)
     return content.lstrip()[:1] == b"{" and all(key in content for key in _JSON_KEYS)
@@ -82,7 +82,7 @@ def _read_sample(log: InspectLog, sample: InspectSample) -> LoggedEpisode:
 def _make_step(arguments: Mapping[str, object], reply: str, failed: bool) -> LoggedStep:
     line = reply.partition("\n")[0]
     try:
-        command = read_tool_call(ACT, arguments)
+        command = convert_tool_call_to_command(ACT, arguments)
     except InputError:
         return LoggedStep(ACT, False, FaultKind.PARSING, line)
     if (match := _FAILED.match(line)) is not None:
@@ -101,7 +101,7 @@ def _find_outcome(sample: InspectSample) -> EpisodeOutcome:
     values = [score.value for score in (sample.scores or {}).values() if not _is_unscored(score.value)]
     if not values or sample.error is not None:
         return EpisodeOutcome.NOT_GRADED
-    verdicts = {_read_value(value) for value in values}
+    verdicts = {_read_score_value_as_success(value) for value in values}
     if len(verdicts) > 1 or None in verdicts:
         return EpisodeOutcome.CANNOT_TELL
     return EpisodeOutcome.WON if verdicts == {True} else EpisodeOutcome.GOAL_UNMET
@@ -112,7 +112,7 @@ def _is_unscored(value: object) -> bool:
     return isinstance(value, float) and isnan(value)
 
 
-def _read_value(value: object) -> bool | None:
+def _read_score_value_as_success(value: object) -> bool | None:
     """Return whether the value of a score means success; None if it is neither success nor failure."""
     if isinstance(value, Mapping):
         value = value.get("success")
@@ -127,4 +127,4 @@ def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchm
     return replay_steps(episode, commands, tasks[episode.task], benchmark)
 
 
-INSPECT = LogReader("Inspect", _recognize, _read, _replay)
+INSPECT = LogReader("Inspect", _is_inspect_log, _read, _replay)

@@ -104,10 +104,10 @@ def read_log(
     if benchmark is not None and reader.replay is not None:
         tasks = benchmark.tasks(source or Source())
         episodes = [reader.replay(episode, tasks, benchmark) for episode in episodes]
-    return tuple([_set_log_format_and_final_words(episode, reader) for episode in episodes])
+    return tuple([_set_log_format_and_last_message(episode, reader) for episode in episodes])
 
 
-def _set_log_format_and_final_words(episode: LoggedEpisode, reader: LogReader) -> LoggedEpisode:
+def _set_log_format_and_last_message(episode: LoggedEpisode, reader: LogReader) -> LoggedEpisode:
     words = episode.words or (episode.steps[-1].feedback if episode.steps else "")
     return replace(episode, format=reader.format, words=" ".join(words.split()))
 

@@ -36,7 +36,7 @@ _EPISODE_COLUMNS = (
 _FILE_ONLY = ("ending", "unseen", "best_action", "end", "repeats", "seconds", "calls", "tokens", "words")
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
-_SHOWN_OF_TWINS = ("task", "outcomes", "hidden", "plan")
+_TERMINAL_COLUMNS_OF_SAME_NAMED_TASKS = ("task", "outcomes", "hidden", "plan")
 """Columns that the terminal shows of the table of a benchmark's tasks with the names of logged tasks."""
 
 _MAX_WORDS_CHARACTERS = 200
@@ -49,7 +49,7 @@ _COLORS = dict(
 )
 
 
-class _LogOptions(Options):
+class _EpisodeLogOptions(Options):
     """Options of `eai analyze logs`.
 
     Attributes:
@@ -60,7 +60,7 @@ class _LogOptions(Options):
     tasks: str = ""
 
 
-def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analysis]:
+def _analyze_logs(records: StudyRecords, options: _EpisodeLogOptions) -> Iterator[Analysis]:
     benchmark = find_benchmark(options.tasks) if options.tasks else None
     logs = read_logs(records.paths, benchmark, records.source)
     every = [*chain(*logs.values())]
@@ -76,7 +76,10 @@ def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analy
         [outcomes, episodes, *twins],
         [("logs", _draw_outcomes(groups))],
         [describe_log(path, episodes) for path, episodes in logs.items()],
-        screen_tables=[*shown, *[table.select_columns(_SHOWN_OF_TWINS) for table in twins if table.rows]],
+        screen_tables=[
+            *shown,
+            *[table.select_columns(_TERMINAL_COLUMNS_OF_SAME_NAMED_TASKS) for table in twins if table.rows],
+        ],
         facts={"outcomes": dict(Counter(episode.outcome.value for episode in every))},
         pages={"explorer.html": make_explorer_page(every, _COLORS)},
     )
@@ -185,6 +188,6 @@ def _draw_outcomes(groups: _Groups) -> Figure:
 LOGS = Study(
     "logs",
     "Logs of other projects: outcomes of episodes, first errors, best moments.",
-    choices=_LogOptions,
+    choices=_EpisodeLogOptions,
     analyze=_analyze_logs,
 )

@@ -70,7 +70,7 @@ def play(
     answers = _EpisodeFile(out, suite)
     tasks_left, total = _begin_unfinished_tasks(chosen, suite, setting, answers), len(chosen)
     if page is None:
-        finished = _play_in_terminal(tasks_left, total, answers.save_episode)
+        finished = _play_in_terminal_and_count_finished_tasks(tasks_left, total, answers.save_episode)
     else:
         from eai.extensions.people.page import serve_page
 
@@ -100,7 +100,7 @@ class _EpisodeFile:
         self._path, self._model = path, read_model_name(path)
         responses = read_responses(path, suite.task_ids).responses if path.exists() else ()
         self._texts = {response.task_id: response.text for response in responses}
-        self._written = self._read_file()
+        self._written = self._read_answer_file()
 
     def get_episode_text(self, task_id: str) -> str:
         """Return the episode of a task so far, or an empty text if the task was not begun."""
@@ -112,14 +112,14 @@ class _EpisodeFile:
         Raises:
             InputError: Another program has written the file since the last command.
         """
-        if self._read_file() != self._written:
+        if self._read_answer_file() != self._written:
             raise InputError(f"{self._path}: another program has written this file; give another --out")
         self._texts[play.task.id] = play.write_as_json_text("stopped")
         responses = [Response(task_id, text) for task_id, text in self._texts.items()]
         write_responses(self._path.parent, ResponseFile(self._model, responses))
-        self._written = self._read_file()
+        self._written = self._read_answer_file()
 
-    def _read_file(self) -> bytes | None:
+    def _read_answer_file(self) -> bytes | None:
         return self._path.read_bytes() if self._path.exists() else None
 
 
@@ -140,7 +140,7 @@ def _begin_unfinished_tasks(
             yield number, play, observations
 
 
-def _play_in_terminal(
+def _play_in_terminal_and_count_finished_tasks(
     tasks: Iterator[tuple[int, RecordedGame, Sequence[str]]], total: int, save: Callable[[RecordedGame], None]
 ) -> int:
     """Play the tasks in order until the person stops. Return how many tasks are over."""
@@ -159,9 +159,9 @@ def _play_in_terminal(
 
 def _play_task(play: RecordedGame, save: Callable[[RecordedGame], None]) -> None:
     """Execute the lines that a person types until the task is over or the person stops."""
-    from eai.extensions.people.person import complete_words, execute_line
+    from eai.extensions.people.person import execute_line, list_possible_next_words
 
-    _enable_completion(partial(complete_words, play))
+    _enable_completion(partial(list_possible_next_words, play))
     while not play.over:
         line = _read_line()
         if line is None or line.strip() == _QUIT:
@@ -193,12 +193,12 @@ def _enable_completion(words: Callable[[str], Sequence[str]]) -> None:
         return
     import readline
 
-    def complete(text: str, number: int) -> str | None:
+    def get_completion_at(text: str, number: int) -> str | None:
         before = readline.get_line_buffer()[: readline.get_begidx()]
         matches = [word for word in words(before) if word.casefold().startswith(text.casefold())]
         return matches[number] if number < len(matches) else None
 
-    readline.set_completer(complete)
+    readline.set_completer(get_completion_at)
     readline.set_completer_delims(" ,()")
     is_libedit = "libedit" in (readline.__doc__ or "")
     readline.parse_and_bind("bind ^I rl_complete" if is_libedit else "tab: complete")

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 from eai.agents.play import RecordedGame
 from eai.base.errors import EaiError, InputError
 from eai.base.json_value import Json
-from eai.extensions.people.person import RULES, complete_words, execute_line
+from eai.extensions.people.person import RULES, execute_line, list_possible_next_words
 from eai.results.page import build_page, encode_for_script
 
 MAX_REQUEST_BYTES = 65_536
@@ -87,7 +87,7 @@ def _make_page_content(
         "pictures": [image.data_url for image in play.draw_pictures()],
         "log": [*log],
         "at": f"{number}.{len(log)}",
-        "words": [complete_words(play, ""), complete_words(play, "an action")],
+        "words": [list_possible_next_words(play, ""), list_possible_next_words(play, "an action")],
         "over": play.over,
         "last": False,
     }
@@ -106,7 +106,7 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page."""
-        if self._has_own_host_name():
+        if self._is_request_for_this_host():
             with self.server.lock:
                 data = encode_for_script(self.server.content)
             page = build_page("eai.extensions.people", "player", ("player.js",), data, sends_requests=True)
@@ -117,7 +117,7 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
 
         After the last task, the server stops.
         """
-        line = self._read_line() if self._has_own_host_name() else None
+        line = self._read_line() if self._is_request_for_this_host() else None
         if line is None:
             return
         server = self.server
@@ -133,7 +133,7 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
             if server.error is not None or server.content["last"]:
                 server.shutdown()
 
-    def _has_own_host_name(self) -> bool:
+    def _is_request_for_this_host(self) -> bool:
         """Whether a request names this machine as its host. If not, send an error."""
         is_own = (self.headers["Host"] or "").partition(":")[0] in (_HOST, "localhost")
         if not is_own:

@@ -71,7 +71,7 @@ def begin_or_resume_episode(
     return play, observations
 
 
-def complete_words(play: RecordedGame, before: str) -> list[str]:
+def list_possible_next_words(play: RecordedGame, before: str) -> list[str]:
     """Return words that may come next on a line: actions at its beginning, then objects seen so far."""
     setup, wording = play.setup, play.setup.benchmark.observation_wording()
     if not before.strip():
@@ -91,7 +91,7 @@ def execute_line(play: RecordedGame, line: str) -> str:
         )
     if command.casefold() == HELP:
         return f"{make_manual(setup.benchmark, setup.rules)}\n\n{setup.opening}"
-    words = [*complete_words(play, ""), *complete_words(play, command)]
+    words = [*list_possible_next_words(play, ""), *list_possible_next_words(play, command)]
     turns = len(play.turns)
     observation = play.play_command(command)
     if len(play.turns) == turns or play.outcome.fault is not FaultKind.HALLUCINATION:

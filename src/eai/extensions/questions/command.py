@@ -23,7 +23,7 @@ from eai.cli.options import (
     Workers,
     make_flag,
     open_data_source,
-    open_workers,
+    open_scoring_workers,
 )
 from eai.cli.progress import show_scoring_progress
 from eai.cli.table import PERCENT
@@ -79,7 +79,7 @@ def questions(
         prompts: Folder of your own templates; each replaces the packaged template of its name.
     """
     kinds, forms = kind or tuple(QuestionKind), form or tuple(QuestionForm)
-    with open_data_source(data) as source, open_workers(workers, ray) as pool:
+    with open_data_source(data) as source, open_scoring_workers(workers, ray) as pool:
         writer = QuestionGenerator(find_benchmark(domain), source, PromptTemplates(prompts))
         with show_scoring_progress(f"writing questions on {domain}", n, quiet=as_json) as report:
             written_questions = list(
@@ -91,7 +91,7 @@ def questions(
     chances = _compute_success_rates_of_shortcuts(written_questions)
     if not as_json:
         _print_answer_balance(written_questions)
-        _print_best_rates_without_knowledge(written_questions, chances)
+        _print_best_rates_of_guessing_and_shortcuts(written_questions, chances)
     fewer = "" if len(written_questions) == n else f"; the tasks yield no more, {n:,} were requested"
     number = format_count(len(written_questions), "question")
     line = f"{number} written to {out}, each with its right answer{fewer}"
@@ -125,20 +125,20 @@ def _print_table_by_form(
 def _print_answer_balance(questions: Sequence[Question]) -> None:
     numbers = Counter((question.kind, question.form) for question in questions)
 
-    def format_entropy(group: _KindAndForm) -> str:
+    def format_answer_entropy(group: _KindAndForm) -> str:
         share = compute_answer_entropy(questions, *group)
         return "-" if share is None else f"{share:.2f}"
 
     columns = {
         Column("n", is_number=True): lambda group: str(numbers[group]),
-        Column("entropy", is_number=True): format_entropy,
+        Column("entropy", is_number=True): format_answer_entropy,
     }
     _print_table_by_form(
         "Number of questions, and entropy of their answers (1: evenly spread)", questions, columns
     )
 
 
-def _print_best_rates_without_knowledge(
+def _print_best_rates_of_guessing_and_shortcuts(
     questions: Sequence[Question], shortcut_rates: Mapping[_KindAndForm, Mapping[str, Rate]]
 ) -> None:
     """Print, for each kind and form of question, the best rate of rules that need no knowledge of the world.

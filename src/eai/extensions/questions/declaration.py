@@ -26,7 +26,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import (
     EMPTY_SHARE,
-    Confusion,
+    ConfusionCounts,
     ErrorReport,
     Verdict,
     make_confusion_shares,
@@ -63,7 +63,7 @@ class _AskedQuestion(NamedTuple):
     guess_probability: float
 
 
-_NO_COUNTS = Confusion(0, 0, 0)
+_NO_COUNTS = ConfusionCounts(0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class _QuestionVerdict(Verdict):
     """
 
     success: bool = False
-    counts: Confusion = _NO_COUNTS
+    counts: ConfusionCounts = _NO_COUNTS
     kind: QuestionKind | None = None
     form: QuestionForm | None = None
     depth: int = 0

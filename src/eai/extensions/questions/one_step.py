@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from eai.extensions.questions.setting import (
     QuestionContent,
     QuestionSetting,
-    draw_sample_in_order,
+    draw_sample_keeping_order,
     find_texts_with_ambiguous_operator,
     format_list,
 )
 from eai.planning.search import SearchEffort
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.world.action import Action
 from eai.world.state import Fact, State
 
@@ -65,11 +65,17 @@ def make_question_about_facts_after_action(
         return None
     right, wrong = draw_true_and_false_facts(setting, rng, [state, after])
     return QuestionContent(
-        state, {action.operator}, 1, right, wrong, changes, values={"action": setting.format_element(action)}
+        state,
+        {action.operator},
+        1,
+        right,
+        wrong,
+        changes,
+        values={"action": setting.format_fact_or_action(action)},
     )
 
 
-def make_question_about_action_for_fact(
+def make_question_about_action_that_changes_fact(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which single action makes a false fact true or a true fact false.
@@ -85,13 +91,17 @@ def make_question_about_action_for_fact(
     if not added and not removed:
         return None
     fact = rng.choice([*added, *removed])
-    literal = setting.format_element(fact) if fact in added else f"not {setting.format_element(fact)}"
+    literal = (
+        setting.format_fact_or_action(fact) if fact in added else f"not {setting.format_fact_or_action(fact)}"
+    )
 
-    def is_right(reached: State) -> bool:
+    def has_wanted_truth(reached: State) -> bool:
         return reached.has(fact.predicate, *fact.arguments) is (fact in added)
 
     values = {"fact": literal}
-    return _make_which_action_question(setting, rng, state, action, {fact.predicate}, is_right, values)
+    return _make_which_action_question(
+        setting, rng, state, action, {fact.predicate}, has_wanted_truth, values
+    )
 
 
 def make_question_about_action_with_given_changes(
@@ -126,7 +136,7 @@ def make_applicability_question(
     Return None if too few possible or too few impossible actions are found.
     """
     state = rng.choice(setting.states)
-    right, wrong = _draw_possible_and_impossible(setting, rng, state, _LISTED_ACTIONS // 2)
+    right, wrong = _draw_possible_and_impossible_actions(setting, rng, state, _LISTED_ACTIONS // 2)
     if len(right) < _LISTED_ACTIONS // 2 or len(wrong) < _LISTED_ACTIONS // 2:
         return None
     together = rng.sample([*right, *wrong], _LISTED_ACTIONS)
@@ -155,7 +165,7 @@ def make_why_not_question(
     candidates = [
         each
         for each in setting.rules.operators
-        if len(each.checks) > 1 and each.arity <= len(setting.non_agents)
+        if len(each.checks) > 1 and each.arity <= len(setting.non_agent_object_indices)
     ]
     if not candidates:
         return None
@@ -170,7 +180,7 @@ def make_why_not_question(
     )
     drawn = [step for step in setting.path if step.operator == operator.name]
     drawn += [
-        Action(operator.name, tuple(rng.sample(setting.non_agents, operator.arity)))
+        Action(operator.name, tuple(rng.sample(setting.non_agent_object_indices, operator.arity)))
         for _ in range(_RANDOM_BINDINGS)
     ]
     unmet = {each: setting.find_unmet_requirements(state, each) for each in drawn}
@@ -191,7 +201,7 @@ def make_why_not_question(
         [reasons[n - 1] for n in sorted(failing, key=lambda n: n != one)],
         [reasons[n - 1] for n in sorted(met, key=lambda n: n not in seen)],
         [str(n) for n in failing],
-        values={"action": setting.format_element(action)},
+        values={"action": setting.format_fact_or_action(action)},
         labels={reason: (f"{action.operator} {reason}", reason) for reason in reasons},
         yes_no_texts={reasons[n - 1] for n in seen if any(n not in each for each in unmet.values())},
     )
@@ -213,10 +223,10 @@ def draw_true_and_false_facts(
         setting.find_added_facts(states[0], last)
     )
     right = [
-        *draw_sample_in_order(rng, sorted(now - always), 2),
-        *draw_sample_in_order(rng, sorted(always), 2),
+        *draw_sample_keeping_order(rng, sorted(now - always), 2),
+        *draw_sample_keeping_order(rng, sorted(always), 2),
     ]
-    wrong = draw_sample_in_order(rng, sorted(ever - now), 2)
+    wrong = draw_sample_keeping_order(rng, sorted(ever - now), 2)
     wrong += draw_untrue_facts(setting, rng, ever, max(2, _WRONG_CHOICES - len(wrong)))
     return setting.format_elements(right), setting.format_elements(wrong)
 
@@ -259,42 +269,42 @@ def _make_which_action_question(
     state: State,
     action: Action,
     changed: set[str],
-    is_right: Callable[[State], bool],
+    has_wanted_truth: Callable[[State], bool],
     values: Mapping[str, str],
 ) -> QuestionContent | None:
     """Make a question that asks which single action leads to a state with a given property.
 
-    An action is right if it can change all predicates in ``changed``, and ``is_right`` holds for the state
-    after it. All actions on all objects are tried. If there are more than `_MAX_BINDINGS`, return None. A
-    wrong action shares its name or its objects with a right action or with another wrong action. Some wrong
-    actions are possible.
+    An action is right if it can change all predicates in ``changed``, and ``has_wanted_truth`` holds for the
+    state after it. All actions on all objects are tried. If there are more than `_MAX_BINDINGS`, return None.
+    A wrong action shares its name or its objects with a right action or with another wrong action. Some
+    wrong actions are possible.
     """
     bindings, all_objects = SearchEffort(_MAX_BINDINGS), range(len(setting.scene.objects))
     tried = [
         candidate
         for operator in setting.rules.operators
         if changed <= setting.rules.changed_predicates_by_operator[operator.name]
-        for candidate in generate_applicable_of_operator(
+        for candidate in generate_applicable_actions_of_operator(
             setting.domain, operator, state, all_objects, bindings
         )
     ]
-    if bindings.is_exceeded:
+    if bindings.is_limit_exceeded:
         return None
     right = [
         candidate
         for candidate in tried
-        if (after := setting.find_next_state(state, candidate)) is not None and is_right(after)
+        if (after := setting.find_next_state(state, candidate)) is not None and has_wanted_truth(after)
     ]
     number = len(action.arguments)
     same_arity = [operator.name for operator in setting.rules.operators if operator.arity == number]
     drawn: list[Action] = []
     for _ in range(_LISTED_ACTIONS):
-        name, arguments = rng.choice(same_arity), tuple(rng.sample(setting.non_agents, number))
+        name, arguments = rng.choice(same_arity), tuple(rng.sample(setting.non_agent_object_indices, number))
         drawn += [Action(name, action.arguments), Action(action.operator, arguments), Action(name, arguments)]
     drawn += _draw_actions(setting, rng, state, _WRONG_CHOICES, possible=True)
     reached = {candidate: setting.find_next_state(state, candidate) for candidate in drawn}
     wrong = setting.format_elements(
-        [candidate for candidate, after in reached.items() if after is None or not is_right(after)]
+        [candidate for candidate, after in reached.items() if after is None or not has_wanted_truth(after)]
     )
     answer = setting.format_elements(right)
     return QuestionContent(
@@ -311,7 +321,7 @@ def _make_which_action_question(
     )
 
 
-def _draw_possible_and_impossible(
+def _draw_possible_and_impossible_actions(
     setting: QuestionSetting, rng: random.Random, state: State, number: int
 ) -> tuple[list[Action], list[Action]]:
     """Return a list of possible and a list of impossible actions, from the same operators if these exist.
@@ -321,11 +331,13 @@ def _draw_possible_and_impossible(
     right: list[Action] = []
     wrong: list[Action] = []
     for operator in rng.sample(setting.rules.operators, len(setting.rules.operators)):
-        if len(right) == number or operator.arity > len(setting.non_agents):
+        if len(right) == number or operator.arity > len(setting.non_agent_object_indices):
             continue
         possible = other = None
         for _ in range(_MAX_DRAWS):
-            action = Action(operator.name, tuple(rng.sample(setting.non_agents, operator.arity)))
+            action = Action(
+                operator.name, tuple(rng.sample(setting.non_agent_object_indices, operator.arity))
+            )
             if setting.find_next_state(state, action) is None:
                 other = other or action
             else:

@@ -16,7 +16,7 @@ from eai.extensions.questions.setting import (
     QuestionContent,
     QuestionSetting,
     StateGraph,
-    draw_sample_in_order,
+    draw_sample_keeping_order,
     explore_states,
     find_texts_with_ambiguous_operator,
     format_list,
@@ -100,7 +100,7 @@ class _PlanOutcome(NamedTuple):
     unmet_requirement: int = 0
 
     @property
-    def works_fails_or_misses(self) -> str:
+    def result_of_plan(self) -> str:
         """The result of the plan as one word: ``works``, ``misses`` (a goal) or ``fails`` (at a step)."""
         return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
@@ -158,7 +158,7 @@ def make_state_tracking_question(
     }
     return QuestionContent(
         states[0],
-        _list_operator_names(plan),
+        _collect_operator_names(plan),
         len(plan),
         right,
         wrong,
@@ -184,8 +184,8 @@ def make_counterfactual_question(
         steps, position, change = variant
         plan = [action for _, action in steps]
         outcome = _find_outcome_of_plan(setting, setting.states[position], plan, position)
-        if outcome.works_fails_or_misses == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
-            operators = _list_operator_names([*plan, *setting.path])
+        if outcome.result_of_plan == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
+            operators = _collect_operator_names([*plan, *setting.path])
             values = {"plan": format_numbered_list(setting.format_elements(setting.path)), "change": change}
             return _make_outcome_question(setting, rng, outcome, steps, operators, values)
     return None
@@ -203,18 +203,18 @@ def make_validation_question(
         return None
     working_plan, states = _make_path_with_detours_and_states(setting, rng)
     plan, outcome, wanted = working_plan, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
-    if wanted != outcome.works_fails_or_misses:
+    if wanted != outcome.result_of_plan:
         for _ in range(_MAX_PLAN_CHANGES):
             position = rng.randrange(len(working_plan))
             plan = _corrupt_plan(setting, working_plan, position, rng)
             outcome = _find_outcome_of_plan(setting, states[position], plan, position)
-            if plan and outcome.works_fails_or_misses == wanted:
+            if plan and outcome.result_of_plan == wanted:
                 break
         else:
             return None
     values = {"plan": format_numbered_list(setting.format_elements(plan))}
     return _make_outcome_question(
-        setting, rng, outcome, list(enumerate(plan, 1)), _list_operator_names(plan), values
+        setting, rng, outcome, list(enumerate(plan, 1)), _collect_operator_names(plan), values
     )
 
 
@@ -231,14 +231,14 @@ def make_justification_question(
     unneeded = [
         number
         for number, before in enumerate(states[:-1], 1)
-        if _find_outcome_of_plan(setting, before, plan[number:]).works_fails_or_misses == "works"
+        if _find_outcome_of_plan(setting, before, plan[number:]).result_of_plan == "works"
     ]
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
     right = [f"step {number}" for number in unneeded]
     wrong = [step for step in operators if step not in right]
     return QuestionContent(
         setting.states[0],
-        _list_operator_names(plan),
+        _collect_operator_names(plan),
         len(plan),
         right,
         wrong,
@@ -270,7 +270,9 @@ def _make_plan_with_one_change(
             action = setting.draw_action(rng, setting.states[position], possible=True)
             if action is not None:
                 steps.insert(position, (0, action))
-                change = f"just before step {position + 1}, {setting.format_element(action)} is carried out"
+                change = (
+                    f"just before step {position + 1}, {setting.format_fact_or_action(action)} is carried out"
+                )
                 return steps, position, change
     return None
 
@@ -296,7 +298,7 @@ def _make_outcome_question(
         "misses": "every step can be carried out, but at the end not all goals hold",
     }
     fails = {n: f"step {n} is the first that cannot be carried out" for n, _ in plan if n}
-    right = fails[failing] if failing else sentences[outcome.works_fails_or_misses]
+    right = fails[failing] if failing else sentences[outcome.result_of_plan]
     answer = [f"goal {n}" for n in outcome.missed_goals] or ["works"]
     if failing:
         answer = [f"step {failing}", f"requirement {outcome.unmet_requirement}"]
@@ -307,7 +309,7 @@ def _make_outcome_question(
         operators,
         len(plan),
         [right],
-        [*classes, *draw_sample_in_order(rng, steps, _WRONG_CHOICES - len(classes))],
+        [*classes, *draw_sample_keeping_order(rng, steps, _WRONG_CHOICES - len(classes))],
         answer,
         values={**values, "goals": _format_goals(setting)},
         formulas=setting.goals,
@@ -330,7 +332,7 @@ def _corrupt_plan(
             corrupted[position : position + 2] = reversed(corrupted[position : position + 2])
         case "object" if action.arguments:
             changed = list(action.arguments)
-            changed[rng.randrange(len(changed))] = rng.choice(setting.non_agents)
+            changed[rng.randrange(len(changed))] = rng.choice(setting.non_agent_object_indices)
             corrupted[position] = Action(action.operator, tuple(changed))
         case _:
             same_arity = [o.name for o in setting.rules.operators if o.arity == len(action.arguments)]
@@ -359,7 +361,7 @@ def _make_path_with_detours_and_states(
     return plan, states
 
 
-def _list_operator_names(plan: Sequence[Action]) -> set[str]:
+def _collect_operator_names(plan: Sequence[Action]) -> set[str]:
     return {action.operator for action in plan}
 
 
@@ -375,17 +377,17 @@ def make_reachability_question(
     Return None if too few actions are found, if they lead to too many states, or if one of both sets of
     facts is empty.
     """
-    wider = _draw_cached_state_graph(setting, rng)
+    wider = _draw_or_reuse_state_graph(setting, rng)
     if wider is None:
         return None
     narrower = wider.restrict_to_actions(
-        draw_sample_in_order(rng, range(len(wider.actions)), len(wider.actions) - 2)
+        draw_sample_keeping_order(rng, range(len(wider.actions)), len(wider.actions) - 2)
     )
     within = narrower.reachable_facts
     beyond = wider.reachable_facts - within
-    right = setting.format_elements(draw_sample_in_order(rng, sorted(within), _MAX_FACTS_PER_ANSWER))
+    right = setting.format_elements(draw_sample_keeping_order(rng, sorted(within), _MAX_FACTS_PER_ANSWER))
     ever = within.union(setting.list_changeable_facts(wider.states[0]))
-    tempting = draw_sample_in_order(rng, sorted(beyond), _MAX_FACTS_PER_ANSWER)
+    tempting = draw_sample_keeping_order(rng, sorted(beyond), _MAX_FACTS_PER_ANSWER)
     others = [
         fact for fact in draw_untrue_facts(setting, rng, ever, _MAX_FACTS_PER_ANSWER) if fact not in tempting
     ]
@@ -397,7 +399,7 @@ def make_reachability_question(
         "actions": format_list(setting.format_elements(narrower.actions)),
         "facts": format_list(together),
     }
-    shown = _list_operator_names(narrower.actions)
+    shown = _collect_operator_names(narrower.actions)
     return QuestionContent(
         wider.states[0], shown, max(narrower.depths) or 1, right, wrong, right, values=values
     )
@@ -458,7 +460,7 @@ def _draw_distant_goal(
     Several goals are tried. The wanted length of the plan depends on the question's ``number``. The shortest
     plan of the returned goal has about this length.
     """
-    graph = _draw_cached_state_graph(setting, rng)
+    graph = _draw_or_reuse_state_graph(setting, rng)
     if graph is None:
         return None
     wanted = _MIN_DISTANCE + number % _PLAN_LENGTHS
@@ -466,16 +468,16 @@ def _draw_distant_goal(
     farther = [n for n in far if graph.depths[n] >= wanted]
     goals = [
         _GoalSeveralActionsAway(
-            graph, draw_sample_in_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS))
+            graph, draw_sample_keeping_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS))
         )
-        for n in draw_sample_in_order(rng, farther or far, _GOAL_CANDIDATES)
+        for n in draw_sample_keeping_order(rng, farther or far, _GOAL_CANDIDATES)
         if graph.added_facts[n]
     ]
     fitting = [goal for goal in goals if goal.distance >= _MIN_DISTANCE]
     return min(fitting, key=lambda goal: abs(goal.distance - wanted), default=None)
 
 
-def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Choose some actions of a task at random, and return the graph of all states that they lead to.
 
     A question lists these actions. A task has at most `_MAX_STATE_GRAPHS` sets of such actions, so that
@@ -484,11 +486,11 @@ def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> St
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
         generator = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
-        setting.state_graphs[number] = _explore_states_of_drawn_actions(setting, generator)
+        setting.state_graphs[number] = _explore_states_of_random_actions(setting, generator)
     return setting.state_graphs[number]
 
 
-def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _explore_states_of_random_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Choose actions at random, some from the task's plan, and explore the states that the actions lead to.
 
     The result is None if too few actions are found, or if the states are too many.
@@ -515,7 +517,7 @@ def _make_action_question(
     answer = [text for n, text in enumerate(texts) if n in right]
     return QuestionContent(
         goal.graph.states[0],
-        _list_operator_names(goal.graph.actions),
+        _collect_operator_names(goal.graph.actions),
         goal.distance,
         answer,
         [text for n, text in enumerate(texts) if n not in right],

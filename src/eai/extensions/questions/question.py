@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from eai.abilities.answer_text import AnswerFormat, contains_json_string, read_json
 from eai.abilities.reasoning import split_answer_and_reasoning
-from eai.abilities.verdict import Confusion, Unreadable
+from eai.abilities.verdict import ConfusionCounts, Unreadable
 from eai.base.errors import InputError
 from eai.base.files import number_lines, read_content
 from eai.tasks.options import describe_validation_error
@@ -147,7 +147,7 @@ class _QuestionGrade:
     """
 
     exact: bool
-    counts: Confusion
+    counts: ConfusionCounts
     readable: bool = True
     repairs: tuple[str, ...] = ()
 
@@ -161,7 +161,7 @@ def grade_answer(question: Question, text: str) -> _QuestionGrade:
     right, asks_one = len(given & wanted), question.accept == "any"
     missed = (min(1, len(wanted)) if asks_one else len(wanted)) - right
     exact = right == len(given) == 1 if asks_one else given == wanted
-    counts = Confusion(right, len(given) - right, max(0, missed))
+    counts = ConfusionCounts(right, len(given) - right, max(0, missed))
     return _QuestionGrade(exact and parsed is not None, counts, parsed is not None, repairs)
 
 

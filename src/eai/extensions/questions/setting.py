@@ -98,7 +98,7 @@ class QuestionSetting:
         return not all(self.evaluate_goals(self.states[0])) and all(self.evaluate_goals(self.states[-1]))
 
     @cached_property
-    def non_agents(self) -> tuple[int, ...]:
+    def non_agent_object_indices(self) -> tuple[int, ...]:
         """Indices of all objects except the agent."""
         return tuple([i for i in range(len(self.scene.objects)) if i != self.scene.agent])
 
@@ -131,7 +131,7 @@ class QuestionSetting:
 
     def format_changes(self, before: State, after: State) -> tuple[str, ...]:
         """Return the differences between two states as texts, such as ``lit(lamp)`` and ``not lit(lamp)``."""
-        removed = [f"not {self.format_element(fact)}" for fact in self.find_added_facts(after, before)]
+        removed = [f"not {self.format_fact_or_action(fact)}" for fact in self.find_added_facts(after, before)]
         return (*self.format_elements(self.find_added_facts(before, after)), *removed)
 
     def is_same_state(self, one: State, other: State) -> bool:
@@ -142,7 +142,7 @@ class QuestionSetting:
         """Return the visible facts of a state that actions can change."""
         return [fact for fact in state.facts() if fact.predicate in self.rules.changeable_visible_predicates]
 
-    def format_element(self, fact_or_action: Fact | Action) -> str:
+    def format_fact_or_action(self, fact_or_action: Fact | Action) -> str:
         """Return a fact or an action as text, such as ``lit(lamp)``."""
         return (
             action_text(fact_or_action, self.scene)
@@ -152,7 +152,7 @@ class QuestionSetting:
 
     def format_elements(self, facts_or_actions: Iterable[Fact] | Iterable[Action]) -> list[str]:
         """Return each fact or action as text."""
-        return list(map(self.format_element, facts_or_actions))
+        return list(map(self.format_fact_or_action, facts_or_actions))
 
     def draw_action(
         self, rng: random.Random, state: State, *, possible: bool, operators: Sequence[str] = ()
@@ -166,7 +166,11 @@ class QuestionSetting:
         ] or self.rules.operators
         for _ in range(_MAX_ACTION_DRAWS):
             operator = rng.choice(candidates)
-            arguments = tuple(rng.sample(self.non_agents, min(operator.arity, len(self.non_agents))))
+            arguments = tuple(
+                rng.sample(
+                    self.non_agent_object_indices, min(operator.arity, len(self.non_agent_object_indices))
+                )
+            )
             action = Action(operator.name, arguments)
             if (
                 len(arguments) < operator.arity
@@ -286,12 +290,12 @@ class StateGraph:
         """Return the part of the graph that some of the actions, given as indices, can reach."""
         new_numbers = {number: n for n, number in enumerate(actions)}
 
-        def list_edges_of_kept_actions(state: int) -> Iterator[tuple[int, int]]:
+        def list_edges_of_chosen_actions(state: int) -> Iterator[tuple[int, int]]:
             return (
                 (new_numbers[action], target) for action, target in self.edges[state] if action in new_numbers
             )
 
-        kept, edges, depths = _explore_graph(0, list_edges_of_kept_actions)
+        kept, edges, depths = _explore_graph(0, list_edges_of_chosen_actions)
         return StateGraph(
             tuple([self.actions[number] for number in actions]),
             tuple([self.states[n] for n in kept]),
@@ -412,7 +416,7 @@ def find_texts_with_ambiguous_operator(
     return frozenset([text for text in (*right_texts, *wrong_texts) if get_operator(text) in shared])
 
 
-def draw_sample_in_order(rng: random.Random, elements: Sequence[T], max_count: int) -> list[T]:
+def draw_sample_keeping_order(rng: random.Random, elements: Sequence[T], max_count: int) -> list[T]:
     """Draw at most ``max_count`` elements of a sequence at random, and keep their order."""
     if len(elements) <= max_count:
         return list(elements)

@@ -190,7 +190,7 @@ class SurfaceCueCounts:
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}
         self._bias += self._compute_change_of_shortcut_bias(question)
-        self._balance.update(_compute_excess_right_counts_by_cue(question, cues))
+        self._balance.update(_compute_balance_change_by_cue(question, cues))
         for position, statement_cues in enumerate(cues):
             self._times.update(statement_cues.keys())
             self._right.update(statement_cues.keys() if position == question.right else ())
@@ -199,7 +199,7 @@ class SurfaceCueCounts:
         return hits
 
     def _compute_change_of_shortcut_bias(self, question: ClosedQuestion) -> int:
-        weights = _compute_excess_right_counts_by_cue(question, self._find_cues_of_each_statement(question))
+        weights = _compute_balance_change_by_cue(question, self._find_cues_of_each_statement(question))
         return sum([weight * (2 * self._balance[cue] + weight) for cue, weight in weights.items()])
 
     def _score_shortcut(
@@ -273,7 +273,7 @@ class SurfaceCueCounts:
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _compute_excess_right_counts_by_cue(
+def _compute_balance_change_by_cue(
     question: ClosedQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
 ) -> dict[_SurfaceCue, int]:
     """Return the change that a question makes to the balance of each cue (a mark such as greatest length).
@@ -335,14 +335,14 @@ def draw_closed_question(
     initial_facts = (
         ()
         if item.are_actions or item.labels
-        else frozenset(map(setting.format_element, setting.list_changeable_facts(item.state)))
+        else frozenset(map(setting.format_fact_or_action, setting.list_changeable_facts(item.state)))
     )
     read_features = make_feature_reader(question_text, initial_facts, item.labels)
     best: tuple[int, ClosedQuestion] | None = None
     for _ in range(_MAX_DRAWS):
         if form is QuestionForm.YES_NO:
             question = ClosedQuestion(
-                [_draw_statement_often_most_misleading(candidates, rng)],
+                [_draw_statement_preferring_most_misleading(candidates, rng)],
                 0 if is_right else None,
                 read_features,
             )
@@ -356,7 +356,7 @@ def draw_closed_question(
     return best
 
 
-def _draw_statement_often_most_misleading(statements: Sequence[str], rng: random.Random) -> str:
+def _draw_statement_preferring_most_misleading(statements: Sequence[str], rng: random.Random) -> str:
     return rng.choice(statements[:1] if rng.random() < _TEMPTING_PROBABILITY else statements)
 
 
@@ -367,14 +367,18 @@ def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> l
     """
     right = rng.choice(item.right)
     similar = [
-        texts for texts in _find_similar_texts(right, item.wrong, rng) if len(texts) >= len(LETTERS) - 1
+        texts
+        for texts in _generate_sets_of_similar_wrong_answers(right, item.wrong, rng)
+        if len(texts) >= len(LETTERS) - 1
     ]
     shown = rng.sample(rng.choice(similar) if similar else item.wrong, len(LETTERS) - 1)
     shown.insert(position, right)
     return shown
 
 
-def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
+def _generate_sets_of_similar_wrong_answers(
+    right: str, wrong: Sequence[str], rng: random.Random
+) -> Iterator[Sequence[str]]:
     """Yield sets of wrong answers that resemble each other as much as they resemble the right answer.
 
     The first set has the wrong answers with the right answer's predicate or operator, the second set those
@@ -406,14 +410,14 @@ def compute_answer_entropy(
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
         return None
-    counts = Counter(map(_shorten_gold_outcome_to_first_word, chosen))
+    counts = Counter(map(_get_class_of_gold_answer, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
 
-def _shorten_gold_outcome_to_first_word(question: Question) -> tuple[str, ...]:
+def _get_class_of_gold_answer(question: Question) -> tuple[str, ...]:
     """Return the class of a gold answer: the whole answer, or the first word of a plan's outcome."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,

@@ -43,7 +43,7 @@ from eai.tasks.source import USUAL_SOURCE, Source
 
 ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
     QuestionKind.FORWARD: one_step.make_question_about_facts_after_action,
-    QuestionKind.BACKWARD: one_step.make_question_about_action_for_fact,
+    QuestionKind.BACKWARD: one_step.make_question_about_action_that_changes_fact,
     QuestionKind.INVERSE: one_step.make_question_about_action_with_given_changes,
     QuestionKind.STATE: plans.make_state_tracking_question,
     QuestionKind.APPLICABILITY: one_step.make_applicability_question,
@@ -63,7 +63,7 @@ _MIN_OBJECTS = 4
 _MAX_TASKS_PER_QUESTION = 30
 """Maximum number of tasks that are tried to make one question."""
 
-_ITEMS_PER_TASK = 2
+_ATTEMPTS_PER_TASK = 2
 """Number of attempts to make a question about a task before the next task is tried."""
 
 _MAX_FAILURES = 5
@@ -284,7 +284,7 @@ class QuestionGenerator:
         rng = _make_random_generator(seed, group.kind.value, group.form.value, number)
         order = _draw_answer_order(f"{seed} {group.kind.value} {group.form.value}")
         others: list[tuple[int, _QuestionDraft]] = []
-        for task_id in (name for name in tasks for _ in range(_ITEMS_PER_TASK)):
+        for task_id in (name for name in tasks for _ in range(_ATTEMPTS_PER_TASK)):
             setting = self._setting(task_id, seed)
             if len(setting.scene.objects) < _MIN_OBJECTS:
                 continue
@@ -363,7 +363,7 @@ class QuestionGenerator:
             "objects": _format_objects(setting),
             "facts": _format_facts(setting, item, operators),
             "rules": setting.rules.write_rules(operators, item.formulas),
-            "actions": setting.rules.write_operator_heads(operators),
+            "actions": setting.rules.write_operator_signatures(operators),
             "question": _format_question_text(item, setting, group, self._templates, choices),
             "answer": self._templates.read(f"questions/answer.{form}.txt"),
         }

@@ -13,7 +13,7 @@ from eai.abilities.explanation import Explanation, GoalReport, Statement, find_p
 from eai.abilities.goal_interpretation.scorer import describe_wrong_goals
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
+from eai.abilities.verdict import ALL, ConfusionCounts, ErrorReport, Unreadable
 from eai.benchmarks.behavior.notation import RELATIONS, STATES
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.tasks.task import GoalKind
@@ -33,7 +33,7 @@ _ALLOWED_PART_COUNTS = (2, 3)
 """Allowed numbers of elements of a condition: a predicate with one object or two objects."""
 
 
-def split_condition(condition: Value) -> tuple[Value, ...]:
+def split_condition_into_predicate_and_objects(condition: Value) -> tuple[Value, ...]:
     """Drop the ``not`` of a condition, if any, and return it as a tuple: the predicate, then its objects.
 
     The tuple is empty if the value is not a condition. As in eai-eval, a string counts as a list of
@@ -71,7 +71,11 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
         if not isinstance(section, list | str):
             return _SECTION_IS_NO_LIST
         conditions += map(_replace_lists_by_tuples, section)
-    return tuple(conditions) if all(map(split_condition, conditions)) else _CONDITION_IS_MALFORMED
+    return (
+        tuple(conditions)
+        if all(map(split_condition_into_predicate_and_objects, conditions))
+        else _CONDITION_IS_MALFORMED
+    )
 
 
 class BehaviorGoalInterpretationScorer(Scorer):
@@ -105,16 +109,19 @@ class BehaviorGoalInterpretationScorer(Scorer):
         return Assessment(verdict, lambda: self._explain(describe_wrong_goals(verdict), conditions))
 
     def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
-        seen = [*map(split_condition, conditions)]
+        seen = [*map(split_condition_into_predicate_and_objects, conditions)]
         formed = [parts for parts in seen if len(parts) in _ALLOWED_PART_COUNTS]
         unknown = [[name for name in names if name not in self._objects] for _, *names in formed]
-        groups = self._find_matched_additional_missing(conditions)
-        kinds = [[_find_kind(split_condition(condition)[0]) for condition in group] for group in groups]
+        groups = self._split_into_matched_additional_missing_conditions(conditions)
+        kinds = [
+            [_find_kind(split_condition_into_predicate_and_objects(condition)[0]) for condition in group]
+            for group in groups
+        ]
         matched, wrong, missing = [tuple(map(_format_condition, group)) for group in groups]
         return GoalVerdict(
             counts={
-                **{kind.value: Confusion(*[group.count(kind) for group in kinds]) for kind in GoalKind},
-                ALL: Confusion(*map(len, groups)),
+                **{kind.value: ConfusionCounts(*[group.count(kind) for group in kinds]) for kind in GoalKind},
+                ALL: ConfusionCounts(*map(len, groups)),
             },
             predicted=len(conditions),
             ill_formed=len(seen) - len(formed),
@@ -125,7 +132,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             missing=missing,
         )
 
-    def _find_matched_additional_missing(
+    def _split_into_matched_additional_missing_conditions(
         self, answer_conditions: Sequence[Value]
     ) -> tuple[list[Value], list[Value], list[Value]]:
         stated = frozenset(answer_conditions)
@@ -164,7 +171,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             ),
             atoms={
                 _format_condition(condition): _make_statement_from_nested_tuple(condition)
-                for group in self._find_matched_additional_missing(predicted)
+                for group in self._split_into_matched_additional_missing_conditions(predicted)
                 for condition in group
             },
         )

@@ -14,11 +14,11 @@ import warnings
 from collections.abc import Collection, Sequence
 
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
-from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, strip_names
-from eai.abilities.notation.plans import Execution, JsonPlans, PlanExecutor
+from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, strip_blanks_around_names
+from eai.abilities.notation.plans import Execution, JsonPlanNotation, PlanExecutor
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.benchmarks.behavior.domain import domain_in_paper_order
+from eai.benchmarks.behavior.domain import make_domain_in_paper_order
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
@@ -31,7 +31,7 @@ _MAX_LIST_CHARACTERS = 1_000_000
 _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 
 
-class _BehaviorPlanNotation(JsonPlans):
+class _BehaviorPlanNotation(JsonPlanNotation):
     """The notation of BEHAVIOR plans, read as eai-eval (the paper's package) reads it."""
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
@@ -57,7 +57,7 @@ class BehaviorActionSequencingScorer(ActionSequencingScorer):
         )
 
     def _make_scorer_of_strict_protocol(self) -> ActionSequencingScorer:
-        return ActionSequencingScorer(self.task, domain_in_paper_order(), JsonPlans())
+        return ActionSequencingScorer(self.task, make_domain_in_paper_order(), JsonPlanNotation())
 
     def _get_final_state(self, execution: Execution) -> State:
         """Return the final state of a plan. An action on which eai-eval crashes is executed in part."""
@@ -135,7 +135,7 @@ def _read_python_steps(segment: str) -> list[WrittenStep] | None:
 
 def _to_steps(dictionaries: list[dict[str, str]]) -> list[WrittenStep]:
     return [
-        WrittenStep(step["action"], strip_names(step["object"].strip().split(",")))
+        WrittenStep(step["action"], strip_blanks_around_names(step["object"].strip().split(",")))
         for step in dictionaries
         if "action" in step and "object" in step
     ]

@@ -32,7 +32,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.domain import domain_in_reference_order
+from eai.benchmarks.behavior.domain import make_domain_in_reference_order
 from eai.benchmarks.behavior.predicates import X, Y
 from eai.logic.choice import DnfTerm, ObjectsByCategory, resolve_term
 from eai.logic.formula import FALSE, Exists
@@ -63,7 +63,7 @@ If an action has several errors, the first kind in this order counts. See ``chec
 @cache
 def make_domain_with_all_quirks() -> Domain:
     """Return the BEHAVIOR domain with the order of checks and all quirks (defects) of eai-eval."""
-    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
+    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_in_reference_order())
 
 
 @cache
@@ -79,42 +79,44 @@ def find_state_left_by_aborted_action(state: State, action: Action) -> State:
     """Return the state in which eai-eval (the paper's package) aborts an action.
 
     Before it aborts, only one kind of action changes the state: moving the contents of a container into or
-    onto an object. See `make_transferring_contents_abort`.
+    onto an object. See `abort_transfer_of_contents`.
     """
-    halves = _make_domain_with_aborted_content_moves()
+    halves = _make_domain_of_partial_transfers()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
 
 @cache
-def _make_domain_with_aborted_content_moves() -> Domain:
-    return replace(domain_in_reference_order(), operators=tuple(make_operators_of_aborted_content_moves()))
+def _make_domain_of_partial_transfers() -> Domain:
+    return replace(
+        make_domain_in_reference_order(), operators=tuple(make_operators_that_transfer_first_content())
+    )
 
 
 def _apply_to_all_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
     """Turn a function that changes an operator into a function that changes all operators of a domain."""
 
     @wraps(change)
-    def change_all_operators(domain: Domain) -> Domain:
+    def change_operators_of_domain(domain: Domain) -> Domain:
         return domain.replace_operators(*map(change, domain.operators))
 
-    return change_all_operators
+    return change_operators_of_domain
 
 
 @_apply_to_all_operators
-def judge_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operator:
+def report_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operator:
     """Make a grasp of an object in the other hand an additional step, not a missing step.
 
     See ``evolving_graph.py``, ``grasp``.
     """
     strict = [o.require_not_in_other_hand(hand) for hand in o.HANDS]
 
-    def judge_failure_as_additional_step(check: Check) -> Check:
+    def report_failure_as_additional_step(check: Check) -> Check:
         return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check in strict else check
 
-    return replace(operator, checks=tuple(map(judge_failure_as_additional_step, operator.checks)))
+    return replace(operator, checks=tuple(map(report_failure_as_additional_step, operator.checks)))
 
 
-def make_navigating_and_burning_abort(domain: Domain) -> Domain:
+def add_failing_actions_navigate_to_and_burn(domain: Domain) -> Domain:
     """Add the actions NAVIGATE_TO and BURN, which always fail.
 
     The package eai-eval accepts them in plans, but aborts when it executes them. See
@@ -135,7 +137,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 
 @_apply_to_all_operators
-def make_placing_inside_floor_abort(operator: Operator) -> Operator:
+def abort_placing_inside_floor(operator: Operator) -> Operator:
     """Make an action fail that places an object inside a floor: eai-eval (the paper's package) aborts there.
 
     See ``evolving_graph.py``, ``place_inside``.
@@ -148,7 +150,7 @@ def make_placing_inside_floor_abort(operator: Operator) -> Operator:
 
 
 @_apply_to_all_operators
-def make_transferring_contents_abort(operator: Operator) -> Operator:
+def abort_transfer_of_contents(operator: Operator) -> Operator:
     """Make the transfer of a container's contents fail unless the container is empty: eai-eval aborts there.
 
     For an empty container, the action does nothing. See ``evolving_graph.py``, ``pour_inside`` and
@@ -162,12 +164,12 @@ def make_transferring_contents_abort(operator: Operator) -> Operator:
     return replace(operator, checks=(*operator.checks, aborts), effects=())
 
 
-def make_operators_of_aborted_content_moves() -> Iterator[Operator]:
+def make_operators_that_transfer_first_content() -> Iterator[Operator]:
     """Yield operators that move only the first content of a container, after which eai-eval aborts."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
-        moved = Let(o.C, first & ~p.floor(X), (*o.remove_from_support(o.C), Add(place(o.C, X))))
-        lost = Let(o.C, first & p.floor(X), o.remove_from_support(o.C))
+        moved = Let(o.C, first & ~p.floor(X), (*o.make_effects_of_leaving_support(o.C), Add(place(o.C, X))))
+        lost = Let(o.C, first & p.floor(X), o.make_effects_of_leaving_support(o.C))
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), (), (moved, lost))
 
 
@@ -186,7 +188,7 @@ def allow_handling_parts_before_slicing(operator: Operator) -> Operator:
 
 
 @_apply_to_all_operators
-def never_judge_placing_as_wrong_order(operator: Operator) -> Operator:
+def never_report_placing_as_wrong_order(operator: Operator) -> Operator:
     """Report failures to place, transfer or clean an object by another kind of error than wrong order.
 
     See ``evolving_graph.py``, ``check_precondition``.
@@ -242,13 +244,13 @@ def allow_freezing_without_fridge(operator: Operator) -> Operator:
 
 
 QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
-    judge_grasp_from_other_hand_as_additional_step,
-    make_navigating_and_burning_abort,
+    report_grasp_from_other_hand_as_additional_step,
+    add_failing_actions_navigate_to_and_burn,
     leave_released_objects_in_mid_air,
-    make_placing_inside_floor_abort,
-    make_transferring_contents_abort,
+    abort_placing_inside_floor,
+    abort_transfer_of_contents,
     allow_handling_parts_before_slicing,
-    never_judge_placing_as_wrong_order,
+    never_report_placing_as_wrong_order,
     keep_only_latest_relation_of_pair,
     allow_freezing_without_fridge,
 )
@@ -337,9 +339,9 @@ class _LimitedDnfConverter:
             return []
         fixed = tuple(range(count))
         if formula.count is not None or height < width:
-            orders = [(fixed, order) for order in _list_first_permutations(width, count)]
+            orders = [(fixed, order) for order in _generate_permutations_up_to_limit(width, count)]
         else:
-            orders = [(order, fixed) for order in _list_first_permutations(large, count)]
+            orders = [(order, fixed) for order in _generate_permutations_up_to_limit(large, count)]
         return [
             option
             for down, across in orders
@@ -366,7 +368,7 @@ def _negate_dnf_terms(options: Sequence[DnfTerm]) -> list[DnfTerm]:
     ]
 
 
-def _list_first_permutations(size: int, length: int) -> Iterator[tuple[int, ...]]:
+def _generate_permutations_up_to_limit(size: int, length: int) -> Iterator[tuple[int, ...]]:
     return islice(permutations(range(size), length), MAX_PERMUTATIONS)
 
 

@@ -103,7 +103,7 @@ def _plan_placing_on_and_next_to(
     """Return the plan that makes two literals true: it puts an object onto one object and next to another."""
     (thing, support), (one, other) = on_literal.arguments, next_to_literal.arguments
     neighbour = one if thing == other else other
-    actions, hand = _take(thing, read_hands(state), state.scene)
+    actions, hand = _plan_to_take_object(thing, read_hands(state), state.scene)
     return SubgoalPlans(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
 
 
@@ -112,11 +112,11 @@ def _plan_to_make_true(
 ) -> ActionSequence | None:
     if predicate in _PLACING:
         thing, place = arguments
-        actions, hand = _take(thing, hands, scene)
+        actions, hand = _plan_to_take_object(thing, hands, scene)
         return (*actions, Action(f"{hand}_{_PLACING[predicate]}", (place,)))
     if predicate in _HOLDING:
         hand = _HOLDING[predicate]
-        return (*_empty_hand(hand, hands), Action(f"{hand}_GRASP", arguments))
+        return (*_plan_to_empty_hand(hand, hands), Action(f"{hand}_GRASP", arguments))
     if predicate in _ACHIEVING:
         return (*_free_a_hand(hands), Action(_ACHIEVING[predicate], arguments))
     return None
@@ -126,17 +126,17 @@ def _plan_to_make_false(
     predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene
 ) -> ActionSequence | None:
     if predicate == "inside":
-        actions, _ = _take(arguments[0], hands, scene)
+        actions, _ = _plan_to_take_object(arguments[0], hands, scene)
         return (*actions, Action("RIGHT_RELEASE", arguments[:1]))
     if predicate in _HOLDING:
         hand = _HOLDING[predicate]
-        return _empty_hand(hand, hands) if _find_hand_with(arguments[0], hands, scene) == hand else ()
+        return _plan_to_empty_hand(hand, hands) if _find_hand_with(arguments[0], hands, scene) == hand else ()
     if predicate in _UNDOING:
         return (*_free_a_hand(hands), Action(_UNDOING[predicate], arguments))
     return None
 
 
-def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
+def _plan_to_take_object(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
     """Return the actions that take an object, and the hand: ``LEFT`` or ``RIGHT``.
 
     An object in a hand stays there. Otherwise the right hand takes the object, or the left hand if only that
@@ -146,7 +146,7 @@ def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]
     if hand is not None:
         return (), hand
     hand = "LEFT" if hands["LEFT"] is None and hands["RIGHT"] is not None else "RIGHT"
-    return (*_empty_hand(hand, hands), Action(f"{hand}_GRASP", (thing,))), hand
+    return (*_plan_to_empty_hand(hand, hands), Action(f"{hand}_GRASP", (thing,))), hand
 
 
 def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
@@ -168,13 +168,13 @@ def _pair_on_with_next_to_literal(
     return None
 
 
-def _empty_hand(hand: str, hands: _Hands) -> ActionSequence:
+def _plan_to_empty_hand(hand: str, hands: _Hands) -> ActionSequence:
     content = hands[hand]
     return () if content is None else (Action(f"{hand}_RELEASE", (content,)),)
 
 
 def _free_a_hand(hands: _Hands) -> ActionSequence:
-    return () if hands["LEFT"] is None or hands["RIGHT"] is None else _empty_hand("RIGHT", hands)
+    return () if hands["LEFT"] is None or hands["RIGHT"] is None else _plan_to_empty_hand("RIGHT", hands)
 
 
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
@@ -229,7 +229,7 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _reject_wrongly_used_names(self, formula: Formula) -> RejectedAnswer | None:
         return reject_wrong_argument_counts_and_names(formula, self.lexicon.objects)
 
-    def _make_planners_with_index_of_first_literal(
+    def _make_literal_planners_with_first_index(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return pairs: the index of a literal, and the function that finds actions for this literal.

@@ -180,7 +180,7 @@ class PublishedOperatorRules(OperatorScoringRules):
         ]
         return OperatorJudgement(tuple(missing), self.empty_result)
 
-    def plan_with_each_written_operator(
+    def plan_with_each_operator_of_answer(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Return the planner's result with one operator of the answer at a time, by the operator's name.
@@ -281,7 +281,7 @@ class _UnreadableError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class _TreeComparison:
+class _ConditionTreeComparison:
     """The score of two compared trees of conditions, and their matched, additional and missing subtrees."""
 
     score: float
@@ -384,7 +384,7 @@ def _rename(tree: _Tree, old: str, new: str) -> _Tree:
     return _Connective(tree.head, tuple(_rename(argument, old, new) for argument in tree.arguments))
 
 
-def _compare_trees(predicted: _Tree, gold: _Tree) -> _TreeComparison:
+def _compare_trees(predicted: _Tree, gold: _Tree) -> _ConditionTreeComparison:
     if isinstance(predicted, str) or isinstance(gold, str):
         score = float(predicted == gold)
     elif predicted.head != gold.head:
@@ -394,8 +394,8 @@ def _compare_trees(predicted: _Tree, gold: _Tree) -> _TreeComparison:
     else:
         score = _score_connective(predicted, gold)
     if score > 0:
-        return _TreeComparison(score, matched=(predicted,))
-    return _TreeComparison(score, additional=(predicted,), missing=(gold,))
+        return _ConditionTreeComparison(score, matched=(predicted,))
+    return _ConditionTreeComparison(score, additional=(predicted,), missing=(gold,))
 
 
 def _score_connective(predicted: _Connective, gold: _Connective) -> float:
@@ -411,7 +411,7 @@ def _score_connective(predicted: _Connective, gold: _Connective) -> float:
             return _compare_trees(predicted.arguments[1], gold.arguments[1]).score if same_variable else 0.0
 
 
-def _compare_lists(predicted: _Connective, gold: _Connective) -> _TreeComparison:
+def _compare_lists(predicted: _Connective, gold: _Connective) -> _ConditionTreeComparison:
     grid = [[_compare_trees(ours, theirs) for theirs in gold.arguments] for ours in predicted.arguments]
     edges = [[column for column, cell in enumerate(row) if int(cell.score) == 1] for row in grid]
     partner = find_maximum_matching(edges)
@@ -422,7 +422,7 @@ def _compare_lists(predicted: _Connective, gold: _Connective) -> _TreeComparison
         for row, child in enumerate(predicted.arguments)
         if partner[row] is None or row not in columns  # row_as_column
     )
-    return _TreeComparison(
+    return _ConditionTreeComparison(
         score=len(columns) / shorter if shorter else 0.0,
         matched=tuple(
             part for row, cells in enumerate(grid) for column in edges[row] for part in cells[column].matched

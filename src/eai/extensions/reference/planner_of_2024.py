@@ -5,7 +5,7 @@ a domain that contains operators of an answer, so that any standard planner give
 refuses problems that every version of the planner refuses. Its rules:
 
 * Operators may name objects of the problem: these objects become constants of the domain.
-* Unbound variables get the meaning that `bind_loose_variables` states.
+* Unbound variables get the meaning that `bind_unbound_variables` states.
 * A literal with an undeclared name gets its own predicate, so that adding it makes only this literal true. A
   comparison with an undeclared name is false.
 * A type that is used as a predicate is false. A parameter of several types (``either``) removes its operator.
@@ -14,7 +14,7 @@ refuses problems that every version of the planner refuses. Its rules:
 Undeclared types need no rewriting, because no object has them. Types of arguments were never checked.
 
 The planner behind the published numbers (Fast Downward before mid-2024) accepted operators with unbound
-variables, but its rule is written down nowhere. `bind_loose_variables` states the rule in two steps, after
+variables, but its rule is written down nowhere. `bind_unbound_variables` states the rule in two steps, after
 which a current planner gives the published answers:
 
 1. An ``exists`` of the precondition that lies only under ``and`` and ``exists`` binds its name in the whole
@@ -45,7 +45,7 @@ UNBOUND_ADDED = f.Atom("eai--unbound-added")
 Names = frozenset[str]
 
 
-def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
+def bind_unbound_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """Bind every variable of an operator, or return why the published planner refused the operator.
 
     That planner (Fast Downward before mid-2024) refused an unbound variable inside a ``forall`` of a
@@ -53,7 +53,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
     leaked: list[f.Variable] = []
-    precondition = _remove_exists_of_new_variables(
+    precondition = _remove_exists_of_unbound_variables(
         push_negations_inwards(action.precondition), parameters, leaked
     )
     scope = parameters.union([variable.name for variable in leaked])
@@ -71,7 +71,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     return bound
 
 
-def _remove_exists_of_new_variables(
+def _remove_exists_of_unbound_variables(
     formula: f.Formula, bound_names: Names, removed: list[f.Variable]
 ) -> f.Formula:
     """Remove each ``exists`` whose variable is not bound around it, and append the variable to ``removed``.
@@ -83,10 +83,10 @@ def _remove_exists_of_new_variables(
             [bound.name for bound in removed]
         ):
             removed.append(variable)
-            return _remove_exists_of_new_variables(body, bound_names, removed)
+            return _remove_exists_of_unbound_variables(body, bound_names, removed)
         case f.And() | f.Exists():
             return map_subformulas(
-                formula, lambda part: _remove_exists_of_new_variables(part, bound_names, removed)
+                formula, lambda part: _remove_exists_of_unbound_variables(part, bound_names, removed)
             )
         case _:
             return formula
@@ -133,7 +133,9 @@ class _VariableBinder:
 
     def _rewrite_unbound_variables_of_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
-        condition = _remove_exists_of_new_variables(push_negations_inwards(effect.condition), scope, leaked)
+        condition = _remove_exists_of_unbound_variables(
+            push_negations_inwards(effect.condition), scope, leaked
+        )
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(
             self.rewrite_unbound_variables_of_condition(condition, inner),
@@ -221,7 +223,7 @@ def _read_and_check_operator(source: OperatorText, header: m.PddlDomain) -> m.Pd
     if parameters is None or next(m.find_effect_atoms(effect), None) is None:
         return None
     is_loose = any(finding.offence is PddlViolationKind.UNBOUND_VARIABLE for finding in findings)
-    return bind_loose_variables(action) if is_loose else action
+    return bind_unbound_variables(action) if is_loose else action
 
 
 def _read_parameters(text: str, group: ExpressionList) -> tuple[f.Variable, ...] | None:

@@ -40,7 +40,7 @@ def add_notes_on_strict_protocol(
         make_strict_scorer: makes the scorer of the task under ``strict``.
     """
 
-    def explain_and_compare_with_strict() -> Explanation:
+    def explain_and_compare_with_strict_protocol() -> Explanation:
         explanation, strict = assessment.explain(), make_strict_scorer()
         differences = _describe_misread_steps(
             _read_steps(notation, answer), _read_steps(strict.notation, answer)
@@ -52,7 +52,7 @@ def add_notes_on_strict_protocol(
             )
         return replace(explanation, notes=(*explanation.notes, *notes))
 
-    return Assessment(assessment.verdict, explain_and_compare_with_strict)
+    return Assessment(assessment.verdict, explain_and_compare_with_strict_protocol)
 
 
 def _read_steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:

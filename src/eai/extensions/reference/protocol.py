@@ -226,7 +226,7 @@ class _TrialWithRandomFailures(Trial):
         start, before = len(episode.trajectory.steps), episode.trajectory.executed_actions
         slipped = False
         for action in actions:
-            slipped = self.slip_sampler is not None and self.slip_sampler.draw_slip()
+            slipped = self.slip_sampler is not None and self.slip_sampler.draw_whether_next_action_slips()
             outcome = episode.append_slipped_step(action) if slipped else episode.act(action)
             if slipped or isinstance(outcome, Fault) or self.is_goal_reached(episode):
                 break

@@ -69,7 +69,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         Random draws start from `SEED`.
         """
         rng = Random(SEED)  # noqa: S311 - the same generator as the reference's
-        written = read_output(text)
+        written = read_subgoal_texts(text)
         if isinstance(written, Unreadable):
             return reject_unparseable(written.reason)
         pieces = [self._draw_disjunct(subgoal, rng) for subgoal in written]
@@ -94,7 +94,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return None
 
     @abstractmethod
-    def _make_planners_with_index_of_first_literal(
+    def _make_literal_planners_with_first_index(
         self, literals: Sequence[f.Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return functions that find the actions for the literals of an answer, in order.
@@ -110,7 +110,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         Each instruction executes the plans for a literal, even if the literal holds already.
         """
         program: list[Instruction] = [None]
-        for number, plans in reversed(self._make_planners_with_index_of_first_literal(literals)):
+        for number, plans in reversed(self._make_literal_planners_with_first_index(literals)):
             program.append(ExecuteSubgoalPlansInstruction(plans, number, len(program) - 1))
         return program
 
@@ -223,7 +223,7 @@ def _list_subformulas_by_text_end(formula: f.Formula) -> Iterable[f.Formula]:
     return reversed(parts)
 
 
-def read_output(text: str) -> list[str] | Unreadable:
+def read_subgoal_texts(text: str) -> list[str] | Unreadable:
     """Return the strings of an answer's list ``output``, without blanks at their ends.
 
     ``}}`` counts as one brace, and the first closing brace ends the answer.

@@ -12,8 +12,8 @@ from eai.abilities.explanation import GoalReport, find_predicate_names
 from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer, describe_ill_formed_entries
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
-from eai.abilities.verdict import ALL, Confusion, Unreadable
-from eai.benchmarks.virtualhome.notation import FIELDS, VirtualHomeGoals, make_written_goal
+from eai.abilities.verdict import ALL, ConfusionCounts, Unreadable
+from eai.benchmarks.virtualhome.notation import FIELDS, VirtualHomeGoalNotation, make_written_goal
 from eai.benchmarks.virtualhome.predicates import get_object_id
 from eai.logic.choice import generate_dnf_terms_of_tree
 from eai.tasks.task import GoalKind, Task
@@ -30,7 +30,7 @@ The package eai-eval is the paper's own program.
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
-class _VirtualHomeGoalNotation(VirtualHomeGoals):
+class _VirtualHomeGoalNotation(VirtualHomeGoalNotation):
     """The notation of goals, read as eai-eval (the paper's package) reads it.
 
     Defects of eai-eval:
@@ -91,7 +91,7 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         verdict = super().judge_unreadable(goals)
         return replace(
             verdict,
-            counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)),
+            counts=dict.fromkeys(verdict.counts or (), ConfusionCounts(0, 0, 0)),
             missing=(),
             aborts=goals in (_NO_OBJECT, _UNEXPECTED_TYPE),
         )
@@ -114,8 +114,8 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         counts = {}
         for kind, total in self._totals:
             right = right_kinds.count(kind)
-            counts[kind.value] = Confusion(right, wrong_kinds.count(kind), total - right)
-        counts[ALL] = Confusion(*map(sum, zip(*counts.values(), strict=True)))
+            counts[kind.value] = ConfusionCounts(right, wrong_kinds.count(kind), total - right)
+        counts[ALL] = ConfusionCounts(*map(sum, zip(*counts.values(), strict=True)))
         return GoalVerdict(
             counts=counts,
             predicted=len(goals.goals) + len(goals.ill_formed),

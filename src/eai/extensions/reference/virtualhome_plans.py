@@ -25,11 +25,11 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
-from eai.benchmarks.virtualhome.domain import domain_in_paper_order
+from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
 from eai.benchmarks.virtualhome.plan_notation import (
     ObjectWithId,
-    VirtualHomePlans,
-    has_ids,
+    VirtualHomePlanNotation,
+    has_object_ids,
     make_name_lookup,
     pair_names_with_ids,
 )
@@ -71,12 +71,12 @@ class _VirtualHomeGoalTest(GoalTest):
             reached[number] = False
         return tuple(reached)
 
-    def accepts_gold_final_state(self, gold_final_state: State) -> bool:
+    def are_goals_reached_in_gold_final_state(self, gold_final_state: State) -> bool:
         """Whether all state and relation goals count as reached in the data set's recorded final state."""
         reached = self.find_reached_goals(gold_final_state, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
-    def _find_met_action_goals(
+    def _find_indices_of_met_action_goals(
         self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
     ) -> Sequence[int]:
         """Return the indices of the action goals that count as met.
@@ -107,7 +107,7 @@ _FENCE = "```json"
 _LIST_END = "]"
 
 
-class _VirtualHomePlanNotation(VirtualHomePlans):
+class _VirtualHomePlanNotation(VirtualHomePlanNotation):
     """The notation of VirtualHome plans, read as eai-eval (the paper's package) reads it.
 
     Args:
@@ -122,7 +122,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
         """Return the plan in an answer. With ids, a name without an id makes the answer unreadable."""
         plan = read_plan(text)
         with_ids = self._with_ids
-        if isinstance(plan, Unreadable) or not (has_ids(plan) if with_ids is None else with_ids):
+        if isinstance(plan, Unreadable) or not (has_object_ids(plan) if with_ids is None else with_ids):
             return plan
         for number, step in enumerate(plan.steps):
             if len(step.objects) % 2:
@@ -158,7 +158,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         goals = _VirtualHomeGoalTest(task)
         super().__init__(task, _make_domain(), _VirtualHomePlanNotation(with_ids=with_ids), goals)
         final = task.annotated_final
-        passes = final is not None and goals.accepts_gold_final_state(final)
+        passes = final is not None and goals.are_goals_reached_in_gold_final_state(final)
         self.excluded = None if passes else task.make_exclusion(GOLD_TEST)
         self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
@@ -172,7 +172,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         )
 
     def _make_scorer_of_strict_protocol(self) -> ActionSequencingScorer:
-        return ActionSequencingScorer(self.task, domain_in_paper_order(), VirtualHomePlans())
+        return ActionSequencingScorer(self.task, make_domain_in_paper_order(), VirtualHomePlanNotation())
 
     def _make_rejection_verdict(
         self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor
@@ -187,7 +187,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
     def _execute_and_assess(
         self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor
     ) -> Assessment:
-        if actions != self.task.script or not _names_all_objects_by_class(plan, actions, self.task.scene):
+        if actions != self.task.script or not _are_all_objects_named_by_class(plan, actions, self.task.scene):
             return super()._execute_and_assess(plan, actions, execute)
         assessment_if_run = super()._execute_and_assess(plan, actions, self._execute_from_start)
         not_run = self._make_verdict(self.goals.none_reached, plan, success=False)
@@ -220,7 +220,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         return all(reached)
 
 
-def _names_all_objects_by_class(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
+def _are_all_objects_named_by_class(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
     """Whether a plan names every object by its class. The data set's plan always does so.
 
     Other names make the plans unequal, because eai-eval compares their texts. For instance,
@@ -247,7 +247,7 @@ def do_most_answers_use_object_ids(answers: Iterable[str]) -> bool:
     plans = [read_plan(answer) for answer in answers]
     readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]
     named = [plan for plan in readable if any(step.objects for step in plan.steps)]
-    return sum(has_ids(plan) for plan in named) * 2 > len(named)
+    return sum(has_object_ids(plan) for plan in named) * 2 > len(named)
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:

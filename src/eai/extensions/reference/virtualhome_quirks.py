@@ -15,7 +15,7 @@ from functools import cache, reduce, wraps
 
 from eai.benchmarks.virtualhome import operators as o
 from eai.benchmarks.virtualhome import predicates as p
-from eai.benchmarks.virtualhome.domain import domain_in_reference_order
+from eai.benchmarks.virtualhome.domain import make_domain_in_reference_order
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
@@ -33,7 +33,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 @cache
 def make_domain_with_all_quirks() -> Domain:
     """Return the VirtualHome domain with the order of checks and all quirks (defects) of eai-eval."""
-    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
+    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_in_reference_order())
 
 
 def find_first_target_mask(state: State, relation: str, source: int, wanted_mask: int) -> int:
@@ -94,9 +94,9 @@ def _find_room(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _find_room,
-    "lies_on": p.make_earlier_place_lookup(0, find_first_target_mask),
-    "lies_in": p.make_earlier_place_lookup(1, find_first_target_mask),
-    "lies_next_to": p.make_earlier_place_lookup(2, find_first_target_mask),
+    "lies_on": p.make_origin_lookup(0, find_first_target_mask),
+    "lies_in": p.make_origin_lookup(1, find_first_target_mask),
+    "lies_next_to": p.make_origin_lookup(2, find_first_target_mask),
 }
 
 
@@ -147,7 +147,7 @@ def _apply_to_all_checks(change: Callable[[Operator, Check], Check | None]) -> C
     """
 
     @wraps(change)
-    def change_all_checks(domain: Domain) -> Domain:
+    def change_checks_of_domain(domain: Domain) -> Domain:
         operators = []
         for operator in domain.operators:
             checks = [change(operator, check) for check in operator.checks]
@@ -156,10 +156,10 @@ def _apply_to_all_checks(change: Callable[[Operator, Check], Check | None]) -> C
             )
         return domain.replace_operators(*operators)
 
-    return change_all_checks
+    return change_checks_of_domain
 
 
-def order_related_objects_as_python_set(domain: Domain) -> Domain:
+def order_related_objects_like_python_set(domain: Domain) -> Domain:
     """Order the containers, supports and neighbours of an object as a Python set of ids orders them.
 
     See ``environment.py``, ``EnvironmentGraph``.
@@ -173,7 +173,7 @@ def leave_held_objects_in_old_room(domain: Domain) -> Domain:
     See ``execution.py``, ``WalkExecutor``.
     """
     left_behind = (
-        *o.clear_relations(o.H, p.inside, p.next_to, p.facing),
+        *o.make_effects_of_clearing_relations(o.H, p.inside, p.next_to, p.facing),
         *make_symmetric_effects(Add, p.next_to(AGENT, o.H)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(o.H, R)),)),
     )
@@ -186,7 +186,7 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 
 
 @_apply_to_all_checks
-def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
+def replace_condition_searched_in_earlier_states(operator: Operator, check: Check) -> Check:
     """Replace the condition that the test for wrong order looks for in earlier states, as in eai-eval.
 
     An action comes in the wrong order if its failed condition held in an earlier state. For some failed
@@ -203,20 +203,20 @@ def search_earlier_states_for_other_condition(operator: Operator, check: Check) 
 
 
 @_apply_to_all_checks
-def judge_unplugged_device_as_additional_step(operator: Operator, check: Check) -> Check:
+def report_unplugged_device_as_additional_step(operator: Operator, check: Check) -> Check:
     """Make switching on an unplugged device an additional step, not a missing step (``SwitchExecutor``)."""
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
 
 
 @_apply_to_all_checks
-def judge_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
+def report_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
     """Make opening a device that is on an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
 @_apply_to_all_checks
-def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
+def report_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Make changing a state that an object lacks an additional step, not an affordance error.
 
     An object lacks a state if, for example, it is neither open nor closed. The checks for such a state are
@@ -227,13 +227,13 @@ def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> 
 
 
 @_apply_to_all_checks
-def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
+def report_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
     """Make a second grab of an object an additional step, even if no hand holds it (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
 @_apply_to_all_checks
-def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) -> Check | None:
+def report_repeated_sitting_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Make sitting down an additional step for a character that sits on any object; likewise lying down.
 
     The changed check covers every seat or bed. The separate check for another seat or bed is therefore
@@ -247,7 +247,7 @@ def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) 
 
 
 @_apply_to_all_checks
-def judge_closed_container_as_affordance_error(operator: Operator, check: Check) -> Check:
+def report_closed_container_as_affordance_error(operator: Operator, check: Check) -> Check:
     """Make putting an object into a closed container an affordance error.
 
     See ``execution.py``, ``_check_puttable``.
@@ -256,7 +256,7 @@ def judge_closed_container_as_affordance_error(operator: Operator, check: Check)
     return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
 
 
-def let_impossible_put_back_succeed(domain: Domain) -> Domain:
+def make_impossible_put_back_succeed(domain: Domain) -> Domain:
     """Let an impossible PUTOBJBACK succeed without an effect (``PutBackExecutor``)."""
     possible_at = {
         p.taken_from_inside: p.held(X) & p.near(Y) & (~p.can_open(Y) | p.open_(Y)),
@@ -271,7 +271,7 @@ def let_impossible_put_back_succeed(domain: Domain) -> Domain:
     return domain.replace_operators(Operator("PUTOBJBACK", (X,), (has_record,), effects))
 
 
-def make_short_and_long_looks_abort(domain: Domain) -> Domain:
+def add_failing_actions_lookat_short_and_long(domain: Domain) -> Domain:
     """Add the actions LOOKAT_SHORT and LOOKAT_LONG, which always fail.
 
     The package eai-eval accepts them in plans, but aborts when it executes them (``execution.py``,
@@ -284,7 +284,7 @@ def make_short_and_long_looks_abort(domain: Domain) -> Domain:
 
 
 @_apply_to_all_checks
-def make_walking_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
+def abort_walk_to_object_in_no_room(operator: Operator, check: Check) -> Check:
     """Make a walk to an object that is in no room an uncategorised error, because eai-eval aborts there.
 
     See ``execution.py``, ``WalkExecutor``.
@@ -293,18 +293,18 @@ def make_walking_to_object_in_no_room_abort(operator: Operator, check: Check) ->
 
 
 QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
-    order_related_objects_as_python_set,
+    order_related_objects_like_python_set,
     leave_held_objects_in_old_room,
     remove_contents_of_grabbed_object,
-    search_earlier_states_for_other_condition,
-    judge_unplugged_device_as_additional_step,
-    judge_running_device_as_additional_step,
-    judge_lacking_state_as_additional_step,
-    judge_second_grab_as_additional_step,
-    judge_seated_elsewhere_as_additional_step,
-    judge_closed_container_as_affordance_error,
-    let_impossible_put_back_succeed,
-    make_short_and_long_looks_abort,
-    make_walking_to_object_in_no_room_abort,
+    replace_condition_searched_in_earlier_states,
+    report_unplugged_device_as_additional_step,
+    report_running_device_as_additional_step,
+    report_lacking_state_as_additional_step,
+    report_second_grab_as_additional_step,
+    report_repeated_sitting_as_additional_step,
+    report_closed_container_as_affordance_error,
+    make_impossible_put_back_succeed,
+    add_failing_actions_lookat_short_and_long,
+    abort_walk_to_object_in_no_room,
 )
 """All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""

@@ -27,12 +27,12 @@ from eai.abilities.subgoal_decomposition.program import (
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, ExplorationResult, GoalProgress
-from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoalNotation
 from eai.extensions.reference import virtualhome_quirks
 from eai.extensions.reference.subgoals import PublishedSubgoalScorer, make_planner_that_stops_search
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import read_formula
-from eai.logic.ltl_printer import print_ltl
+from eai.logic.ltl_printer import format_ltl
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import Task
 from eai.world.action import Action, Fault
@@ -122,7 +122,10 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
     """Scores VirtualHome subgoals as eai-eval does. A goal counts as reached if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
-        domain, words = virtualhome_quirks.make_domain_with_all_quirks(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
+        domain, words = (
+            virtualhome_quirks.make_domain_with_all_quirks(),
+            VirtualHomeSubgoalNotation(SUBGOAL_ACTIONS),
+        )
         super().__init__(task, domain, words, goals=_UnorderedGoalTest(task), limits=limits)
         self.excluded = None
 
@@ -157,7 +160,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore_executions_of_subgoals(compiled)
 
-    def _make_planners_with_index_of_first_literal(
+    def _make_literal_planners_with_first_index(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal, after the literal's index.
@@ -171,14 +174,14 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             return make_planner_that_stops_search("a negation cannot be translated")
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
             return make_planner_that_stops_search(
-                f"{print_ltl(literal)}: an object without an id cannot be translated"
+                f"{format_ltl(literal)}: an object without an id cannot be translated"
             )
         if isinstance(literal, Occurs):
             action = self.lexicon.to_action(literal)
             return lambda state: SubgoalPlans(make_action_plans(*action, state))
         atom = self.lexicon.to_literal(literal)
         if atom is None:
-            raise AssertionError(f"expected an atom about objects of the task, found {print_ltl(literal)}")
+            raise AssertionError(f"expected an atom about objects of the task, found {format_ltl(literal)}")
         return lambda state: SubgoalPlans(list_plans_for_atom(atom.predicate, atom.arguments, state))
 
 
@@ -188,7 +191,7 @@ class _UnorderedGoalTest(GoalTest):
     Goals after the first unmet goal do not count.
     """
 
-    def _find_met_action_goals(
+    def _find_indices_of_met_action_goals(
         self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
     ) -> Sequence[int]:
         met = [not set(wanted).isdisjoint(actions) for wanted in goals]

@@ -13,7 +13,7 @@ import numpy as np
 from eai.base.errors import InputError
 from eai.extensions.scenes.body import Body, Box
 from eai.extensions.scenes.locations import BESIDE, INSIDE, UNDER, ObjectLocations
-from eai.extensions.scenes.placing import Placer, Pose, make_turn
+from eai.extensions.scenes.placing import Placer, Pose, make_rotation_by_quarter_turns
 
 WALL_HEIGHT = 2.6
 """Height of walls in metres."""
@@ -42,7 +42,7 @@ def arrange_objects(
         raise InputError(
             "cannot build a room: the state has no object that is a floor; use a task with a floor"
         )
-    joined = _find_object_over_object_of_other_room(locations)
+    joined = _map_first_object_over_other_room_to_floors(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _place_rooms_and_furniture(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
@@ -79,11 +79,11 @@ def place_remaining_objects(
         except InputError:
             if not crowded:
                 raise
-            pose = _find_pose_with_overlap(placer, locations, boxes, thing)
+            pose = _compute_pose_that_may_overlap(placer, locations, boxes, thing)
         placer.put(thing, pose)
 
 
-def _find_object_over_object_of_other_room(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _map_first_object_over_other_room_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return the first object that lies over an object of another room, with the floors of both rooms.
 
     The result maps the upper object to two floors: that of its own room, then that of the lower object's
@@ -145,7 +145,7 @@ def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, B
     )
 
 
-def _find_pose_with_overlap(
+def _compute_pose_that_may_overlap(
     placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
 ) -> Pose:
     """Return a pose in the middle of an object's support, container or room. Objects may overlap there."""
@@ -167,7 +167,7 @@ def _compute_volume(locations: ObjectLocations, thing: int) -> float:
 
 
 @dataclass(slots=True)
-class _RoomPlan:
+class _RoomLayout:
     """A room to which furniture is added. Its left front corner is the origin; y grows to the back."""
 
     bodies: Mapping[int, Body]
@@ -200,7 +200,7 @@ def _place_rooms_and_furniture(
         plan = _furnish_room({thing: bodies[thing] for thing in things})
         boxes[floor] = np.array([[left, 0.0, 0.0], [left + plan.width, plan.depth, WALL_HEIGHT]])
         for thing, (x, y, z, quarters) in plan.poses.items():
-            poses[thing] = Pose((left + x, y, z), make_turn(quarters))
+            poses[thing] = Pose((left + x, y, z), make_rotation_by_quarter_turns(quarters))
         left += plan.width + (
             0.0 if floor in [first for first, _ in floors_of_joining_objects.values()] else _ROOM_DISTANCE
         )
@@ -209,7 +209,7 @@ def _place_rooms_and_furniture(
     return boxes, poses
 
 
-def _furnish_room(bodies: Mapping[int, Body]) -> _RoomPlan:
+def _furnish_room(bodies: Mapping[int, Body]) -> _RoomLayout:
     standing = {stand: [i for i, body in bodies.items() if body.stand == stand] for stand in _STANDS}
     wall = sorted(standing["wall"], key=lambda i: (-bodies[i].size[2], i))
     tall = sum([bodies[i].size[0] + _FURNITURE_GAP for i in wall if bodies[i].size[2] > _WALL_CABINET_HEIGHT])
@@ -227,7 +227,7 @@ def _furnish_room(bodies: Mapping[int, Body]) -> _RoomPlan:
     sides = max(0.0, along + 0.4 - width) / 2 + besides
     deep = [max([bodies[i].size[1] for i in row]) + 0.6 for row in rows]
     depth = max(3.6, back + sum(deep) + 2.0, back + sides + 1.6)
-    plan = _RoomPlan(bodies, width, depth)
+    plan = _RoomLayout(bodies, width, depth)
     _put_furniture_along_walls(plan, wall, standing)
     y = depth - back - 0.6
     for row in rows:
@@ -253,7 +253,7 @@ def _split_into_rows(bodies: Mapping[int, Body], things: Sequence[int], width: f
     return rows
 
 
-def _put_objects_in_row(plan: _RoomPlan, row: Sequence[int], y: float) -> None:
+def _put_objects_in_row(plan: _RoomLayout, row: Sequence[int], y: float) -> None:
     """Put objects side by side in a row that is centred in the room."""
     sizes = [plan.bodies[thing].size for thing in row]
     x = plan.width / 2 - (sum([size[0] for size in sizes]) + 0.7 * (len(row) - 1)) / 2
@@ -263,7 +263,7 @@ def _put_objects_in_row(plan: _RoomPlan, row: Sequence[int], y: float) -> None:
 
 
 def _put_furniture_along_walls(
-    plan: _RoomPlan, back_wall_furniture: Sequence[int], furniture_by_stand: Mapping[str, Sequence[int]]
+    plan: _RoomLayout, back_wall_furniture: Sequence[int], furniture_by_stand: Mapping[str, Sequence[int]]
 ) -> None:
     """Put furniture along the back wall, then along the side walls. Doors are left, windows right."""
     bodies, x = plan.bodies, 0.2
@@ -289,7 +289,11 @@ def _put_furniture_along_walls(
 
 
 def _put_at_side_wall(
-    plan: _RoomPlan, thing: int, quarters: int, free_depth_by_quarters: dict[int, float], height: float = 0.0
+    plan: _RoomLayout,
+    thing: int,
+    quarters: int,
+    free_depth_by_quarters: dict[int, float],
+    height: float = 0.0,
 ) -> None:
     """Put an object with its back to the left wall (``quarters`` is 1) or the right wall (it is 3)."""
     width, depth, _ = plan.bodies[thing].size

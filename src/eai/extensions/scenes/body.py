@@ -137,7 +137,7 @@ def _make_body(family: Mapping[str, Any], kind: _BodyKindRow) -> Body:
         size,
         tuple([part for line in family["parts"] for part in _read_parts(line, kind)]),
         family.get("stand", "free"),
-        tuple([_read_box_of_no_height(line, size) for line in family.get("tops", ())]),
+        tuple([_read_flat_box(line, size) for line in family.get("tops", ())]),
         tuple([_read_box(line.split(), size) for line in family.get("spaces", ())]),
         (_read_box(family["below"].split(), size),) if "below" in family else (),
         float(family.get("slack", 1.0)),
@@ -214,7 +214,7 @@ def _read_box(fractions: Sequence[str], size: Vector) -> Box:
     return box
 
 
-def _read_box_of_no_height(line: str, size: Vector) -> Box:
+def _read_flat_box(line: str, size: Vector) -> Box:
     fractions = line.split()
     return _read_box([*fractions, fractions[-1]], size)
 

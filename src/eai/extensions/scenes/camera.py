@@ -137,7 +137,7 @@ class Camera:
         return self._renderer.render()
 
 
-def _view_from_head(scene: MujocoScene) -> _Viewpoint:
+def _find_viewpoint_at_head_height(scene: MujocoScene) -> _Viewpoint:
     """Return a viewpoint that shows all objects of the room with most objects, from in front of the room."""
     locations, room = scene.locations, scene.locations.fullest_room
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
@@ -161,7 +161,7 @@ def _view_near_object_carrying_most(scene: MujocoScene) -> _Viewpoint:
         here = [i for i in locations.visible_objects if locations.find_room(i) == locations.fullest_room]
         seen = [i for i in here if locations.bodies[i].stand == "free"] or here
         if not seen:
-            return _view_from_head(scene)
+            return _find_viewpoint_at_head_height(scene)
         ahead = np.array([0.0, -1.0, 0.0])
     else:
         on_it = [
@@ -241,7 +241,7 @@ def _view_from_above(scene: MujocoScene) -> _Viewpoint:
 
 
 _VIEWPOINTS: Mapping[CameraView, Callable[[MujocoScene], _Viewpoint]] = {
-    "head": _view_from_head,
+    "head": _find_viewpoint_at_head_height,
     "near": _view_near_object_carrying_most,
     "top": _view_from_above,
 }

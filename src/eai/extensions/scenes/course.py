@@ -17,7 +17,7 @@ from eai.abilities.replanning_options import ReplanningOptions
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.diagrams import make_words_for_picture_labels
-from eai.extensions.scenes.tiles import make_tiles
+from eai.extensions.scenes.tiles import make_object_rectangles
 from eai.results.record import Record
 from eai.studies.perception.scene_graph import SceneGraphVocabulary
 from eai.studies.report.explorer import ObjectRectangle, SceneDiagrams
@@ -38,7 +38,7 @@ class _AnswerExecutingScorer(Structure):
     task: Task
 
 
-def make_tile_finder(source: Source) -> Callable[[Record], SceneDiagrams]:
+def make_scene_diagram_maker(source: Source) -> Callable[[Record], SceneDiagrams]:
     """Return a function that returns the diagrams of the scene at each step of an answer, given its record.
 
     The function opens the suite (tasks with their scoring) of several records only once.
@@ -49,7 +49,7 @@ def make_tile_finder(source: Source) -> Callable[[Record], SceneDiagrams]:
         choice = ErrataChoice.CURRENT if errata else ErrataChoice.NONE
         return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
 
-    def make_diagram_tiles(record: Record) -> SceneDiagrams:
+    def make_scene_diagrams(record: Record) -> SceneDiagrams:
         if record.domain not in list_benchmarks() or _get_steps(record.explanation) == ():
             return ()
         errata = record.errata is not None
@@ -57,7 +57,7 @@ def make_tile_finder(source: Source) -> Callable[[Record], SceneDiagrams]:
             record, open_cached_suite(record.domain, record.ability, record.protocol, errata=errata)
         )
 
-    return make_diagram_tiles
+    return make_scene_diagrams
 
 
 def make_scene_diagrams_after_each_step(record: Record, suite: Suite) -> SceneDiagrams:
@@ -110,7 +110,9 @@ def _make_diagram_of_scene(
 ) -> list[ObjectRectangle]:
     agent = task.scene.agent
     graph = words.make_true_graph(replace(task, initial=state), shown_objects)
-    return make_tiles(graph, words, None if agent is None else words.list_object_names(task)[agent])
+    return make_object_rectangles(
+        graph, words, None if agent is None else words.list_object_names(task)[agent]
+    )
 
 
 def _to_action(step: StepReport, scene: Scene) -> Action:

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.extensions.scenes.drawing import Drawing, draw_tiles, to_pillow_image, to_png
-from eai.extensions.scenes.tiles import make_tiles
+from eai.extensions.scenes.drawing import Drawing, draw_object_rectangles, to_pillow_image, to_png
+from eai.extensions.scenes.tiles import make_object_rectangles
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.scene_graph import SceneGraph, SceneGraphVocabulary
 from eai.studies.perception.scenes import choose_distractor_objects
@@ -19,7 +19,7 @@ from eai.world.state import State
 
 PNG = "image/png"
 
-MOST_HEIGHT = 1536
+MAX_HEIGHT_WITH_UNRELATED_OBJECTS = 1536
 """Maximum height of a picture with objects that do not belong to the task, in pixels.
 
 Models shrink higher pictures.
@@ -58,8 +58,10 @@ def draw_scene(
     doer = None if agent is None else names[agent]
     while True:
         truth = words.make_true_graph(now, [*shown, *others])
-        drawing = draw_tiles(make_tiles(truth, words, doer, [names[index] for index in others]))
-        if drawing.height <= MOST_HEIGHT or not others:
+        drawing = draw_object_rectangles(
+            make_object_rectangles(truth, words, doer, [names[index] for index in others])
+        )
+        if drawing.height <= MAX_HEIGHT_WITH_UNRELATED_OBJECTS or not others:
             return drawing, truth
         others = others[: len(others) * 3 // 4]
 

@@ -18,7 +18,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from eai.base.errors import require_extra
 from eai.extensions.scenes.tiles import BOTH_WAYS, ONE_WAY
-from eai.studies.report.explorer import ObjectRectangle, Owner
+from eai.studies.report.explorer import ObjectRectangle, ObjectRole
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -36,9 +36,9 @@ A rectangle is wider if its name or its nested rectangles need more space.
 """
 
 _INK = "#1a1a1a"
-_FILLS: Mapping[Owner, str] = {"agent": "#fff3d6", "object": "#ffffff", "other": "#f0f0f0"}
-_STROKES: Mapping[Owner, str] = {"agent": "#b36b00", "object": "#20456e", "other": "#8a8a8a"}
-_LINES: Mapping[Owner, int] = {"agent": 2, "object": 1, "other": 1}
+_FILLS: Mapping[ObjectRole, str] = {"agent": "#fff3d6", "object": "#ffffff", "other": "#f0f0f0"}
+_STROKES: Mapping[ObjectRole, str] = {"agent": "#b36b00", "object": "#20456e", "other": "#8a8a8a"}
+_LINES: Mapping[ObjectRole, int] = {"agent": 2, "object": 1, "other": 1}
 _ZONE_FILL, _ZONE_STROKE = "#e8eff7", "#9db4cd"
 _MARK_FILL, _MARK_STROKE = "#dcefdc", "#3f7d3f"
 _EMPTY = "(empty)"
@@ -150,10 +150,10 @@ def to_pillow_image(drawing: Drawing) -> Image:
     return image
 
 
-def draw_tiles(tiles: Sequence[ObjectRectangle]) -> Drawing:
+def draw_object_rectangles(tiles: Sequence[ObjectRectangle]) -> Drawing:
     """Draw objects as rectangles, with a legend below them. The drawing is `WIDTH` pixels wide."""
     inner = WIDTH - 2 * _GAP
-    boxes = [_draw_tile(tile, inner) for tile in tiles]
+    boxes = [_draw_object_rectangle(tile, inner) for tile in tiles]
     scene, legend = _pack_boxes(boxes, inner), _draw_legend(inner)
     shapes = [
         *_move_shapes(scene.shapes, _GAP, _GAP),
@@ -162,11 +162,11 @@ def draw_tiles(tiles: Sequence[ObjectRectangle]) -> Drawing:
     return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
 
 
-def _draw_tile(tile: ObjectRectangle, max_width: int) -> Drawing:
+def _draw_object_rectangle(tile: ObjectRectangle, max_width: int) -> Drawing:
     """Draw the rectangle of an object and those nested in it, at most ``max_width`` pixels wide."""
     inner = max_width - 2 * _PAD
     zones = _arrange_in_rows(
-        [_draw_related_tiles(label, within, inner) for label, within in tile.zones.items()], inner
+        [_draw_objects_in_relation(label, within, inner) for label, within in tile.zones.items()], inner
     )
     named, letter = text_width(tile.name, NAME_SIZE), text_width(" ", TEXT_SIZE)
     columns = max(_TEXT_COLUMNS, max(named, zones.width) // letter)
@@ -189,10 +189,14 @@ def _draw_tile(tile: ObjectRectangle, max_width: int) -> Drawing:
     return Drawing(width, height, [frame, *shapes])
 
 
-def _draw_related_tiles(relation_label: str, tiles: Sequence[ObjectRectangle], max_width: int) -> Drawing:
+def _draw_objects_in_relation(
+    relation_label: str, tiles: Sequence[ObjectRectangle], max_width: int
+) -> Drawing:
     """Draw the rectangles of all objects that have one relation to the object around them, in a frame."""
     top = _PAD + TEXT_SIZE + 5
-    content = _pack_boxes([_draw_tile(tile, max_width - 2 * _PAD) for tile in tiles], max_width - 2 * _PAD)
+    content = _pack_boxes(
+        [_draw_object_rectangle(tile, max_width - 2 * _PAD) for tile in tiles], max_width - 2 * _PAD
+    )
     shapes: list[_Shape] = [
         _DrawnText(
             _PAD,
@@ -250,7 +254,7 @@ def _draw_legend(max_width: int) -> Drawing:
     )
 
 
-def _draw_legend_colour(owner: Owner) -> Drawing:
+def _draw_legend_colour(owner: ObjectRole) -> Drawing:
     return _draw_frame(_FILLS[owner], _STROKES[owner], 4, _LINES[owner])
 
 

@@ -154,7 +154,7 @@ def read_object_locations(state: State) -> ObjectLocations:
     relations = {
         name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _OBJECT_RELATIONS
     }
-    states = {index: _list_states_shown_by_body(state, index, body) for index, body in bodies.items()}
+    states = {index: _find_states_shown_by_body(state, index, body) for index, body in bodies.items()}
     hands = {
         hand: i
         for hand, name in enumerate(_HANDS)
@@ -202,7 +202,7 @@ def _is_absent(state: State, index: int) -> bool:
     return any(whole not in sliced for whole in wholes) or (index in sliced and bool(parts.column(index)))
 
 
-def _list_states_shown_by_body(state: State, index: int, body: Body) -> frozenset[str]:
+def _find_states_shown_by_body(state: State, index: int, body: Body) -> frozenset[str]:
     states = {word for name, word in _STATES.items() if index in _list_objects_with_property(state, name)}
     if "open" not in states and (index in _list_objects_with_property(state, "openable") or not body.slack):
         states.add("closed")

@@ -41,7 +41,7 @@ def render_pictures(
         drawn = [Image.fromarray(camera.render_colours(view)) for view in views]
         if numbered:
             for image, view in zip(drawn, views, strict=True):
-                _draw_numbers(image, camera.render_object_indexes(view))
+                _draw_object_numbers_on_image(image, camera.render_object_indexes(view))
     return [_encode_image(image, "PNG") for image in drawn]
 
 
@@ -90,7 +90,7 @@ def _list_visible_objects_and_pixels(object_image: Any) -> Iterator[tuple[int, A
             yield thing, rows, columns
 
 
-def _draw_numbers(image: Image.Image, object_image: Any) -> None:
+def _draw_object_numbers_on_image(image: Image.Image, object_image: Any) -> None:
     draw = ImageDraw.Draw(image)
     for thing, rows, columns in _list_visible_objects_and_pixels(object_image):
         left, top = int(columns.min()), int(rows.min())

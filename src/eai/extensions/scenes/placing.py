@@ -65,12 +65,12 @@ class Pose(NamedTuple):
         return np.array([middle - half, middle + half])
 
 
-def make_turn(quarters: int) -> _Rotation:
+def make_rotation_by_quarter_turns(quarters: int) -> _Rotation:
     """Return the rotation by a number of quarter turns to the left, seen from above."""
     return (math.cos(quarters * math.pi / 4), 0.0, 0.0, math.sin(quarters * math.pi / 4))
 
 
-FLAT = tuple(make_turn(quarters) for quarters in range(4))
+FLAT = tuple(make_rotation_by_quarter_turns(quarters) for quarters in range(4))
 _R = math.sqrt(0.5)
 UPRIGHT = ((_R, _R, 0.0, 0.0), (_R, 0.0, _R, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, 0.5, -0.5, 0.5))
 """Rotations of objects that stand on a narrow side, as a book on a shelf does."""

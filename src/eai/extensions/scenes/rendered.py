@@ -71,7 +71,7 @@ def render_images_of_tasks(
     return pictures_by_task
 
 
-def map_objects_to_image_pixels(task: Task) -> dict[int, tuple[int, int, int]]:
+def map_objects_to_pixel_positions(task: Task) -> dict[int, tuple[int, int, int]]:
     """Return a mapping from the index of each visible object to the position of one of its pixels.
 
     The position is the number of a picture of the task, from 1, and the column and row in this picture.

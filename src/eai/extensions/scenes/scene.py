@@ -238,7 +238,7 @@ class MujocoScene:
             InputError: an object does not fit, or a relation does not hold.
         """
         placer, self.rooms = arrange_objects(self.locations, self._names, seed)
-        self._build_model(placer)
+        self._build_mujoco_model(placer)
         self._simulate_until_rest()
         lost = self.list_broken_relations()
         if lost:
@@ -248,7 +248,7 @@ class MujocoScene:
                 f"{self._names[second]}; choose another task"
             )
 
-    def _build_model(self, placer: Placer) -> None:
+    def _build_mujoco_model(self, placer: Placer) -> None:
         text = write_mujoco_model(placer, self.locations, self.rooms, _ABSENT_LOCATION)
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
@@ -282,7 +282,7 @@ class MujocoScene:
         """
         before, locations = self.locations, read_object_locations(state)
         placer = Placer(locations, self._names, f"{self.task.id} {hash(state)}")
-        kept = self._list_unmoved(before, locations)
+        kept = self._list_unmoved_objects(before, locations)
         for thing in kept:
             placer.put(thing, self._read_pose(thing))
         place_remaining_objects(placer, locations, self.rooms, crowded=True)
@@ -293,7 +293,7 @@ class MujocoScene:
         self.locations = locations
         self.mujoco.mj_forward(self.model, self.data)
 
-    def _list_unmoved(self, before: ObjectLocations, locations: ObjectLocations) -> list[int]:
+    def _list_unmoved_objects(self, before: ObjectLocations, locations: ObjectLocations) -> list[int]:
         """Return the objects whose location is equal in both states.
 
         An object comes before the objects in or on it.

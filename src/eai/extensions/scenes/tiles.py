@@ -9,7 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from eai.base.grouping import group_pairs
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary, SupportRelation
+from eai.studies.perception.scene_graph import (
+    SceneGraph,
+    SceneGraphFact,
+    SceneGraphVocabulary,
+    SupportRelation,
+)
 from eai.studies.report.explorer import ObjectRectangle
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
@@ -19,7 +24,7 @@ HANDS = "(hands)"
 """Name of the rectangle with the objects in the hands, for scenes in which no object is the agent."""
 
 
-def make_tiles(
+def make_object_rectangles(
     graph: SceneGraph, words: SceneGraphVocabulary, agent: str | None, others: Sequence[str] = ()
 ) -> list[ObjectRectangle]:
     """Return the rectangles of all objects that are not in or on another object. The agent's comes first.
@@ -32,13 +37,16 @@ def make_tiles(
         agent: the name of the acting object, or None if no object acts.
         others: the names of objects that do not occur in the task.
     """
-    hands, doer = [words.find_scene_graph_name(name) for name in words.holding_predicates], agent or HANDS
+    hands, doer = (
+        [words.find_scene_graph_name(name) for name in words.holding_predicate_names],
+        agent or HANDS,
+    )
     tiles: dict[str, ObjectRectangle] = {}
     if hands or doer in graph.mentioned_objects:
         tiles[doer] = ObjectRectangle(doer, "agent", zones={hand: [] for hand in hands})
     for name in graph.mentioned_objects:
         tiles.setdefault(name, ObjectRectangle(name, "other" if name in others else "object"))
-    placed = _map_objects_to_placing_facts(graph, words, agent, hands)
+    placed = _map_objects_to_location_facts(graph, words, agent, hands)
     for name, fact in placed.items():
         holder = doer if fact.predicate in hands else fact.arguments[1]
         tiles[holder].zones.setdefault(fact.predicate, []).append(tiles[name])
@@ -53,30 +61,30 @@ def make_tiles(
     return [tile for name, tile in tiles.items() if name not in placed]
 
 
-def _map_objects_to_placing_facts(
+def _map_objects_to_location_facts(
     graph: SceneGraph, words: SceneGraphVocabulary, agent: str | None, hands: Sequence[str]
-) -> dict[str, NamedFact]:
+) -> dict[str, SceneGraphFact]:
     """Return a mapping from each object to the fact that places it in another object or in a hand.
 
     If several facts place an object, the mapping has the fact with the innermost place.
     """
-    names = {words.find_scene_graph_name(name) for name in words.support_predicates}
+    names = {words.find_scene_graph_name(name) for name in words.support_predicate_names}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.mentioned_objects}
     circles = SupportRelation(frozenset(names))
-    placed: dict[str, NamedFact] = {}
+    placed: dict[str, SceneGraphFact] = {}
     for fact in graph.facts:
         if fact.predicate in hands and (len(fact.arguments) == 1 or fact.arguments[0] == agent):
             placed.setdefault(fact.arguments[-1], fact)
     for name, facts in below.items():
         for fact in sorted(facts, key=lambda each: -depths[each.arguments[1]]):
-            if name not in placed and not circles.would_close_circle(fact):
+            if name not in placed and not circles.would_close_cycle(fact):
                 placed[name] = fact
                 circles.add_fact(fact)
     return placed
 
 
-def _compute_nesting_depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) -> int:
+def _compute_nesting_depth(name: str, below: dict[str, list[SceneGraphFact]], above: frozenset[str]) -> int:
     """Return the number of objects that carry an object, from its support down to the floor."""
     if name in above:
         return 0
@@ -86,7 +94,7 @@ def _compute_nesting_depth(name: str, below: dict[str, list[NamedFact]], above: 
     )
 
 
-def _write_object_names_and_relation_lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
+def _write_object_names_and_relation_lines(facts: Sequence[SceneGraphFact]) -> Iterator[tuple[str, str]]:
     """Yield for each relation the name of its first object, and the line for this object's rectangle."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}

@@ -59,9 +59,9 @@ class PlanStateCache:
         self.goal = goal
         self.change_finder = change_finder
         self._goals = make_subgoals(goal.conditions, initial.scene)
-        self.forget_states()
+        self.clear_cached_states()
 
-    def forget_states(self) -> None:
+    def clear_cached_states(self) -> None:
         """Remove all states except the initial state."""
         self.by_number = [self.initial]
         self._numbers = {self.initial: 0}
@@ -75,14 +75,14 @@ class PlanStateCache:
         goal lists.
         """
         number, taken = moment
-        after, executed = self.get_next_state_and_executed(number, action)
+        after, executed = self.get_step_outcome(number, action)
         if after is None:
             return None
         wanted = self.goal.actions
         takes = executed and taken < len(wanted) and action.operator in wanted[taken]
         return after, taken + takes
 
-    def get_next_state_and_executed(self, state_number: int, action: Action) -> tuple[int | None, bool]:
+    def get_step_outcome(self, state_number: int, action: Action) -> tuple[int | None, bool]:
         """Return the number of the state after a step, and whether the step is executed.
 
         The number is None if the step is impossible. A step that is skipped, because it is not needed, leads
@@ -90,12 +90,10 @@ class PlanStateCache:
         """
         outcome = self._after.get((state_number, action))
         if outcome is None:
-            outcome = self._after[state_number, action] = self._compute_next_state_and_executed(
-                state_number, action
-            )
+            outcome = self._after[state_number, action] = self._compute_step_outcome(state_number, action)
         return outcome
 
-    def _compute_next_state_and_executed(self, state_number: int, action: Action) -> tuple[int | None, bool]:
+    def _compute_step_outcome(self, state_number: int, action: Action) -> tuple[int | None, bool]:
         state, operator = self.by_number[state_number], self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
         if operator.is_possible(state, binding):
@@ -282,7 +280,7 @@ class _HelpingEditFinder:
             entry = plan[position - 1]
             if entry.action is None:
                 continue
-            earlier_changes, undoes = self._find_changes_improving_step(
+            earlier_changes, undoes = self._find_earlier_changes_for_wanted_changes(
                 path[position - 1][0], entry.action, fact_changes, operator_names
             )
             if entry.is_kept and undoes:
@@ -293,7 +291,7 @@ class _HelpingEditFinder:
                 fact_changes |= earlier_changes
         return helping_edits
 
-    def _find_changes_improving_step(
+    def _find_earlier_changes_for_wanted_changes(
         self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, UndoesWantedChange]:
         """Return changes of facts that may let a step make more of the wanted changes, or undo fewer of them.
@@ -304,16 +302,16 @@ class _HelpingEditFinder:
         """
         state, executed = (
             self._states.by_number[state_number],
-            self._states.get_next_state_and_executed(state_number, step)[1],
+            self._states.get_step_outcome(state_number, step)[1],
         )
         finder = self._change_finder
-        earlier_changes = finder.find_all_changes_if_effects_are_unknown(step.operator)
+        earlier_changes = finder.get_changes_by_unknown_effects(step.operator)
         undoes = bool(earlier_changes) and executed
         cached = self._improving.setdefault((state_number, step), {})
         for change in () if earlier_changes else finder.select_changes_made_or_undone(step, wanted_changes):
             outcome = cached.get(change)
             if outcome is None:
-                outcome = cached[change] = finder.find_changes_improving_step(
+                outcome = cached[change] = finder.find_earlier_changes_for_wanted_change(
                     step, state, change, is_executed=executed
                 )
             earlier_changes |= outcome[0]

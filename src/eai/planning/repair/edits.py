@@ -153,7 +153,7 @@ def compute_edit_cost(plan: EditedPlan) -> EditCost:
     return EditCost(edits, deletions, insertions)
 
 
-def count_edits(plan: EditedPlan | None) -> float:
+def count_edits_or_infinity(plan: EditedPlan | None) -> float:
     """Return the number of edits of an edited plan; infinity for None."""
     return inf if plan is None else compute_edit_cost(plan).edits
 

@@ -30,7 +30,7 @@ from eai.planning.repair.edits import (
     PlanSteps,
     align_plans,
     compute_edit_cost,
-    count_edits,
+    count_edits_or_infinity,
     find_positions_to_delete_without_cost,
     insert_or_delete_step,
     list_plan_edits,
@@ -40,7 +40,7 @@ from eai.planning.repair.edits import (
 )
 from eai.planning.search import Limits, OpenList, SearchEffort, SearchEndReason
 from eai.planning.subgoal import Subgoal
-from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
@@ -135,7 +135,10 @@ class Repairer:
         best = search.run(effort.limit * _FIRST_SHARE, edit_limit)
         if best is None and search.min_edits < edit_limit:
             best = self._find_best_planner_repair(plan, effort)
-            best = search.run(effort.limit * _SEARCH_SHARE, min(count_edits(best), edit_limit)) or best
+            best = (
+                search.run(effort.limit * _SEARCH_SHARE, min(count_edits_or_infinity(best), edit_limit))
+                or best
+            )
         effort.used += search.effort.used
         return search.min_edits, None if best is None else list_plan_edits(best)
 
@@ -146,8 +149,8 @@ class Repairer:
 
     def _limit_cached_states(self) -> None:
         if len(self.states.by_number) > _MAX_CACHED_STATES:
-            self.states.forget_states()
-            self.change_finder.forget_effects()
+            self.states.clear_cached_states()
+            self.change_finder.clear_cached_effects()
             self.find_edits = make_edits_finder(self.states)
             self._enabling_actions.clear()
 
@@ -169,9 +172,9 @@ class Repairer:
             self._remove_needless_edits(repair, plan, effort)
             for repair in self._generate_planner_repairs(plan, looks, effort)
         ]
-        return min(repairs, key=count_edits, default=None)
+        return min(repairs, key=count_edits_or_infinity, default=None)
 
-    def prove_min_plan_length(self, effort: SearchEffort) -> int:
+    def compute_proved_min_plan_length(self, effort: SearchEffort) -> int:
         """Return the proved minimum number of steps of plans that succeed.
 
         More effort (the limit of ``effort``) may prove a higher number.
@@ -355,7 +358,7 @@ class Repairer:
                 or lacked & ~landmarks.get_mask_of_cuts_with_action(action)
             ):
                 continue
-            if self.states.get_next_state_and_executed(moment[0], action)[1] and self._succeeds_from(
+            if self.states.get_step_outcome(moment[0], action)[1] and self._succeeds_from(
                 self.states.take_step(moment, action), rest
             ):
                 yield edit._replace(action=action)
@@ -366,7 +369,7 @@ class Repairer:
         for operator in self.states.domain.operators:
             if operator.effects or operator.alternatives or operator.name in names:
                 state, bindings = self.states.by_number[moment[0]], SearchEffort(Limits().bindings)
-                yield from generate_applicable_of_operator(
+                yield from generate_applicable_actions_of_operator(
                     self.states.domain, operator, state, self._objects, bindings
                 )
 
@@ -474,7 +477,7 @@ class _RepairSearch:
                 break
             if node.first_unknown < 0:
                 self._expand_node(updated)
-            elif self._execute_plan_of(updated):
+            elif self._execute_plan_and_check_success(updated):
                 return node.plan
         self.min_edits = int(min(self.min_edits, known_edits))
         return None
@@ -496,7 +499,7 @@ class _RepairSearch:
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
         self._waiting.push(node, node.min_repair_edits, node.failures, -self._pushed)
 
-    def _execute_plan_of(self, node: _RepairNode) -> bool:
+    def _execute_plan_and_check_success(self, node: _RepairNode) -> bool:
         """Execute the plan of a node. Return True if the plan succeeds.
 
         If the plan fails, its node is queued again, with the result of the execution. Plans with one more
@@ -567,7 +570,7 @@ class _RepairSearch:
             lacked = node.missed_cuts & ~self._landmarks.get_mask_of_cuts_with_action(action)
             rank = ranks.get(lacked, -1)
             if rank < 0:
-                missing_steps = self._landmarks.count_min_actions(lacked)
+                missing_steps = self._landmarks.count_min_actions_for_cuts(lacked)
                 rank = ranks[lacked] = costs.count_min_edits_with_inserted_steps(missing_steps)
             if rank <= last and rank < one_more and self._is_useless_insertion(node, position, action):
                 rank += 1
@@ -603,14 +606,14 @@ class _RepairSearch:
         return node._replace(
             missed_cuts=lacked,
             known_cuts=len(landmarks.cuts),
-            missing_steps=landmarks.count_min_actions(lacked),
+            missing_steps=landmarks.count_min_actions_for_cuts(lacked),
         )
 
     def _make_child_node(
         self, parent: _RepairNode, plan: EditedPlan, first_changed: int, costs: EditCost, missed_cuts: int
     ) -> _RepairNode:
         first_changed = min(first_changed, len(parent.path) - 1)
-        lacking = self._landmarks.count_min_actions(missed_cuts)
+        lacking = self._landmarks.count_min_actions_for_cuts(missed_cuts)
         return _RepairNode(
             plan, parent.path, first_changed, parent.failures, costs, missed_cuts, parent.known_cuts, lacking
         )

@@ -25,8 +25,8 @@ from eai.results.lines import (
     MODEL,
     SUITE,
     AnswerLine,
-    AnswerMeasure,
-    GoalLine,
+    AnswerScoreName,
+    GoalRow,
     StepLine,
     SuiteIdentity,
     TidyTableLine,
@@ -96,7 +96,7 @@ REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
 """Mapping from the columns of the regression to functions that compute a column's value for an answer."""
 
 
-def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: AnswerMeasure) -> list[Table]:
+def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: AnswerScoreName) -> list[Table]:
     """Return the tables that compare scores with features of tasks.
 
     Args:
@@ -261,7 +261,7 @@ def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
 
 
 @make_table("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
-def _make_predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
+def _make_predicates_table(goals: Sequence[GoalRow]) -> Iterator[Row]:
     """Reached goals by predicate.
 
     The share of goals with the predicate that are reached; a goal with two predicates counts in both. A plan
@@ -296,7 +296,7 @@ class _TaskFeatureOptions(Options):
     """
 
     bins: int = Field(default=10, ge=1)
-    measure: AnswerMeasure = "score"
+    measure: AnswerScoreName = "score"
 
 
 def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) -> Iterator[Analysis]:
@@ -306,7 +306,7 @@ def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) 
     yield Analysis(tables, _draw_task_feature_figures(tables, options.measure))
 
 
-def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:
+def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerScoreName) -> Figures:
     adjusted, _, curves, by_action, by_predicate = tables
     for suite, rows in group_rows_by_suite(curves).items():
         yield name_suite_figure(suite, "curves", draw_feature_curves(rows, f"{measure}, percent"))

@@ -41,7 +41,7 @@ from eai.results.plots import (
     read_denominator,
     read_estimate,
 )
-from eai.results.table import Cell, Estimate, Label, Row, Table, make_table
+from eai.results.table import Cell, Estimate, Row, Table, TextCell, make_table
 from eai.studies.errors.overview import draw_flows, make_outcome_counts_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, name_suite_figure
@@ -237,7 +237,7 @@ def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
     if explorer is None:
         return answer.task
     run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
-    return Label(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
+    return TextCell(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
 
 
 @make_table(

@@ -12,7 +12,7 @@ from eai.results.certainty import TaskContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
-    InterpretedGoalLine,
+    InterpretedGoalRow,
     WrongGoalReason,
     estimate_share_of_each_kind,
     group_by_run,
@@ -34,7 +34,7 @@ def _analyze_goals(records: StudyRecords, chosen: Options) -> Iterator[Analysis]
     yield Analysis(tables, _draw_goal_score_figures(tables))
 
 
-def make_goal_tables(atoms: Sequence[InterpretedGoalLine]) -> list[Table]:
+def make_goal_tables(atoms: Sequence[InterpretedGoalRow]) -> list[Table]:
     """Return the tables that compare the goals in answers with the goals of tasks."""
     return [
         _make_predicates_table(atoms),
@@ -47,7 +47,7 @@ def make_goal_tables(atoms: Sequence[InterpretedGoalLine]) -> list[Table]:
 @make_table(
     "by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), max_shown_rows=30
 )
-def _make_predicates_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row]:
+def _make_predicates_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
     """Goals by predicate.
 
     Conditions of the tasks that are stated (matched) or not stated (missing), and stated goals that no task
@@ -63,7 +63,7 @@ def _make_predicates_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row
             yield (*key, name, *(counts[v] for v in _VERDICTS), *_estimate_precision_and_recall(of_name))
 
 
-def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalLine]) -> tuple[Estimate, Estimate]:
+def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalRow]) -> tuple[Estimate, Estimate]:
     return (
         Estimate.from_cases(
             [_score_goal_as_matched_or_not(line) for line in lines if line.verdict != MISSING]
@@ -72,12 +72,12 @@ def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalLine]) -> tupl
     )
 
 
-def _score_goal_as_matched_or_not(line: InterpretedGoalLine) -> TaskContribution:
+def _score_goal_as_matched_or_not(line: InterpretedGoalRow) -> TaskContribution:
     return make_task_contribution(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
 
 
 @make_table("reasons", (*SUITE, MODEL, "reason", "share"))
-def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row]:
+def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
     """Where wrong goals come from.
 
     Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the benchmark
@@ -94,7 +94,7 @@ def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalLine]) -> Iter
 @make_table(
     "wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", max_shown_rows=15
 )
-def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row]:
+def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
     """Wrong goals, the most frequent first.
 
     Wrong goals (stated in answers, but no goals of the task), counted by predicate or action and by reason.
@@ -111,7 +111,7 @@ def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Ro
     title="What many models do alike",
     max_shown_rows=15,
 )
-def _make_models_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row]:
+def _make_models_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
     """Goals, by how many models state or miss each.
 
     For each condition and each stated goal: how many models state it rightly, state it wrongly, or miss it,
@@ -127,7 +127,7 @@ def _make_models_table(atoms: Sequence[InterpretedGoalLine]) -> Iterator[Row]:
 
 
 def _count_models_right_wrong_missing_by_goal(
-    lines: Sequence[InterpretedGoalLine],
+    lines: Sequence[InterpretedGoalRow],
 ) -> Iterator[tuple[str, str, int, int, int]]:
     """Yield for each goal: task, goal, and how many models state it rightly, state it wrongly or miss it."""
     by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)

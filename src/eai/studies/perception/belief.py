@@ -15,7 +15,12 @@ from dataclasses import replace
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.traversal import find_object_names
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary, SupportRelation
+from eai.studies.perception.scene_graph import (
+    SceneGraph,
+    SceneGraphFact,
+    SceneGraphVocabulary,
+    SupportRelation,
+)
 from eai.tasks.task import Task
 from eai.tasks.wording import list_objects_in_prompt
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -26,7 +31,7 @@ UNSEEN = "(unseen)"
 _STEM = re.compile(r"[\W_]*\d*$")
 
 
-def open_scene_graph_vocabulary(benchmark: Benchmark) -> SceneGraphVocabulary:
+def make_scene_graph_vocabulary(benchmark: Benchmark) -> SceneGraphVocabulary:
     """Return the names of predicates and objects in scene graphs; prompts for plans use the same names."""
     return SceneGraphVocabulary(benchmark.wording(Ability.ACTION_SEQUENCING))
 
@@ -36,7 +41,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
 
     Goals that name an object missing from the graph are left out, because no plan can reach them.
     """
-    words = open_scene_graph_vocabulary(benchmark)
+    words = make_scene_graph_vocabulary(benchmark)
 
     def replace_scene_of_task(task: Task) -> Task:
         graph = graphs.get(task.id)
@@ -107,8 +112,8 @@ class _PerceivedScene:
         return self._make_scene().state([*kept, *perceived, *copied])
 
     def _select_jointly_possible_facts(
-        self, facts: Sequence[NamedFact], described: set[NamedFact]
-    ) -> Iterator[NamedFact]:
+        self, facts: Sequence[SceneGraphFact], described: set[SceneGraphFact]
+    ) -> Iterator[SceneGraphFact]:
         """Yield the facts of a list that can all be true in one state.
 
         A fact is left out if it would make an object support itself, even through other objects, or give an
@@ -120,18 +125,18 @@ class _PerceivedScene:
             words.find_scene_graph_name(name) for name, form in words.stored_forms.items() if form in forms
         }
         supports = SupportRelation(
-            frozenset(words.find_scene_graph_name(name) for name in words.support_predicates)
+            frozenset(words.find_scene_graph_name(name) for name in words.support_predicate_names)
         )
         for fact in facts:
             if words.predicate_by_scene_graph_name[fact.predicate] not in words.stored_forms:
                 continue
-            if fact not in described and fact.predicate in single and supports.would_support_twice(fact):
+            if fact not in described and fact.predicate in single and supports.would_add_second_support(fact):
                 continue
-            if not supports.would_close_circle(fact):
+            if not supports.would_close_cycle(fact):
                 supports.add_fact(fact)
                 yield fact
 
-    def _convert_to_fact_of_state(self, fact: NamedFact) -> Fact:
+    def _convert_to_fact_of_state(self, fact: SceneGraphFact) -> Fact:
         form = self._words.stored_forms[self._words.predicate_by_scene_graph_name[fact.predicate]]
         return Fact(form, tuple([self._index[name] for name in fact.arguments]))
 

@@ -139,7 +139,7 @@ class SceneOptions(VariationOptions):
         """Heading above the results of a run, which names the format of the scene."""
         return f"scene: {self.options_label}"
 
-    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
         """Return None: a first stage of the run makes the scenes, and records these options itself."""
         return None
 
@@ -157,14 +157,14 @@ class SceneOptions(VariationOptions):
         """Return why a run cannot combine these options with another study's options; empty if it can."""
         acted = other.replanning
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
-            if not self.can_later_question_show_changed_scene:
+            if not self.can_question_show_scene_after_actions:
                 return "the scene is only shown at the start, but feedback describes a changed world"
             if self.scene in ("image", "both") and acted.form == "chat":
                 return "a chat cannot show pictures of a changed world"
         return super().explain_conflict(other)
 
     @property
-    def can_later_question_show_changed_scene(self) -> bool:
+    def can_question_show_scene_after_actions(self) -> bool:
         """Whether a question after some actions can show the scene as these actions changed it.
 
         Pictures of the user, and scenes that a second model listed before the run, cannot change.

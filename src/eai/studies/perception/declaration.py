@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
+def make_perception_rate_contributions(perceived: PerceptionErrors) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
     The rates ``predicate_error`` and ``object_error`` are the paper's: the share of missing or misplaced
@@ -57,17 +57,17 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     """
     from eai.studies.perception.errors import make_scorer_factory
 
-    return make_scorer_factory(_open_scene_words(parts))
+    return make_scorer_factory(_make_vocabulary_of_scene_graphs(parts))
 
 
-def _open_scene_words(parts: DomainAndNotation) -> SceneGraphVocabulary:
+def _make_vocabulary_of_scene_graphs(parts: DomainAndNotation) -> SceneGraphVocabulary:
     from eai.studies.perception.scene_graph import SceneGraphVocabulary
 
     return SceneGraphVocabulary(parts.wording(Ability.ACTION_SEQUENCING))
 
 
 def _make_question_and_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
-    words = _open_scene_words(parts)
+    words = _make_vocabulary_of_scene_graphs(parts)
     values = {
         "vocabulary": words.wording.describe_vocabulary(),
         "objects": words.wording.describe_objects(task),
@@ -89,7 +89,7 @@ def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     """
     shares = {
         "right": make_rate_contribution_of_answer(verdict.success),
-        **compute_perception_shares(verdict.seen),
+        **make_perception_rate_contributions(verdict.seen),
         "parsing": make_rate_contribution_of_answer(verdict.error is not None),
     }
     for name, counts in verdict.seen.predicates.items():

@@ -8,8 +8,13 @@ from functools import partial
 
 from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import Confusion, ErrorReport
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary, read_scene_graph
+from eai.abilities.verdict import ConfusionCounts, ErrorReport
+from eai.studies.perception.scene_graph import (
+    SceneGraph,
+    SceneGraphFact,
+    SceneGraphVocabulary,
+    read_scene_graph,
+)
 from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
@@ -90,7 +95,7 @@ def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: Scene
 
 def _find_missing_and_untrue_facts(
     task: Task, words: SceneGraphVocabulary, graph: SceneGraph
-) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
+) -> tuple[Sequence[SceneGraphFact], Sequence[SceneGraphFact]]:
     """Return two lists: facts of the true scene graph that the graph lacks, and untrue facts of the graph."""
     names, seen, mentioned = words.list_object_names(task), set(graph.facts), set(graph.mentioned_objects)
     about = [index for index, name in enumerate(names) if name in mentioned]
@@ -99,16 +104,18 @@ def _find_missing_and_untrue_facts(
     return lost, [fact for fact in graph.facts if fact not in holding]
 
 
-def _get_predicate_and_subject(fact: NamedFact) -> tuple[str, str]:
+def _get_predicate_and_subject(fact: SceneGraphFact) -> tuple[str, str]:
     return fact.predicate, fact.arguments[0]
 
 
 def _count_confusions(
-    right_facts: Iterable[NamedFact], untrue_facts: Iterable[NamedFact], missing_facts: Iterable[NamedFact]
-) -> dict[str, Confusion]:
+    right_facts: Iterable[SceneGraphFact],
+    untrue_facts: Iterable[SceneGraphFact],
+    missing_facts: Iterable[SceneGraphFact],
+) -> dict[str, ConfusionCounts]:
     """Return three counts for each predicate: right facts, untrue facts and missing facts."""
     counts = [
         Counter(fact.predicate for fact in facts) for facts in (right_facts, untrue_facts, missing_facts)
     ]
     names = dict.fromkeys(name for count in counts for name in count)
-    return {name: Confusion(*(count[name] for count in counts)) for name in sorted(names)}
+    return {name: ConfusionCounts(*(count[name] for count in counts)) for name in sorted(names)}

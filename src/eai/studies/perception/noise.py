@@ -10,8 +10,8 @@ from dataclasses import dataclass, fields
 
 from eai.base.errors import InputError, did_you_mean
 from eai.studies.perception.scene_graph import (
-    NamedFact,
     SceneGraph,
+    SceneGraphFact,
     SceneGraphVocabulary,
     SupportRelation,
     make_scene_graph,
@@ -128,7 +128,7 @@ class _NoisySceneGraphMaker:
         self._true_facts = {
             words.to_named_fact(fact, self._names) for fact in words.list_facts(task.initial, true_of_these)
         }
-        supports = [words.find_scene_graph_name(name) for name in words.support_predicates]
+        supports = [words.find_scene_graph_name(name) for name in words.support_predicate_names]
         self._supports = SupportRelation(frozenset(supports))
 
     def perceive_scene(self) -> SceneGraph:
@@ -138,7 +138,7 @@ class _NoisySceneGraphMaker:
         moved = [
             fact for fact in kept if draws[fact] >= 1 - self._noise.misplaced and len(fact.arguments) == 2
         ]
-        facts: dict[NamedFact, NamedFact] = {fact: fact for fact in kept if fact not in moved}
+        facts: dict[SceneGraphFact, SceneGraphFact] = {fact: fact for fact in kept if fact not in moved}
         for fact in facts:
             self._supports.add_fact(fact)
         for fact in moved:
@@ -146,13 +146,17 @@ class _NoisySceneGraphMaker:
             self._supports.add_fact(facts[fact])
         in_order = [facts[fact] for fact in kept]
         in_order += self._draw_unnecessary_facts(visible, in_order)
-        doubles = dict(self._draw_objects_with_doubles())
+        doubles = dict(self._draw_objects_with_duplicates())
         in_order += [
-            extra for name in doubles if (extra := self._draw_fact_of_double(name, doubles[name])) is not None
+            extra
+            for name in doubles
+            if (extra := self._draw_fact_of_duplicate(name, doubles[name])) is not None
         ]
         return make_scene_graph([*self._seen_names, *doubles.values()], in_order)
 
-    def _misplace_object(self, fact: NamedFact, listed_by_true_fact: dict[NamedFact, NamedFact]) -> NamedFact:
+    def _misplace_object(
+        self, fact: SceneGraphFact, listed_by_true_fact: dict[SceneGraphFact, SceneGraphFact]
+    ) -> SceneGraphFact:
         """Return the relation with its second object replaced; unchanged if no other object is possible."""
         seen, objects = set(listed_by_true_fact.values()), list(self._described_names)
         self._seed_random("place", str(fact)).shuffle(objects)
@@ -160,18 +164,18 @@ class _NoisySceneGraphMaker:
         return next((other for other in others if self._is_new_untrue_fact(other, seen)), fact)
 
     def _draw_unnecessary_facts(
-        self, visible_facts: Sequence[NamedFact], listed_facts: Sequence[NamedFact]
-    ) -> list[NamedFact]:
+        self, visible_facts: Sequence[SceneGraphFact], listed_facts: Sequence[SceneGraphFact]
+    ) -> list[SceneGraphFact]:
         """Return untrue facts to add to a scene graph: at most one for each visible fact.
 
         They use the objects of the true scene graph. No added fact is about objects in the agent's hand.
         """
-        all_seen, added = set(listed_facts), list[NamedFact]()
+        all_seen, added = set(listed_facts), list[SceneGraphFact]()
         words = self._words
         predicates = [
             words.find_scene_graph_name(name)
             for name in words.stored_forms
-            if name not in words.holding_predicates
+            if name not in words.holding_predicate_names
         ]
         for fact in visible_facts:
             draw = self._seed_random("more", str(fact))
@@ -181,7 +185,8 @@ class _NoisySceneGraphMaker:
             possible = (
                 new
                 for new in drawn
-                if self._is_new_untrue_fact(new, all_seen) and not self._supports.would_support_twice(new)
+                if self._is_new_untrue_fact(new, all_seen)
+                and not self._supports.would_add_second_support(new)
             )
             chosen = next(possible, None)
             if chosen is not None:
@@ -190,12 +195,12 @@ class _NoisySceneGraphMaker:
                 added.append(chosen)
         return added
 
-    def _draw_fact(self, draw: random.Random, predicates: Sequence[str]) -> NamedFact:
+    def _draw_fact(self, draw: random.Random, predicates: Sequence[str]) -> SceneGraphFact:
         predicate = draw.choice(predicates)
         arity = self._words.arity_by_scene_graph_name[predicate]
-        return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
+        return SceneGraphFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
 
-    def _is_new_untrue_fact(self, fact: NamedFact, listed_facts: set[NamedFact]) -> bool:
+    def _is_new_untrue_fact(self, fact: SceneGraphFact, listed_facts: set[SceneGraphFact]) -> bool:
         """Whether a fact is possible, untrue, and not yet in the graph.
 
         A possible fact names each object once, and makes no object support itself through other objects.
@@ -204,10 +209,10 @@ class _NoisySceneGraphMaker:
         return (
             not is_known
             and len({*fact.arguments}) == len(fact.arguments)
-            and not self._supports.would_close_circle(fact)
+            and not self._supports.would_close_cycle(fact)
         )
 
-    def _draw_objects_with_doubles(self) -> Iterator[tuple[str, str]]:
+    def _draw_objects_with_duplicates(self) -> Iterator[tuple[str, str]]:
         """Yield the name of each object that is seen twice, with the invented name of its duplicate."""
         taken = set(self._names)
         for name in self._seen_names:
@@ -219,7 +224,7 @@ class _NoisySceneGraphMaker:
                 taken.add(duplicate)
                 yield name, duplicate
 
-    def _draw_fact_of_double(self, name: str, duplicate: str) -> NamedFact | None:
+    def _draw_fact_of_duplicate(self, name: str, duplicate: str) -> SceneGraphFact | None:
         """Return a random visible fact about an object, with the name of the object's duplicate instead.
 
         The duplicate is an invented object that the model sees beside the true object. The result is None if

@@ -22,7 +22,7 @@ SCENE = "scene"
 """Field of a question's metadata: text of the scene graph that the question states instead of the scene."""
 
 
-class NamedFact(NamedTuple):
+class SceneGraphFact(NamedTuple):
     """A fact of a scene graph: the names of its predicate and of its objects, as answers write them."""
 
     predicate: str
@@ -45,7 +45,7 @@ class SceneGraph:
     """
 
     objects: tuple[str, ...] = ()
-    facts: tuple[NamedFact, ...] = ()
+    facts: tuple[SceneGraphFact, ...] = ()
     ill_formed: tuple[str, ...] = ()
     repairs: tuple[str, ...] = ()
     unreadable: str | None = None
@@ -77,7 +77,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
         return SceneGraph(unreadable=reading.reason)
     objects, entries = reading.value
     names = [name for name in objects if isinstance(name, str)]
-    facts: list[NamedFact] = []
+    facts: list[SceneGraphFact] = []
     ill_formed = [str(name) for name in objects if not isinstance(name, str)]
     for entry in entries:
         fact = _read_fact(entry, arities)
@@ -102,14 +102,14 @@ _FORM = AnswerFormat(
 )
 
 
-def _read_fact(entry: object, arities: Mapping[str, int]) -> NamedFact | None:
+def _read_fact(entry: object, arities: Mapping[str, int]) -> SceneGraphFact | None:
     if not isinstance(entry, list) or not entry or not all(isinstance(part, str) for part in entry):
         return None
     predicate, *arguments = entry
-    return NamedFact(predicate, tuple(arguments)) if arities.get(predicate) == len(arguments) else None
+    return SceneGraphFact(predicate, tuple(arguments)) if arities.get(predicate) == len(arguments) else None
 
 
-def make_scene_graph(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
+def make_scene_graph(objects: Iterable[str], facts: Iterable[SceneGraphFact]) -> SceneGraph:
     """Return a scene graph with some objects and facts. Repeated objects or facts are kept once."""
     return SceneGraph(tuple(dict.fromkeys(objects)), tuple(dict.fromkeys(facts)))
 
@@ -126,16 +126,16 @@ class SupportRelation:
         self._predicates = predicates
         self._below: dict[str, list[str]] = {}
 
-    def add_fact(self, fact: NamedFact) -> None:
+    def add_fact(self, fact: SceneGraphFact) -> None:
         """Add a fact; it is ignored unless its predicate says that an object supports another."""
         if fact.predicate in self._predicates:
             self._below.setdefault(fact.arguments[0], []).append(fact.arguments[1])
 
-    def would_support_twice(self, fact: NamedFact) -> bool:
+    def would_add_second_support(self, fact: SceneGraphFact) -> bool:
         """Whether adding a fact would give an object a second support."""
         return fact.predicate in self._predicates and fact.arguments[0] in self._below
 
-    def would_close_circle(self, fact: NamedFact) -> bool:
+    def would_close_cycle(self, fact: SceneGraphFact) -> bool:
         """Whether adding a fact would make an object support itself through other objects."""
         if fact.predicate not in self._predicates:
             return False
@@ -172,12 +172,12 @@ class SceneGraphVocabulary:
         }
 
     @cached_property
-    def holding_predicates(self) -> tuple[str, ...]:
+    def holding_predicate_names(self) -> tuple[str, ...]:
         """Domain names of the predicates in prompts that say which object a hand holds."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[0])
 
     @cached_property
-    def support_predicates(self) -> tuple[str, ...]:
+    def support_predicate_names(self) -> tuple[str, ...]:
         """Names, in the domain, of the predicates in prompts that place an object in, on or under another."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[1])
 
@@ -223,9 +223,9 @@ class SceneGraphVocabulary:
             [names[index] for index in chosen], [self.to_named_fact(fact, names) for fact in facts]
         )
 
-    def to_named_fact(self, fact: Fact, names: Sequence[str]) -> NamedFact:
+    def to_named_fact(self, fact: Fact, names: Sequence[str]) -> SceneGraphFact:
         """Return a fact with names of its predicate and objects as scene graphs write them."""
-        return NamedFact(
+        return SceneGraphFact(
             self.find_scene_graph_name(fact.predicate), tuple([names[index] for index in fact.arguments])
         )
 
@@ -241,7 +241,7 @@ def find_stored_predicate_that_implies(vocabulary: Vocabulary, predicate: str) -
     For a derived predicate, the predicates of its definition are tried in order, if they are not negated and
     have all parameters as arguments.
     """
-    if (stored := vocabulary.find_stored(predicate)) is not None:
+    if (stored := vocabulary.find_stored_predicate(predicate)) is not None:
         return None if stored.static else predicate
     derived = vocabulary.derived_by_name.get(predicate)
     defined = None if derived is None else find_definition(derived)

@@ -20,7 +20,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
 from eai.results.epochs import ModelBeliefsInPrompts
-from eai.studies.perception.belief import apply_scene_graph, open_scene_graph_vocabulary
+from eai.studies.perception.belief import apply_scene_graph, make_scene_graph_vocabulary
 from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import perceive_with_noise
@@ -79,14 +79,14 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Mo
         suite: the suite of the tasks.
         texts: mapping from task ids to the texts of scene graphs.
     """
-    words = open_scene_graph_vocabulary(suite.benchmark)
+    words = make_scene_graph_vocabulary(suite.benchmark)
     read = {
         task_id: read_scene_graph(text, words.arity_by_scene_graph_name) for task_id, text in texts.items()
     }
     return make_scene_beliefs(label, suite.tasks, words, read)
 
 
-def make_beliefs_by_scene_options(
+def make_scenes_stated_in_questions(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> ModelBeliefsInPrompts:
     """Return the scenes that questions state, for every scene format but ``predicted``.
@@ -97,11 +97,11 @@ def make_beliefs_by_scene_options(
     """
     look = (
         partial(_perceive_scene_before_attempt, options, benchmark, templates)
-        if options.can_later_question_show_changed_scene
+        if options.can_question_show_scene_after_actions
         else None
     )
     if options.noise is not None:
-        words = open_scene_graph_vocabulary(benchmark)
+        words = make_scene_graph_vocabulary(benchmark)
         seen = {i: perceive_with_noise(task, words, options.noise) for i, task in tasks.items()}
         return replace(make_scene_beliefs(options.options_label, tasks, words, seen), look=look)
     return _make_beliefs_about_scenes(
@@ -136,7 +136,7 @@ def _perceive_scene_before_attempt(
         return _describe_true_scenes(options, benchmark, {changed_task.id: changed_task}, templates)[
             changed_task.id
         ], {}
-    words = open_scene_graph_vocabulary(benchmark)
+    words = make_scene_graph_vocabulary(benchmark)
     seen = perceive_with_noise(changed_task, words, options.noise, str(attempt))
     return BelievedTask(apply_scene_graph(changed_task, words, seen)), {SCENE: seen.json_text}
 
@@ -146,11 +146,11 @@ def _add_scene_context(
 ) -> str:
     if options.context in (None, "none"):
         return text
-    words = open_scene_graph_vocabulary(benchmark)
-    return f"{text}\n\n{write_scene_context(task, words, options.context, templates)}"
+    words = make_scene_graph_vocabulary(benchmark)
+    return f"{text}\n\n{make_scene_context(task, words, options.context, templates)}"
 
 
-def write_scene_context(
+def make_scene_context(
     task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
 ) -> str:
     """Return a text to add to the scene in a question: further objects, their facts, and negated facts.
@@ -192,7 +192,7 @@ def choose_distractor_objects(
     """
     state, scene = task.initial, task.scene
     said = {index for fact in words.list_facts(state, range(len(scene.objects))) for index in fact.arguments}
-    supports = [state.relation(words.stored_forms[name]) for name in words.support_predicates]
+    supports = [state.relation(words.stored_forms[name]) for name in words.support_predicate_names]
     near = {
         i for relation in supports for index in shown_objects for i in iterate_bits(relation.column(index))
     }
@@ -204,7 +204,7 @@ def _describe_pictures(
     scene: SceneFormat, task: Task, benchmark: Benchmark, templates: PromptTemplates
 ) -> str:
     text = templates.read(f"scene_{scene}.txt")
-    names = open_scene_graph_vocabulary(benchmark).list_object_names(task)
+    names = make_scene_graph_vocabulary(benchmark).list_object_names(task)
     if scene == "numbered":
         return (
             f"{text}\n{', '.join([f'{number} {names[number]}' for number in list_objects_in_prompt(task)])}"
@@ -213,7 +213,7 @@ def _describe_pictures(
         return text
     where: Mapping[int, tuple[int, int, int]] = _load_picture_extension(
         "rendered_pictures", scene
-    ).map_objects_to_image_pixels(task)
+    ).map_objects_to_pixel_positions(task)
     lines = [
         f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}"
         for i in list_objects_in_prompt(task)
@@ -302,7 +302,7 @@ def collect_scene_beliefs(
         else:
             tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.task_ids[suite.domain]}
             templates = stage.library.templates
-            stage.found_beliefs[key] = make_beliefs_by_scene_options(
+            stage.found_beliefs[key] = make_scenes_stated_in_questions(
                 options, suite.benchmark, tasks, templates
             )
     return stage.found_beliefs[key]

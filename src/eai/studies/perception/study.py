@@ -24,10 +24,10 @@ from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, make_figure
 from eai.results.plots import read_denominator as tasks_in
 from eai.results.rate import Rate
 from eai.results.record import Record
-from eai.results.summary import make_cases_by_metric
+from eai.results.summary import make_contributions_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.perception.choice import STUDY, SceneOptions
-from eai.studies.perception.declaration import compute_perception_shares
+from eai.studies.perception.declaration import make_perception_rate_contributions
 from eai.studies.perception.steps import compute_mean_steps
 from eai.studies.perception.verdict import PerceptionErrors
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 class _PerceptionRunOptions(SceneOptions):
     """Options for the scene in the questions of a run. They also make the stage that prepares the scenes."""
 
-    def make_stage_before_questions(
+    def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
         """Return the stage of a run that makes the scenes. Its modules are imported only in a run."""
@@ -85,7 +85,7 @@ class _TaskWithPerceptionErrors:
     @property
     def percent_of_facts_missing(self) -> float:
         """Share of described facts that are missing or misplaced, in percent; 0 if no fact is described."""
-        return Rate(*compute_perception_shares(self.perceived)["predicate_error"]).percent or 0.0
+        return Rate(*make_perception_rate_contributions(self.perceived)["predicate_error"]).percent or 0.0
 
     @property
     def perception_error_kinds(self) -> frozenset[str]:
@@ -104,12 +104,12 @@ class _TaskWithPerceptionErrors:
         """Names of the predicates of true facts that the scene graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
-    def make_contribution_of_task_to_rate(self, share: Share) -> TaskContribution:
+    def make_contribution_to_rate(self, share: Share) -> TaskContribution:
         """Return this task with the numerator and denominator that it adds to a given rate."""
         return self.case._replace(share=share)
 
 
-_PerceivedTasks: TypeAlias = Sequence[_TaskWithPerceptionErrors]
+_TasksWithPerceptionErrors: TypeAlias = Sequence[_TaskWithPerceptionErrors]
 
 
 @dataclass(frozen=True)
@@ -126,11 +126,11 @@ class _RunsBySceneFormat:
     runs: dict[str, Sequence[Record]]
 
     @cached_property
-    def perceived_tasks(self) -> list[_TaskWithPerceptionErrors]:
-        """The tasks of all runs with their perception errors; see `list_perceived_tasks`."""
-        return [task for name in self.runs for task in self.list_perceived_tasks(name)]
+    def tasks_with_perception_errors(self) -> list[_TaskWithPerceptionErrors]:
+        """The tasks of all runs with their perception errors; see `list_tasks_with_perception_errors`."""
+        return [task for name in self.runs for task in self.list_tasks_with_perception_errors(name)]
 
-    def list_perceived_tasks(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
+    def list_tasks_with_perception_errors(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
         """Return the tasks of a run whose record has perception errors, with these and the metric."""
         cases = {case.task: case for case in self.list_task_contributions_to_metric(scene_format)}
         return [
@@ -143,7 +143,7 @@ class _RunsBySceneFormat:
     def list_task_contributions_to_metric(self, scene_format: str) -> TaskContributions:
         """Return the numerator and denominator that each task of a run adds to the metric."""
         records = self.runs[scene_format]
-        return make_cases_by_metric(records, records[0].ability).get(self.metric, ())
+        return make_contributions_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
     def task_contributions_with_true_scene(self) -> dict[str, TaskContribution]:
@@ -157,7 +157,7 @@ class _RunsBySceneFormat:
             else {}
         )
 
-    def make_cost_of_perception_errors_cells(self, group: _PerceivedTasks) -> Row:
+    def make_cost_of_perception_errors_cells(self, group: _TasksWithPerceptionErrors) -> Row:
         """Return four cells on a group of tasks: number, metric, metric without errors, difference.
 
         The last two cells use answers to the same tasks whose questions showed the true scene, without errors
@@ -186,7 +186,7 @@ def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> lis
         InputError: no run records a perceived scene.
     """
     compared = _RunsBySceneFormat(metric, {_name_scene_format(records): records for records in runs})
-    if not compared.perceived_tasks:
+    if not compared.tasks_with_perception_errors:
         raise InputError(_NO_PERCEPTION)
     return [
         _make_runs_table(compared),
@@ -211,7 +211,7 @@ def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     `unnecessary`: untrue facts among those of the graph; `unseen`: objects of the scene that the graph does
     not name. Empty if questions state no scene graph. Sorted by `predicate_error`.
     """
-    rates = {name: _estimate_error_rates(runs.list_perceived_tasks(name)) for name in runs.runs}
+    rates = {name: _estimate_error_rates(runs.list_tasks_with_perception_errors(name)) for name in runs.runs}
     order = {name: -1.0 if row[0].value is None else row[0].value for name, row in rates.items()}
     for name in sorted(rates, key=lambda name: (order[name], name)):
         yield (
@@ -222,15 +222,13 @@ def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
         )
 
 
-def _estimate_error_rates(tasks: _PerceivedTasks) -> list[Estimate]:
+def _estimate_error_rates(tasks: _TasksWithPerceptionErrors) -> list[Estimate]:
     """Return the rates of errors in a run's perceived scenes, in percent with intervals."""
     if not tasks:
         return [Estimate(None)] * len(_RATES)
-    shares = [(task, compute_perception_shares(task.perceived)) for task in tasks]
+    shares = [(task, make_perception_rate_contributions(task.perceived)) for task in tasks]
     return [
-        Estimate.from_cases(
-            [task.make_contribution_of_task_to_rate(of_task[name]) for task, of_task in shares]
-        )
+        Estimate.from_cases([task.make_contribution_to_rate(of_task[name]) for task, of_task in shares])
         for name in _RATES
     ]
 
@@ -249,7 +247,7 @@ def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
     for low, high in [(0.0, 0.0), *pairwise(BOUNDS)]:
         group = [
             task
-            for task in runs.perceived_tasks
+            for task in runs.tasks_with_perception_errors
             if task.percent_of_facts_missing == high == 0 or low < task.percent_of_facts_missing <= high
         ]
         if group:
@@ -263,13 +261,17 @@ def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     One row per kind of error, for answers whose scene graphs have errors of this kind only. Missing facts are
     not counted in a graph that lacks whole objects (`unseen object`).
     """
-    kinds = sorted({kind for task in runs.perceived_tasks for kind in task.perception_error_kinds})
-    groups = {"none": [task for task in runs.perceived_tasks if not task.perception_error_kinds]}
+    kinds = sorted(
+        {kind for task in runs.tasks_with_perception_errors for kind in task.perception_error_kinds}
+    )
+    groups = {"none": [task for task in runs.tasks_with_perception_errors if not task.perception_error_kinds]}
     groups |= {
-        kind: [task for task in runs.perceived_tasks if task.perception_error_kinds == {kind}]
+        kind: [task for task in runs.tasks_with_perception_errors if task.perception_error_kinds == {kind}]
         for kind in kinds
     }
-    groups["several"] = [task for task in runs.perceived_tasks if len(task.perception_error_kinds) > 1]
+    groups["several"] = [
+        task for task in runs.tasks_with_perception_errors if len(task.perception_error_kinds) > 1
+    ]
     yield from [
         (kind, *runs.make_cost_of_perception_errors_cells(group)) for kind, group in groups.items() if group
     ]
@@ -283,12 +285,14 @@ def _make_predicates_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
     lack or misplace. `all_cases`: number of answers whose scene graph lacks or misplaces such facts. The
     other columns are {runs.metric} of the answers whose scene graph has no other error.
     """
-    names = sorted({name for task in runs.perceived_tasks for name in task.predicates_with_missing_facts})
+    names = sorted(
+        {name for task in runs.tasks_with_perception_errors for name in task.predicates_with_missing_facts}
+    )
     return sorted([_make_predicate_row(name, runs) for name in names], key=_make_cost_sort_key)
 
 
 def _make_predicate_row(name: str, runs: _RunsBySceneFormat) -> Row:
-    tasks = [task for task in runs.perceived_tasks if name in task.perceived.predicates]
+    tasks = [task for task in runs.tasks_with_perception_errors if name in task.perceived.predicates]
     lost = [task for task in tasks if name in task.predicates_with_missing_facts]
     only_lost = [
         task
@@ -299,7 +303,7 @@ def _make_predicate_row(name: str, runs: _RunsBySceneFormat) -> Row:
     counts = [task.perceived.predicates[name] for task in tasks]
     shares = [Share(gone, right + gone) for right, _, gone in counts]
     lost_share = Estimate.from_cases(
-        [task.make_contribution_of_task_to_rate(share) for task, share in zip(tasks, shares, strict=True)]
+        [task.make_contribution_to_rate(share) for task, share in zip(tasks, shares, strict=True)]
     )
     return (name, lost_share, len(lost), *runs.make_cost_of_perception_errors_cells(only_lost))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import ConfusionCounts, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class PerceptionErrors:
     names: int
     invented_names: int
     unseen: int
-    predicates: Mapping[str, Confusion]
+    predicates: Mapping[str, ConfusionCounts]
     ill_formed: int = 0
     unreadable: bool = False
 

@@ -33,12 +33,12 @@ from eai.results.paper_tables import map_files_to_paper_models, read_paper_table
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
-from eai.results.summary import find_task_name, make_cases_by_metric
+from eai.results.summary import find_task_name, make_contributions_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.pipeline.operator_execution import analyze_operators
 from eai.studies.pipeline.stage_one import STUDY, read_interpretations
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, format_suite_heading, write_paper_remarks
+from eai.studies.study import Analysis, format_suite_heading, make_remarks_on_comparison_with_paper
 from eai.tasks.source import Source
 
 _MAX_SEARCH_EFFORT = 400
@@ -133,7 +133,7 @@ class _ModularAndPipelineRuns:
             record.task_id: _find_first_failing_ability(record, successes[record.task_id])
             for record in records
         }
-        for link in (*_LINKS, "nowhere"):
+        for link in (*_PIPELINE_ABILITIES, "nowhere"):
             shares = [
                 TaskContribution(
                     record.task_id,
@@ -158,7 +158,7 @@ class _ModularAndPipelineRuns:
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences
         before, after = (
-            make_cases_by_metric(self._select_common_records(side), declared.ability)
+            make_contributions_by_metric(self._select_common_records(side), declared.ability)
             for side in (self.modular, self.pipeline)
         )
         for metric in declared.terminal_metrics:
@@ -267,7 +267,7 @@ class _ModularAndPipelineRuns:
             yield condition, Estimate.from_cases(by_condition[condition]), len(tasks), *solved
 
     def _make_main_metric_cases(self, records: Sequence[Record]) -> Sequence[TaskContribution]:
-        return make_cases_by_metric(records, self.modular[0].ability).get(self.metric, ())
+        return make_contributions_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
     def _select_common_records(self, run_records: Sequence[Record]) -> list[Record]:
         """Return the records (stored verdicts) of one run on tasks that both runs of a pair have scored."""
@@ -289,7 +289,7 @@ def _make_test_that_summary_field_is_set(field: str) -> Callable[[Record], bool]
     return lambda record: bool(record.summaries.get(STUDY, {}).get(field))
 
 
-_LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
+_PIPELINE_ABILITIES = ("goal interpretation", "subgoal decomposition", "action sequencing")
 """Abilities (kinds of question) that a pipeline asks for, in order: goals, then subgoals, then a plan."""
 
 
@@ -301,7 +301,9 @@ def _find_first_failing_ability(record: Record, success: TaskContribution) -> st
         stated is None or not stated["subgoals_success"],
         not success.share.numerator,
     )
-    return next((link for link, is_broken in zip(_LINKS, fails, strict=True) if is_broken), "nowhere")
+    return next(
+        (link for link, is_broken in zip(_PIPELINE_ABILITIES, fails, strict=True) if is_broken), "nowhere"
+    )
 
 
 def _estimate_both_rates_and_difference(
@@ -364,7 +366,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
     runs = list(records.read_runs())
     chains = list(analyze_operators(runs, records))
     yield from chains
-    if chains and not any(map(_is_pipeline, runs)):
+    if chains and not any(map(_has_pipeline_options, runs)):
         return
     pairs = [
         _make_pipeline_pair(*two, records.source, goals, search=search) for two in _pair_runs(records, runs)
@@ -389,8 +391,8 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
 def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
     """Yield pairs of a run whose questions state true goals, and an equal run that states a model's goals."""
-    plain = {run.key: run for run in runs if not _is_pipeline(run)}
-    pipelines = [run for run in runs if _is_pipeline(run)]
+    plain = {run.key: run for run in runs if not _has_pipeline_options(run)}
+    pipelines = [run for run in runs if _has_pipeline_options(run)]
     if not pipelines:
         raise InputError(
             "expected records of a pipeline (from eai run --with pipeline.goals=own, or eai score --goals), "
@@ -406,7 +408,7 @@ def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run
             yield alone, run
 
 
-def _is_pipeline(run: Run) -> bool:
+def _has_pipeline_options(run: Run) -> bool:
     return run.key.experiment is not None and STUDY in run.key.experiment.study
 
 
@@ -473,7 +475,7 @@ def _make_pair_analysis(pair: _ModularAndPipelineRuns, title: str, folder: str) 
     heading = f"{title}, {format_suite_heading(pair.suite)}"
     goals = next(table for table in tables if table.name == "goals")
     papers = [read_paper_table(f"pipeline_{record.ability.value}")] if pair.paper else []
-    remarks = write_paper_remarks(papers, record.protocol) if papers else []
+    remarks = make_remarks_on_comparison_with_paper(papers, record.protocol) if papers else []
     return Analysis(tables, (), remarks, folder, [_shorten_table_for_terminal(goals, heading)])
 
 

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCache, read_operators
-from eai.abilities.transition_modeling.rules import to_gold_steps
+from eai.abilities.transition_modeling.rules import convert_to_gold_operator_steps
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Unreadable, make_rate_contribution_of_answer
@@ -35,7 +35,7 @@ from eai.studies.study import Analysis
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
-FailedStageAndReason: TypeAlias = tuple[str, str]
+OperatorTestOutcome: TypeAlias = tuple[str, str]
 """Outcome of an operator test: the stage that failed, and the reason.
 
 An operator test plans with the operators of an answer, and executes the plan in the world. If the plan
@@ -48,15 +48,15 @@ EXECUTION, GOAL, NOWHERE = "execution", "goal", "nowhere"
 _STAGES = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
 """Stages at which a test of operators can fail, in order; then `NOWHERE`, the value if no stage fails."""
 
-SUCCESS: FailedStageAndReason = (NOWHERE, "")
-UNTRANSLATED: FailedStageAndReason = (TRANSLATION, "no_action")
+SUCCESS: OperatorTestOutcome = (NOWHERE, "")
+UNTRANSLATED: OperatorTestOutcome = (TRANSLATION, "no_action")
 """Outcome of a test of operators if a step of the planner's plan corresponds to no action of the world."""
-ONLY_ACTIONS_MISSED: FailedStageAndReason = (GOAL, "only_actions")
+ONLY_ACTIONS_MISSED: OperatorTestOutcome = (GOAL, "only_actions")
 """Outcome of a test of operators if the plan misses only goals that ask for actions.
 
 The planner is not given such goals.
 """
-CONDITIONS_MISSED: FailedStageAndReason = (GOAL, "conditions")
+CONDITIONS_MISSED: OperatorTestOutcome = (GOAL, "conditions")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class _OperatorTesterInWorld:
 
     def find_failed_stage_and_reason(
         self, task_id: str, answer: str, verdict: OperatorVerdict
-    ) -> FailedStageAndReason | None:
+    ) -> OperatorTestOutcome | None:
         """Return the first stage at which an answer's operators fail, such as planning, and the reason.
 
         The result is None if the task is excluded, or if no planner was run to score the answer.
@@ -111,10 +111,10 @@ class _OperatorTesterInWorld:
             return (OPERATORS, outcome.value)
         if outcome is not None and outcome is not PlannerOutcome.SOLVED:
             return (PLANNER, outcome.value)
-        plan = self.write_planner_plan_as_world_actions(task_id, answer, verdict)
+        plan = self.format_planner_plan_as_answer(task_id, answer, verdict)
         return UNTRANSLATED if plan is None else self._execute_plan_and_find_failed_stage(task_id, plan)
 
-    def write_planner_plan_as_world_actions(
+    def format_planner_plan_as_answer(
         self, task_id: str, answer: str, verdict: OperatorVerdict
     ) -> str | None:
         """Return the planner's plan in a verdict as an answer to action sequencing, or None.
@@ -137,7 +137,7 @@ class _OperatorTesterInWorld:
                 f"task {task_id}: the plan in the record has operators that the answer "
                 "lacks; score the answer again"
             )
-        steps = to_gold_steps(transition, actions, plan)
+        steps = convert_to_gold_operator_steps(transition, actions, plan)
         arities = [len(transition.gold_operators[step.action].parameters) for step in plan]
         if arities != [len(step.arguments) for step in steps]:
             return None
@@ -150,7 +150,7 @@ class _OperatorTesterInWorld:
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
-    def _execute_plan_and_find_failed_stage(self, task_id: str, plan: str) -> FailedStageAndReason:
+    def _execute_plan_and_find_failed_stage(self, task_id: str, plan: str) -> OperatorTestOutcome:
         """Execute a translated plan in the world, and return the outcome of the test of operators."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:
@@ -163,7 +163,7 @@ class _OperatorTesterInWorld:
         missed = {goal.kind for goal, is_reached in goals if not is_reached}
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
-    def find_outcome_with_gold_operators(self, task_id: str) -> FailedStageAndReason | None:
+    def find_outcome_of_gold_operator_test(self, task_id: str) -> OperatorTestOutcome | None:
         """Return the outcome of the operator test of the data set's own operators.
 
         The result is None if the task is excluded, or if no planner was run.
@@ -182,7 +182,7 @@ def _require_operator_verdict(verdict: object) -> OperatorVerdict:
 
 
 @dataclass(frozen=True, slots=True)
-class _RunWithFailedStages:
+class _RunWithOperatorTests:
     """A run of transition modeling, with the outcome of the operator test of each answer.
 
     Attributes:
@@ -194,18 +194,18 @@ class _RunWithFailedStages:
 
     key: RunKey
     records: Sequence[Record]
-    outcomes: Sequence[FailedStageAndReason]
-    gold_outcomes: Sequence[FailedStageAndReason | None]
+    outcomes: Sequence[OperatorTestOutcome]
+    gold_outcomes: Sequence[OperatorTestOutcome | None]
 
 
-def _find_failed_stages_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithFailedStages]:
+def _test_operators_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithOperatorTests]:
     """Yield runs of transition modeling, each with the stages at which its operators fail.
 
     Runs with other scoring rules than the default are left out, and the user gets a note.
     """
     tester_of = cache(lambda domain: _OperatorTesterInWorld.open_operator_tester(domain, records.source))
     gold_outcome_of = cache(
-        lambda domain, task_id: tester_of(domain).find_outcome_with_gold_operators(task_id)
+        lambda domain, task_id: tester_of(domain).find_outcome_of_gold_operator_test(task_id)
     )
     for run in sorted(runs, key=lambda run: run.key.sort_key):
         key = run.key
@@ -228,7 +228,7 @@ def _find_failed_stages_of_runs(runs: Sequence[Run], records: StudyRecords) -> I
         if not planned:
             records.note(f"left out, because no planner was run: {key}")
             continue
-        yield _RunWithFailedStages(
+        yield _RunWithOperatorTests(
             key,
             [record for record, _ in planned],
             [outcome for _, outcome in planned],
@@ -238,7 +238,7 @@ def _find_failed_stages_of_runs(runs: Sequence[Run], records: StudyRecords) -> I
 
 def analyze_operators(runs: Sequence[Run], records: StudyRecords) -> Iterator[Analysis]:
     """Yield one analysis of all runs of transition modeling, or nothing without such runs."""
-    tested = list(_find_failed_stages_of_runs(runs, records))
+    tested = list(_test_operators_of_runs(runs, records))
     if tested:
         table = _make_operators_table(tested)
         yield Analysis([table], screen_tables=[_replace_rates_by_counts(table)])
@@ -254,7 +254,7 @@ def _format_count_cell(cell: Cell) -> Cell:
 
 
 @make_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
-def _make_operators_table(runs: Sequence[_RunWithFailedStages]) -> Iterator[Row]:
+def _make_operators_table(runs: Sequence[_RunWithOperatorTests]) -> Iterator[Row]:
     """Tests of operators.
 
     A planner finds a plan with the model's operators, and the plan is executed in the world. Tasks are
@@ -275,7 +275,7 @@ def _make_operators_table(runs: Sequence[_RunWithFailedStages]) -> Iterator[Row]
 
 
 def _estimate_share_of_outcome(
-    records: Sequence[Record], outcomes: Sequence[FailedStageAndReason | None], outcome: FailedStageAndReason
+    records: Sequence[Record], outcomes: Sequence[OperatorTestOutcome | None], outcome: OperatorTestOutcome
 ) -> Estimate:
     """Return the percentage of answers whose operator test has a given outcome."""
     cases = [

@@ -17,7 +17,7 @@ from eai.abilities.experiment import Experiment, make_settings_with_option
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import ALL, Confusion, Unreadable
+from eai.abilities.verdict import ALL, ConfusionCounts, Unreadable
 from eai.base.errors import InputError
 from eai.base.files import find_files_below, to_file_name
 from eai.base.grouping import group_pairs
@@ -60,11 +60,11 @@ def read_goal_beliefs(
     Raises:
         InputError: questions of the ability state no goals, or there are no answers.
     """
-    require_questions_state_goals(ability)
+    require_goals_in_questions(ability)
     return make_goal_beliefs(read_interpretations(path, benchmark, source, model), benchmark, source)
 
 
-def require_questions_state_goals(ability: Ability) -> None:
+def require_goals_in_questions(ability: Ability) -> None:
     """Raise an error if the questions of an ability state no goals."""
     if ability not in STAGE_TWO:
         names = " or ".join(stage.value for stage in STAGE_TWO)
@@ -121,7 +121,7 @@ def _summarize_goals_stated_in_answer(answer: str, task_id: str, suite: Suite) -
     }
 
 
-def count_goal_confusion(verdict: object) -> Confusion:
+def count_goal_confusion(verdict: object) -> ConfusionCounts:
     """Return three numbers: right goals, other stated goals, and missed goals of the task.
 
     Other stated goals are wrong, ill-formed, or name something that does not exist.
@@ -129,7 +129,7 @@ def count_goal_confusion(verdict: object) -> Confusion:
     if not isinstance(verdict, GoalVerdict) or verdict.counts is None:
         raise TypeError(f"expected a verdict with counts of goals (goal interpretation), found {verdict}")
     right, wrong, missed = verdict.counts[ALL]
-    return Confusion(right, wrong + verdict.ill_formed + len(verdict.hallucinated), missed)
+    return ConfusionCounts(right, wrong + verdict.ill_formed + len(verdict.hallucinated), missed)
 
 
 def read_interpretations(
@@ -186,7 +186,7 @@ def _read_answers_from_responses(
         yield read.model, {response.task_id: response.text for response in read.responses}
 
 
-def find_interpreted_goals(
+def obtain_goals_interpreted_by_model(
     goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
     """Return a model's goals (answers to goal interpretation), for questions to state as if they were true.
@@ -218,7 +218,9 @@ def find_interpreted_goals(
     return stage.found_beliefs[key]
 
 
-def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
+def obtain_goals_with_subgoals_of_model(
+    stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
+) -> ModelBeliefsInPrompts:
     """Return a model's goals, with the subgoals that the model lists for these goals.
 
     The model is asked once for each domain.
@@ -296,7 +298,7 @@ def summarize_stated_goals(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: question_metadata[SUBGOALS]}
-        beliefs = beliefs.combine_scenes_with_goal_beliefs(
+        beliefs = beliefs.add_goals_from_other_beliefs(
             add_subgoals_to_beliefs(beliefs, listed, subgoal_suite)
         )
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})

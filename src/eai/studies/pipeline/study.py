@@ -59,7 +59,7 @@ class _PipelineOptions(VariationOptions):
         """Heading above the results of a run, which names the source of the goals that questions state."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
-    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
         """Return None, because the stage of the run that obtains the goals records these options."""
         return None
 
@@ -74,10 +74,10 @@ class _PipelineOptions(VariationOptions):
         Raises:
             InputError: the questions of a named ability state no goals.
         """
-        from eai.studies.pipeline.stage_one import STAGE_TWO, require_questions_state_goals
+        from eai.studies.pipeline.stage_one import STAGE_TWO, require_goals_in_questions
 
         for ability in requested:
-            require_questions_state_goals(ability)
+            require_goals_in_questions(ability)
         chosen = [ability for ability in PAPER_ABILITIES if ability in (requested or STAGE_TWO)]
         if self.subgoals is None:
             return chosen
@@ -88,22 +88,27 @@ class _PipelineOptions(VariationOptions):
             )
         return [Ability.ACTION_SEQUENCING]
 
-    def make_stage_before_questions(
+    def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
         """Return the stage of a run that finds the goals, before the questions.
 
         If the user chose subgoals, return a second stage, which asks for them after the stage for the goals.
         """
-        from eai.studies.pipeline.stage_one import ask_for_subgoals, find_interpreted_goals
+        from eai.studies.pipeline.stage_one import (
+            obtain_goals_interpreted_by_model,
+            obtain_goals_with_subgoals_of_model,
+        )
 
         first = StageBeforeQuestions(
-            library, task_ids_by_domain, ask, partial(find_interpreted_goals, str(self.goals))
+            library, task_ids_by_domain, ask, partial(obtain_goals_interpreted_by_model, str(self.goals))
         )
         return (
             first
             if self.subgoals is None
-            else StageBeforeQuestions(library, task_ids_by_domain, ask, ask_for_subgoals, previous=first)
+            else StageBeforeQuestions(
+                library, task_ids_by_domain, ask, obtain_goals_with_subgoals_of_model, previous=first
+            )
         )
 
 

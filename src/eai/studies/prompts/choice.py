@@ -10,7 +10,7 @@ STUDY = "prompts"
 _PLACE = 40
 
 
-def make_prompt_name_experiment(prompt_name: str | None) -> Experiment:
+def make_experiment_with_prompt_name(prompt_name: str | None) -> Experiment:
     """Return the options of a run whose prompts have a name; no options if the name is None."""
     if prompt_name is None:
         return Experiment()

@@ -24,7 +24,7 @@ from eai.results.plots import add_title, clip_label, draw_rate_matrix, read_esti
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
-from eai.results.summary import estimate_share, find_answer_outcome, make_cases_by_metric
+from eai.results.summary import estimate_share, find_answer_outcome, make_contributions_by_metric
 from eai.results.table import Cell, Estimate, Row, Table, make_table
 from eai.studies.prompts.choice import STUDY
 from eai.studies.records import StudyRecords
@@ -151,7 +151,7 @@ class _RunsByPromptAndModel:
 
     def list_task_contributions_to_metric(self, prompt: str, model: str) -> TaskContributions:
         records = self.records[prompt, model]
-        return make_cases_by_metric(records, records[0].ability)[self.metric]
+        return make_contributions_by_metric(records, records[0].ability)[self.metric]
 
     @property
     def task_count(self) -> int:
@@ -289,12 +289,16 @@ def _draw_bootstrap_metrics_by_model(
     for _ in range(draws):
         draw = generator.choices(names, k=len(names))
         yield {
-            model: [_compute_percent_of_drawn_names(sums[prompt, model], draw) for prompt in matrix.prompts]
+            model: [
+                _compute_pooled_percent_of_drawn_names(sums[prompt, model], draw) for prompt in matrix.prompts
+            ]
             for model in matrix.models
         }
 
 
-def _compute_percent_of_drawn_names(rate_by_name: Mapping[str, Rate], drawn_names: Sequence[str]) -> float:
+def _compute_pooled_percent_of_drawn_names(
+    rate_by_name: Mapping[str, Rate], drawn_names: Sequence[str]
+) -> float:
     numerator = sum(rate_by_name[name].numerator for name in drawn_names)
     return Rate(numerator, sum(rate_by_name[name].denominator for name in drawn_names)).percent or 0.0
 

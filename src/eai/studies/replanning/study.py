@@ -37,10 +37,15 @@ from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_fi
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import RunKey, recount_errors_as_in_paper
-from eai.results.summary import drop_later_attempts, estimate_share, find_answer_outcome, make_cases_by_metric
+from eai.results.summary import (
+    drop_later_attempts,
+    estimate_share,
+    find_answer_outcome,
+    make_contributions_by_metric,
+)
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
-from eai.studies.study import Analysis, Figures, Study, name_run_figure, write_paper_remarks
+from eai.studies.study import Analysis, Figures, Study, make_remarks_on_comparison_with_paper, name_run_figure
 from eai.studies.variation import VariationOptions
 from eai.tasks.options import Options
 from eai.world.fault import FaultKind, Notice
@@ -109,7 +114,7 @@ def _list_contributions_after_attempts(
     records: Sequence[Record], metric: str, attempts: int
 ) -> list[TaskContribution]:
     stopped = [drop_later_attempts(record, attempts) for record in records]
-    return make_cases_by_metric(stopped, stopped[0].ability).get(metric, [])
+    return make_contributions_by_metric(stopped, stopped[0].ability).get(metric, [])
 
 
 def group_runs_by_replanning_options(runs: Sequence[Sequence[Record]]) -> list[_ReplanningRunGroup]:
@@ -142,7 +147,7 @@ def make_replanning_tables(groups: Sequence[_ReplanningRunGroup]) -> list[Table]
     return [_make_attempts_table(groups), _make_feedback_table(groups), _make_outcomes_table(groups)]
 
 
-def write_remarks_on_missing_runs(groups: Sequence[_ReplanningRunGroup]) -> list[str]:
+def make_remarks_on_missing_runs(groups: Sequence[_ReplanningRunGroup]) -> list[str]:
     """Return remarks for readers: which groups lack runs without feedback, or runs of a second seed."""
     experiments = {group.experiment for group in groups}
     lone_groups = [
@@ -381,7 +386,7 @@ class _ReplanningRunOptions(VariationOptions):
         )
         return options if options.executes_answers_as_episodes else None
 
-    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
+    def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
         """Return the options of this study (further attempts, failing actions) for the records of a run."""
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
@@ -426,7 +431,7 @@ def _analyze_replanning(records: StudyRecords, chosen: _ErrorCountingOptions) ->
         yield Analysis(
             made,
             _draw_success_by_attempt_figure(groups, key),
-            [*write_remarks_on_missing_runs(groups), *notes],
+            [*make_remarks_on_missing_runs(groups), *notes],
             place if len(runs_of_models) > 1 else "",
             [first.select_columns(_SCREEN_COLUMNS), made[1].select_columns(_SCREEN_COLUMNS)],
         )
@@ -439,9 +444,10 @@ def _make_tables(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> tuple[li
     ]
     if not papers:
         return make_replanning_tables(groups), []
-    return [*make_replanning_tables(groups), _make_paper_table(papers, key.domain)], write_paper_remarks(
-        papers, key.protocol
-    )
+    return [
+        *make_replanning_tables(groups),
+        _make_paper_table(papers, key.domain),
+    ], make_remarks_on_comparison_with_paper(papers, key.protocol)
 
 
 def _draw_success_by_attempt_figure(groups: Sequence[_ReplanningRunGroup], key: RunKey) -> Figures:

@@ -11,7 +11,7 @@ from eai.results.certainty import TaskContributions, compute_interval_of_success
 from eai.results.cost import PriceList, Spending, divide_amount, read_benchmark_paper_cost
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.rate import compute_rate
-from eai.results.table import Cell, Estimate, Label, Plain, Row, make_table
+from eai.results.table import Cell, Estimate, Plain, Row, TextCell, make_table
 from eai.results.table_files import format_rows_as_csv
 from eai.studies.report.run_summary import RunSummary
 from eai.studies.report.table_specs import format_suite_title
@@ -136,7 +136,7 @@ def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
     for item in runs:
         amounts = (_estimate_spending_per_success(item.per_success.get(kind, ())) for kind in _KINDS)
         if item.per_success:
-            yield (Label(item.key.name), format_suite_title(item.key.domain, item.key.ability), *amounts)
+            yield (TextCell(item.key.name), format_suite_title(item.key.domain, item.key.ability), *amounts)
 
 
 def _estimate_spending_per_success(cases: TaskContributions) -> Cell:

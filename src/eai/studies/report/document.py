@@ -113,7 +113,7 @@ Runs under `eai-1.0.5` that have the name of a published response file, beside t
 model."""
 
 
-def write_report_markdown(
+def make_report_markdown(
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
     experiments: Sequence[Ranking],
@@ -136,7 +136,7 @@ def write_report_markdown(
             "How sure the numbers are",
             _make_interval_rows(plain),
             _CERTAINTY,
-            write_remark_on_missing_task_names(plain),
+            make_remark_on_missing_task_names(plain),
         ),
         *_write_epochs_section(runs),
         *_write_protocols_section(plain),
@@ -196,7 +196,7 @@ def _write_section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: s
 
 def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the section on runs with several answers per task: how often is one right, how often are all?"""
-    groups = group_pairs(pair for item in runs for pair in _list_successes_if_run_is_one_epoch(item))
+    groups = group_pairs(pair for item in runs for pair in _list_epoch_successes_with_run_key(item))
     if not groups:
         return
     table = make_pass_at_k_table(
@@ -207,7 +207,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield format_markdown_table(table)
 
 
-def _list_successes_if_run_is_one_epoch(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
+def _list_epoch_successes_with_run_key(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
     """Yield the key of a run and the successes of its answers, if the summary is of one epoch of the run.
 
     A run can ask every question several times; each time is an epoch. The key has no number of the epoch.
@@ -339,7 +339,7 @@ _UNNAMED = (
 )
 
 
-def write_remark_on_missing_task_names(runs: Sequence[RunSummary]) -> str:
+def make_remark_on_missing_task_names(runs: Sequence[RunSummary]) -> str:
     """Return a remark on runs whose records lack the names of their tasks; empty without such runs."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict
     from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
     from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorVerdict
-    from eai.abilities.verdict import Confusion
+    from eai.abilities.verdict import ConfusionCounts
 
 VERSION = 5
 """Version of the format of the page's data."""
@@ -58,7 +58,7 @@ _VIEWER = "http://127.0.0.1:7575/#/logs"
 """Address at which ``inspect view`` shows logs."""
 
 
-Owner: TypeAlias = Literal["agent", "object", "other"]
+ObjectRole: TypeAlias = Literal["agent", "object", "other"]
 """Kind of object in a diagram of a scene: the agent, an object of the task, or another object."""
 
 
@@ -84,7 +84,7 @@ class ObjectRectangle:
     """
 
     name: str
-    kind: Owner
+    kind: ObjectRole
     marks: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     zones: dict[str, list[ObjectRectangle]] = field(default_factory=dict)
@@ -281,7 +281,7 @@ class ExplorerData:
                 "G": _list_goals(explanation),
                 "A": self._list_attempts(record),
                 "F": background.find_film(record),
-                "P": [self._store_scene(scene) for scene in background.find_scenes(record)],
+                "P": [self._store_scene_and_get_index(scene) for scene in background.find_scenes(record)],
             }
         )
 
@@ -292,13 +292,16 @@ class ExplorerData:
         attempts = [replace(part, attempts=(), origin=None) for part in parts]
         return [self._make_answer_fields(attempt) for attempt in attempts] if number > 1 else []
 
-    def _store_scene(self, rectangles: Sequence[ObjectRectangle]) -> int:
-        return self._find_picture_index("scenes", [self._store_tile(rectangle) for rectangle in rectangles])
+    def _store_scene_and_get_index(self, rectangles: Sequence[ObjectRectangle]) -> int:
+        return self._find_picture_index(
+            "scenes", [self._store_rectangle_and_get_index(rectangle) for rectangle in rectangles]
+        )
 
-    def _store_tile(self, rectangle: ObjectRectangle) -> int:
+    def _store_rectangle_and_get_index(self, rectangle: ObjectRectangle) -> int:
         """Store a rectangle and the rectangles inside, and return its index among the stored rectangles."""
         zones: list[Json] = [
-            [label, [self._store_tile(item) for item in within]] for label, within in rectangle.zones.items()
+            [label, [self._store_rectangle_and_get_index(item) for item in within]]
+            for label, within in rectangle.zones.items()
         ]
         fields = [rectangle.name, rectangle.kind, rectangle.marks, rectangle.lines, zones]
         return self._find_picture_index("tiles", fields)
@@ -363,7 +366,7 @@ def _make_ability_fields(record: Record) -> _Row:
     return {}
 
 
-def _make_count_fields(counts: Mapping[str, Confusion]) -> _Row:
+def _make_count_fields(counts: Mapping[str, ConfusionCounts]) -> _Row:
     """Return fields with counts of right, wrong and missed goals or clauses: by name, and their sums."""
     wholes = [count for name, count in counts.items() if name.rpartition("/")[2] == ALL]
     sums = [sum(numbers) for numbers in zip(*(wholes or counts.values()), strict=True)]

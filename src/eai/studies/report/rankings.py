@@ -30,10 +30,10 @@ from eai.results.rate import Rate
 from eai.results.summary import (
     AVERAGE,
     AbilityMetric,
-    choose_and_weigh_averaged_metrics,
     compute_average_performance,
+    compute_weights_of_averaged_metrics,
 )
-from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Label, Table
+from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Table, TextCell
 from eai.studies.report.run_summary import RunSummary
 from eai.studies.report.table_specs import (
     TableSpec,
@@ -115,7 +115,7 @@ class RankedModel:
         numbers = [
             replace(score, notes=ranking.find_footnote_numbers(score.texts)) for score in self.scores.values()
         ]
-        model = Label(self.model, origin=origin, notes=ranking.find_footnote_numbers(self.notes))
+        model = TextCell(self.model, origin=origin, notes=ranking.find_footnote_numbers(self.notes))
         return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
 
@@ -182,7 +182,7 @@ class Ranking:
         table = Table(
             self.name,
             self.title,
-            self._write_caption(),
+            self._make_caption_of_ranking(),
             (*_FIRST_COLUMNS, *columns),
             tuple([row.make_table_cells(self) for row in self.rows]),
             notes=self.notes,
@@ -190,7 +190,7 @@ class Ranking:
         unused = {name for name in _AGENT_COLUMNS if not any(getattr(row, name) for row in self.rows)}
         return table.drop_columns(unused)
 
-    def _write_caption(self) -> str:
+    def _make_caption_of_ranking(self) -> str:
         """Return the caption.
 
         It names the protocol unless all numbers are printed in the paper.
@@ -355,7 +355,7 @@ def _average_scores_over_abilities(
     if percent is None:
         return RankedScore(None, coverage=coverage)
     weighted = [
-        (weight, cases[metric]) for metric, weight in choose_and_weigh_averaged_metrics(percents).items()
+        (weight, cases[metric]) for metric, weight in compute_weights_of_averaged_metrics(percents).items()
     ]
     return _make_score(percent, compute_mean_intervals(weighted), coverage)
 
@@ -425,7 +425,7 @@ def read_rows_of_packaged_scores(
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
-    texts = [_FLOOR if of_null_models else _write_published_note(protocol.value, len(models))]
+    texts = [_FLOOR if of_null_models else _make_note_on_published_answers(protocol.value, len(models))]
     texts += [note for suite in suites.values() for note in suite.notes]
     pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
     other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
@@ -441,7 +441,7 @@ def read_rows_of_packaged_scores(
             yield RankedModel(model, source, row, covered, tuple(texts))
 
 
-def _write_published_note(protocol: str, model_count: int) -> str:
+def _make_note_on_published_answers(protocol: str, model_count: int) -> str:
     """Return the footnote on rows whose scores are those of published answers."""
     sha256 = paper_tables.hash_published_scores(protocol)
     of_paper = len({*paper_tables.map_files_to_paper_models().values()})
@@ -565,7 +565,7 @@ def make_experiment_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
-    models = {item.key.model for item in runs if not item.key.is_run_without_study_or_rules}
+    models = {item.key.model for item in runs if not item.key.is_standard_run}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None

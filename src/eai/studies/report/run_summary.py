@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import get_declaration
 from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_rate_intervals
-from eai.results.cost import Spending, map_cost_units_to_rate_cases, sum_spending
+from eai.results.cost import Spending, make_success_cost_cases_by_unit, sum_spending
 from eai.results.coverage import TaskCoverage, TasksChangedByErrata
 from eai.results.rate import Rate
 from eai.results.runs import Run, RunKey
-from eai.results.summary import AnswerBreakdown, break_down_records, make_cases_by_metric
+from eai.results.summary import AnswerBreakdown, break_down_records, make_contributions_by_metric
 from eai.results.totals import RunTotals
 
 
@@ -32,7 +32,7 @@ class RunSummary:
         certainties: metric -> interval of the rate; None if no interval is defined.
         cases: main metric -> numerator and denominator that each task adds.
         spent: tokens and cost of the answers; answers without recorded numbers add nothing.
-        per_success: effort and success of each answer (`eai.results.cost.map_cost_units_to_rate_cases`).
+        per_success: effort and success of each answer (`eai.results.cost.make_success_cost_cases_by_unit`).
         unnamed: number of records without the name of their task; each such task counts as independent.
     """
 
@@ -54,14 +54,17 @@ class RunSummary:
 
 def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs whose questions no study varied. Only these are ranked and compared with the paper."""
-    return [item for item in runs if item.key.is_run_without_study_or_rules]
+    return [item for item in runs if item.key.is_standard_run]
 
 
 def summarize_run(run: Run) -> RunSummary:
     """Return the summary of a run, computed from its records (stored verdicts on answers)."""
     key = run.key
     reasons = [record.verdict.excluded for record in run.records]
-    totals, cases = RunTotals.from_records(run.records), make_cases_by_metric(run.records, key.ability)
+    totals, cases = (
+        RunTotals.from_records(run.records),
+        make_contributions_by_metric(run.records, key.ability),
+    )
     return RunSummary(
         key,
         totals.coverage,
@@ -78,7 +81,7 @@ def summarize_run(run: Run) -> RunSummary:
             if metric in get_declaration(key.ability).overview_headings
         },
         sum_spending(run.records),
-        map_cost_units_to_rate_cases(run.records),
+        make_success_cost_cases_by_unit(run.records),
         sum(record.task is None for record in run.records),
         break_down_records(run.records, key.ability),
     )

@@ -107,7 +107,7 @@ def _make_operator_specs() -> Iterator[TableSpec]:
 
 
 @cache
-def _make_paper_specs() -> tuple[TableSpec, ...]:
+def _make_specs_of_paper_ability_tables() -> tuple[TableSpec, ...]:
     """Return the definitions of the tables on the paper's abilities, in order."""
     plans = [ability for ability in _IN_TABLES if get_declaration(ability).answers_are_plans]
     return (
@@ -127,7 +127,7 @@ def _make_paper_specs() -> tuple[TableSpec, ...]:
 def make_table_specs(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
     """Return the definitions of a report's tables: the paper's, and one for each ability not in the paper."""
     others = sorted(set(abilities).difference(PAPER_ABILITIES), key=get_ability_sort_key)
-    return (*_make_paper_specs(), *map(_make_ability_spec, others))
+    return (*_make_specs_of_paper_ability_tables(), *map(_make_ability_spec, others))
 
 
 def find_table_spec(ability: Ability) -> TableSpec:
@@ -135,7 +135,9 @@ def find_table_spec(ability: Ability) -> TableSpec:
     if ability not in PAPER_ABILITIES:
         return _make_ability_spec(ability)
     return next(
-        spec for spec in _make_paper_specs() if {column.ability for column in spec.columns} == {ability}
+        spec
+        for spec in _make_specs_of_paper_ability_tables()
+        if {column.ability for column in spec.columns} == {ability}
     )
 
 
@@ -154,5 +156,7 @@ def _make_operator_summary_spec() -> TableSpec:
 def get_columns(name: str) -> tuple[MetricColumn, ...]:
     """Return the columns of the paper's table with this name."""
     return next(
-        spec.columns for spec in (*_make_paper_specs(), _make_operator_summary_spec()) if spec.name == name
+        spec.columns
+        for spec in (*_make_specs_of_paper_ability_tables(), _make_operator_summary_spec())
+        if spec.name == name
     )

@@ -21,7 +21,7 @@ from eai.results.cost import PriceList
 from eai.results.table import Plain
 from eai.results.table_files import format_csv
 from eai.studies.report.cost import format_cost_csv, write_cost_section
-from eai.studies.report.document import write_report_markdown
+from eai.studies.report.document import make_report_markdown
 from eai.studies.report.rankings import (
     RankedModel,
     RankedScore,
@@ -65,7 +65,7 @@ def write_report(
     written = [*tables, *tried, *others]
     cost = "\n".join(write_cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": write_report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
+        "report.md": make_report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
         "tables.tex": format_latex(written),
         "report.tex": (resources.files("eai.studies.report") / "report.tex").read_text(encoding="utf-8"),
         "tables.json": format_rankings_json(written),
@@ -198,7 +198,7 @@ def _make_csv_line(
         "rank": row.rank,
         "ability": column.ability.value if column.ability else "all",
         "metric": column.metric,
-        **dict(_flatten_numbers(_list_score_numbers(score))),
+        **dict(_flatten_numbers(_make_score_fields(score))),
         "answered": score.coverage.answered if score.coverage else None,
         "tasks": score.coverage.tasks if score.coverage else None,
     }
@@ -215,7 +215,7 @@ def _flatten_numbers(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
             yield name, value
 
 
-def _list_score_numbers(score: RankedScore) -> dict[str, Any]:
+def _make_score_fields(score: RankedScore) -> dict[str, Any]:
     """Return the JSON fields of a score: percent, fraction and interval; None for an unknown value."""
     sure = score.certainty
     return {
@@ -240,7 +240,7 @@ def _row_to_json(table: Ranking, row: RankedModel) -> Json:
             {
                 "ability": column.ability.value if column.ability else None,
                 "metric": column.metric,
-                **_list_score_numbers(score),
+                **_make_score_fields(score),
                 "best": score.best,
                 "notes": [
                     *table.find_footnote_numbers(score.texts),

@@ -34,7 +34,7 @@ from eai.results.lines import (
     group_by_suite,
     make_task_contribution,
 )
-from eai.results.plots import draw_rate_matrix, group_rows_by_suite, read_numerator
+from eai.results.plots import draw_rate_matrix, get_numerator_of_cell, group_rows_by_suite
 from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.results.tidy import make_identifying_columns
@@ -74,7 +74,7 @@ class OperatorReplacementTrial(TidyTableLine):
     errors: str
 
 
-def replace_gold_operators_of_records(
+def generate_operator_replacement_trials(
     records: Sequence[Record],
     source: Source,
     replaced_parts: Sequence[ReplacedPart],
@@ -102,8 +102,8 @@ def replace_gold_operators_one_by_one(
     An answer that is excluded from all rates has no trials. A missing answer has no operators, so all of its
     trials fail.
     """
-    errors = _list_operator_errors(record, replaced)
-    results = scorer.plan_with_each_written_operator(record.response, replaced)
+    errors = _map_operators_to_errors(record, replaced)
+    results = scorer.plan_with_each_operator_of_answer(record.response, replaced)
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
@@ -117,7 +117,7 @@ def replace_gold_operators_one_by_one(
         )
 
 
-def _list_operator_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
+def _map_operators_to_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
     """Return a mapping from each operator of an answer to its errors, as texts.
 
     Only errors in the replaced part (precondition, effect, or both) are listed.
@@ -166,7 +166,7 @@ def group_cases_by_operator(
     )
 
 
-def _group_replacements(
+def _group_trials_by_replaced_part(
     trials: Sequence[OperatorReplacementTrial],
 ) -> Iterator[tuple[tuple[str, ...], list[OperatorReplacementTrial], list[str]]]:
     """Group trials by suite, model and replaced part of the gold operator.
@@ -200,7 +200,7 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Itera
     Intervals count all tasks of one name as one unit.
     """
     categories = (OVERALL, *(category.value for category in PredicateCategory))
-    for key, of_key, order in _group_replacements(trials):
+    for key, of_key, order in _group_trials_by_replaced_part(trials):
         cells = group_cases_by_operator(of_key)
         for cell in product(order, categories):
             if cell in cells:
@@ -214,7 +214,7 @@ def _make_outcomes_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator
     Trials of each operator by the planner's result: a plan, no plan, an operator that is not acceptable PDDL,
     a limit that was reached, or an operator that the answer does not have.
     """
-    for key, of_key, order in _group_replacements(trials):
+    for key, of_key, order in _group_trials_by_replaced_part(trials):
         counts = Counter((trial.operator, trial.outcome) for trial in of_key)
         for name in order:
             row = [counts[name, outcome] for outcome in _OUTCOMES]
@@ -235,12 +235,12 @@ def _make_errors_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[R
     unsolved_without: this percentage with operators of the same name that lack the error. Errors often occur
     together, so an error with many failures is not always their cause. Errors with most failures come first.
     """
-    for key, of_key, order in _group_replacements(
+    for key, of_key, order in _group_trials_by_replaced_part(
         [trial for trial in trials if trial.outcome != NOT_WRITTEN]
     ):
         of_operators = group_pairs((trial.operator, trial) for trial in of_key)
         rows = [(name, *row) for name in order for row in _make_error_rows(of_operators.get(name, ()))]
-        yield from [(*key, *row) for row in sorted(rows, key=lambda row: -read_numerator(row[-2]))]
+        yield from [(*key, *row) for row in sorted(rows, key=lambda row: -get_numerator_of_cell(row[-2]))]
 
 
 def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
@@ -301,7 +301,7 @@ def _analyze_operator_sensitivity(
     source = replace(records.source, planner=chosen.planner)
     with records.progress("trying operators", len(answers)) as done:
         tables = make_operator_sensitivity_tables(
-            list(replace_gold_operators_of_records(answers, source, replaced_parts, done))
+            list(generate_operator_replacement_trials(answers, source, replaced_parts, done))
         )
     yield Analysis(tables, _draw_operator_figures(tables, replaced_parts))
 

@@ -22,8 +22,8 @@ from eai.tasks.operator_task import TransitionTask
 from eai.tasks.prompts.prompt import BelievedTask, Prompt, pack_prompts
 from eai.tasks.prompts.short import (
     RULES,
-    explain_signs_of_short_lists,
-    shorten_objects,
+    explain_symbols_of_short_lists,
+    shorten_object_list,
     shorten_rules,
     shorten_state,
     shorten_vocabulary,
@@ -131,7 +131,7 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
     find_example = cache(material.find_example)
 
     @cache
-    def render_example(title: str) -> str:
+    def render_example_of_other_title(title: str) -> str:
         if (other := find_example(title)) is None:
             return ""
         question = _render_question(name, wording, BelievedTask(other), templates)
@@ -146,7 +146,7 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
         values = {
             **shared,
             "explained": "".join([f"\n\n{explanation}" for explanation in explained]),
-            "example": render_example(task.title),
+            "example": render_example_of_other_title(task.title),
             "task": _render_question(name, wording, belief, templates),
         }
         return Prompt(templates.fill_template(f"{name}.txt", values), images=belief.images)
@@ -180,12 +180,12 @@ def _render_question(
     values: dict[str, Text] = {
         "title": task.title,
         "instruction": task.instruction,
-        "instructed": wording.describe_instruction(task),
+        "instructed": wording.write_instruction_line(task),
         "objects": objects,
-        "short_objects": lambda: shorten_objects(objects),
+        "short_objects": lambda: shorten_object_list(objects),
         "initial": initial,
         "short_initial": write_short_initial_state,
-        "lists": lambda: explain_signs_of_short_lists(write_short_initial_state()),
+        "lists": lambda: explain_symbols_of_short_lists(write_short_initial_state()),
         "goals": _write_goals(wording, belief, templates),
     }
     return templates.fill_template(f"{name}_task.txt", values)
@@ -203,7 +203,7 @@ def _write_goals(wording: SuiteWording, belief: BelievedTask, templates: PromptT
 
 def write_initial_state(wording: SuiteWording, belief: BelievedTask) -> str:
     """Return a text on the initial state of a task: the true state, or the state that a model perceived."""
-    return Template(belief.initial).safe_substitute(initial=wording.describe_initial(belief.task))
+    return Template(belief.initial).safe_substitute(initial=wording.describe_initial_state(belief.task))
 
 
 def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTemplates) -> list[str]:
@@ -214,7 +214,7 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
         tasks: the tasks.
         templates: the templates.
     """
-    about = [task.with_only_prompted_goals for task in tasks]
+    about = [task.with_only_goals_in_prompt for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk_subformulas(goal.formula)}
     used = {
@@ -277,7 +277,7 @@ def render_operator_prompts(
             "predicates": write_domain(
                 _keep_declarations_used_in_prompt(task.domain.header, names, f"{example}\n{question}")
             ),
-            "short_predicates": partial(_shorten_header, task),
+            "short_predicates": partial(_write_short_domain_header, task),
             "format": answer_format,
             "short_format": answer_format,
             "example": example,
@@ -352,7 +352,7 @@ def _render_operator_question(
     values: dict[str, Text] = {
         "problem": problem,
         "short_problem": write_short_problem,
-        "lists": lambda: explain_signs_of_short_lists(write_short_problem()),
+        "lists": lambda: explain_symbols_of_short_lists(write_short_problem()),
         "heads": heads,
         "short_heads": "\n".join(
             [
@@ -379,11 +379,11 @@ def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
     )
     state = "\n".join([fact for facts in by_predicate.values() for fact in facts])
     denied = [f"not {write_atom(atom)}" for atom in problem.denied]
-    lists = [shorten_objects(objects).replace(f" [{OBJECT}]", ""), shorten_state(state, objects)]
+    lists = [shorten_object_list(objects).replace(f" [{OBJECT}]", ""), shorten_state(state, objects)]
     return "\n".join([*filter(None, lists), *denied, f"(:goal {write_formula(problem.goal)})"])
 
 
-def _shorten_header(task: TransitionTask) -> str:
+def _write_short_domain_header(task: TransitionTask) -> str:
     """Return the types and predicates that a task needs, as short lists."""
     header = task.domain.header
     names = _find_names_to_print(task, task, task.operators) or {each.name for each in header.predicates}
@@ -408,14 +408,14 @@ def _choose_example_task_and_operators(
     """
     own_names = set(task.operators)
 
-    def list_unasked_operators(candidate: TransitionTask) -> list[str]:
+    def list_operators_not_asked_for(candidate: TransitionTask) -> list[str]:
         return [name for name in candidate.operators if name not in own_names][:MAX_EXAMPLE_OPERATORS]
 
     best = max(
         tasks.values(),
-        key=lambda candidate: (len(list_unasked_operators(candidate)), -len(candidate.problem_text)),
+        key=lambda candidate: (len(list_operators_not_asked_for(candidate)), -len(candidate.problem_text)),
     )
-    return best, list_unasked_operators(best)
+    return best, list_operators_not_asked_for(best)
 
 
 def _render_operator_example(

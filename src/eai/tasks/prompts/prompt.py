@@ -130,7 +130,7 @@ def read_prompt_file(path: Path) -> dict[str, str]:
     return {row["identifier"]: row["llm_prompt"] for row in rows}
 
 
-def read_system_file(path: Path) -> str:
+def read_system_message_file(path: Path) -> str:
     """Return the system message in a JSON file ``{"system_prompt": ...}``.
 
     Raises:
@@ -225,7 +225,7 @@ class BelievedTask:
     images: tuple[Image, ...] = ()
     subgoals: tuple[str, ...] = ()
 
-    def adopt_goals(self, other: BelievedTask) -> BelievedTask:
+    def with_goals_of(self, other: BelievedTask) -> BelievedTask:
         """Return this task with another believed task's goals, and with its answer and subgoals if any."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
@@ -247,7 +247,7 @@ class GoalSection:
     after: str
     write: Callable[[BelievedTask], str]
 
-    def rewrite_section(self, question: str, belief: BelievedTask) -> str:
+    def replace_goals_in_question(self, question: str, belief: BelievedTask) -> str:
         """Return a question with this section's text replaced: it states the goals that a model believes.
 
         Raises:

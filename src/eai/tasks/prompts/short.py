@@ -60,7 +60,7 @@ _LIST_SIGNS = (
 """Pairs: a sign that can occur in short lists of facts, and a text that explains the sign."""
 
 
-def explain_signs_of_short_lists(state: str) -> str:
+def explain_symbols_of_short_lists(state: str) -> str:
     """Return explanations of the signs (such as ``*``) that occur in a short list of facts, as one text.
 
     A space precedes each explanation.
@@ -78,7 +78,7 @@ def shorten_vocabulary(text: str) -> str:
     return "\n".join([f"{parameters}: {', '.join(alike)}" for parameters, alike in names.items()])
 
 
-def shorten_objects(text: str, join: Callable[[list[str]], str] = ", ".join) -> str:
+def shorten_object_list(text: str, join: Callable[[list[str]], str] = ", ".join) -> str:
     """Return a list of objects in short form: one line for all objects with equal kinds and properties.
 
     Args:
@@ -179,13 +179,13 @@ def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
             conditions.append(line)
         else:
             changes.append((depth, line))
-    head, conditions = _write_parameter_types_in_rule_head(head, conditions)
+    head, conditions = _move_parameter_types_into_rule_head(head, conditions)
     before = " ".join(filter(None, ("; ".join(conditions), needed)))
     start = ": ".join(filter(None, (f"{head} {description}".strip(), before)))
     return f"{start} -> {', '.join(_shorten_effects_of_action(changes))}" if changes else start
 
 
-def _write_parameter_types_in_rule_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
+def _move_parameter_types_into_rule_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
     """Return the head of an action's rule with the types of its parameters, such as ``open(x:door)``.
 
     Also return the conditions that do not state a type of a parameter.
