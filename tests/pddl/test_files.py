@@ -222,6 +222,10 @@ def test_another_domain_than_that_of_a_problem_is_named_with_its_file() -> None:
     write(d=CONSTANT, p=PROBLEM)
     message = "p.pddl: line 2, column 3: expected (:domain c), as in d.pddl, not (:domain two)"
     assert refusal("pddl:d.pddl,p.pddl") == message
+    write(d=TWO.replace("domain two", "domain c"))
+    assert refusal("pddl:d.pddl,p.pddl") == message
+    write(p=PROBLEM.replace("(:domain two)", ""))
+    assert tasks_of("pddl:d.pddl,p.pddl") == ["q"]
 
 
 def test_all_bad_files_of_a_folder_are_named() -> None:

@@ -57,6 +57,11 @@ def test_a_mistake_in_a_domain_has_its_place(old: str, new: str, place: str) -> 
     assert str(caught.value).startswith(f"d.pddl: {place}")
 
 
+def read_with_domain(domain: str, problem: str) -> None:
+    file = Path("d.pddl")
+    read_problem_text(problem, Path("p.pddl"), read_domain_text(domain, file), (file, domain))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "place"),
     [
@@ -70,12 +75,55 @@ def test_a_mistake_in_a_domain_has_its_place(old: str, new: str, place: str) -> 
         ),
         ("b c - box", "b c b - box", "line 2, column 16: expected b once only"),
         ("t - table", "t - box c - table", "line 2, column 30: expected c once only"),
+        (
+            "(full c)",
+            "(full t)",
+            "line 3, column 24: expected types (full box) in (full t), not t - table",
+        ),
+        (
+            "(and (on c t)",
+            "(and (on c t) (on b c)",
+            "line 4, column 29: expected types (on thing table) in (on b c), not c - box",
+        ),
+        (
+            "(full b)",
+            "(exists (?x - (either table thing)) (and (above ?x) (full ?x)))",
+            "line 4, column 81: expected types (full box) in (full ?x), not ?x - (either table thing)",
+        ),
+        ("t - table", "t", "line 3, column 15: expected types (on thing table) in (on b t), not t - object"),
     ],
 )
 def test_a_mistake_in_a_problem_has_its_place(old: str, new: str, place: str) -> None:
     assert old in PROBLEM
     with pytest.raises(InputError) as caught:
-        read_problem_text(
-            PROBLEM.replace(old, new, 1), Path("p.pddl"), read_domain_text(DOMAIN, Path("d.pddl"))
-        )
+        read_with_domain(DOMAIN, PROBLEM.replace(old, new, 1))
     assert str(caught.value).startswith(f"p.pddl: {place}")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("(full c)", "(full c) (above b) (above t) (on home home)"),
+        ("(full b)", "(exists (?x - (either box table)) (full ?x))"),
+        ("(:domain d)", "(:domain D)"),
+    ],
+)
+def test_subtypes_and_alternatives_fit_a_declared_type(old: str, new: str) -> None:
+    assert old in PROBLEM
+    domain = DOMAIN.replace("full ?x - box", "full ?x - (either box table)")
+    read_with_domain(domain, PROBLEM.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(("old", "new"), [("(full b)", "(full t)"), ("(:domain d)", "(:domain e)")])
+def test_types_and_the_name_of_a_domain_count_only_if_the_domain_is_in_a_file(old: str, new: str) -> None:
+    problem = PROBLEM.replace(old, new, 1)
+    read_problem_text(problem, Path("p.pddl"), read_domain_text(DOMAIN, Path("d.pddl")))
+    with pytest.raises(InputError):
+        read_with_domain(DOMAIN, problem)
+
+
+def test_an_operator_may_use_arguments_of_other_types() -> None:
+    """ALFRED's domain marks locations as checked, though it declares this predicate for receptacles."""
+    read_domain_text(
+        DOMAIN.replace("(?x - box) :precondition (not", "(?x - thing) :precondition (not"), Path("d.pddl")
+    )

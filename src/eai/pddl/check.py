@@ -133,6 +133,18 @@ class DeclaredNames:
             for alternative in m.list_type_alternatives(name)
         )
 
+    def is_subtype(self, name: str, required: str) -> bool:
+        """Whether a type equals a required type, or is below the required type.
+
+        One matching alternative of an ``either`` is enough.
+        """
+        kinds = {
+            kind
+            for alternative in m.list_type_alternatives(name)
+            for kind in m.list_supertypes(self.parents, alternative)
+        }
+        return not kinds.isdisjoint(m.list_type_alternatives(required))
+
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """Return all violations of a domain: in its declarations, then operator by operator."""
@@ -271,13 +283,7 @@ class _FormulaChecker:
         actual = types.get(argument.name)
         if actual is None or not self.vocabulary.has_type(actual):
             return
-        above = self.vocabulary.parents
-        kinds = {
-            name
-            for alternative in m.list_type_alternatives(actual)
-            for name in m.list_supertypes(above, alternative)
-        }
-        if kinds.isdisjoint(m.list_type_alternatives(m.get_variable_type(parameter))):
+        if not self.vocabulary.is_subtype(actual, m.get_variable_type(parameter)):
             yield PddlFinding(PddlViolationKind.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 

@@ -21,10 +21,11 @@ from eai.pddl.check import (
     PddlError,
     PddlFinding,
     PddlViolationKind,
+    TypeScope,
     check_domain,
     check_problem,
 )
-from eai.pddl.model import OBJECT, PddlDomain, PddlProblem, TypedName
+from eai.pddl.model import OBJECT, PddlDomain, PddlProblem, TypedName, get_variable_type
 from eai.pddl.places import find_offset_of_finding
 from eai.pddl.reader import (
     CONNECTIVES,
@@ -119,13 +120,14 @@ def read_problem_file(
 ) -> ProblemFile:
     """Read the problem in a file, which must belong to the domain.
 
-    A problem that names another domain is accepted if it fits this domain. An object that the domain declares
-    as a constant of the same type is dropped from the problem.
+    If the domain is in a file, facts and goals must have arguments of the declared types, and the problem may
+    name no other domain. An object that the domain declares as a constant of the same type is dropped from
+    the problem.
 
     Args:
         path: the file of the problem.
         domain: the domain.
-        domain_file: path and text of the domain, for error messages; None if unknown.
+        domain_file: path and text of the domain; None if the domain is in no file.
 
     Raises:
         InputError: the file cannot be read, or is not a valid problem of the domain.
@@ -140,11 +142,13 @@ def read_problem_text(
     with prefix_errors_with_location(path):
         group = _read_definition(text, "problem")
         _check_supported(text, group, "problem", [each.name for each in domain.predicates])
-        problem = PddlReader(text, is_file=True).read_problem_definition(_remove_costs(group))
+        reader = PddlReader(text, is_file=True)
+        problem = reader.read_problem_definition(_remove_costs(group))
         vocabulary = DeclaredNames.from_domain(domain, problem.objects)
         if problem.domain != domain.name:
+            is_refused = domain_file is not None and problem.domain
             findings = check_problem(problem, domain)
-            if any(each.offence.makes_planners_refuse_domain for each in findings):
+            if is_refused or any(each.offence.makes_planners_refuse_domain for each in findings):
                 offset = next(
                     (each.items[0].offset for each in _find_sections(group, ":domain")), group.offset
                 )
@@ -155,7 +159,40 @@ def read_problem_text(
         _check_constant_types(text, group, problem, domain, domain_file)
         problem = replace(problem, objects=tuple([each for each in problem.objects if each not in again]))
         raise_for_findings(text, group, check_problem(problem, domain), vocabulary)
+        if domain_file is not None:
+            for section in (*_find_sections(group, ":init"), *_find_sections(group, ":goal")):
+                _check_argument_types(text, reader, section, {}, vocabulary)
     return ProblemFile(problem, path, text)
+
+
+def _check_argument_types(
+    text: str, reader: PddlReader, group: ExpressionList, scope: TypeScope, vocabulary: DeclaredNames
+) -> None:
+    """Raise an error if an argument of a fact or goal has another type than its predicate declares.
+
+    Args:
+        text: the text of the problem.
+        reader: the reader of the text.
+        group: a part of the text.
+        scope: mapping from each bound variable, such as ``?x``, to its type.
+        vocabulary: the declared names.
+    """
+    head, arguments = get_first_word(group), group.items[1:]
+    if head in ("forall", "exists"):
+        bound = reader.read_variables(arguments[0])
+        scope = {**scope, **{f"?{variable.name}": get_variable_type(variable) for variable in bound}}
+    elif (predicate := vocabulary.predicates.get(head)) is not None:
+        expected = [get_variable_type(parameter) for parameter in predicate.parameters]
+        for required, argument in zip(expected, arguments, strict=True):
+            name = argument.text if isinstance(argument, Symbol) else ""
+            actual = scope.get(name) or vocabulary.constants[name]
+            if not vocabulary.is_subtype(actual, required):
+                atom = " ".join(text[group.offset : group.end].split())
+                message = f"types ({' '.join([head, *expected])}) in {atom}, not {name} - {actual}"
+                raise make_pddl_error(text, argument.offset, PddlViolationKind.WRONG_ARGUMENT_TYPE, message)
+    for part in arguments:
+        if isinstance(part, ExpressionList):
+            _check_argument_types(text, reader, part, scope, vocabulary)
 
 
 def _check_constant_types(
