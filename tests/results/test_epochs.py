@@ -63,12 +63,18 @@ def test_answers_that_differ_in_content_have_different_meanings(
     [
         (["{'A': []}", "{'B': []}", "{'B':[]}"], 1),
         (["{'A': []}", "{'B': []}"], 0),
-        (["no", "no", "{'B': []}"], 2),
+        (["{'B': []}", "no", "neither"], 1),
+        (["{'B': []}", "no", "{'B': []}"], 0),
+        (["{'B': []}", "no"], 0),
+        (["{'B': []}", None, None], 1),
+        (["{'B': []}", "no", None], 1),
         (["no", "neither"], 0),
         (["only"], 0),
     ],
 )
-def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[str], chosen: int) -> None:
+def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(
+    answers: list[str | None], chosen: int
+) -> None:
     assert find_majority_index(answers, PLANS) == chosen
 
 
@@ -94,6 +100,26 @@ def test_each_epoch_is_scored_in_a_folder_of_its_own(tmp_path: Path, epochs: int
     for one in (result, *result.by_epoch):
         told = json.loads((one.folder / "summary.json").read_text())["run"]
         assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.map_keys_to_records()))
+
+
+@pytest.mark.parametrize(
+    ("others", "success"),
+    [((), False), (("I do not know.",), False), (("{'A': []}",), True)],
+)
+def test_an_answer_that_most_rounds_lack_does_not_count(
+    tmp_path: Path, others: tuple[str, ...], success: bool
+) -> None:
+    task_id = TASK_IDS[0]
+    right = f"{{'A': []}} for {task_id}"
+    given = {
+        (task_id, epoch): Answer(task_id, epoch, "0" * 64, "0" * 64, text, "", "stop", (), AnswerUsage())
+        for epoch, text in enumerate((right, *others), 1)
+    }
+    failures = {(task_id, epoch): "it took too long" for epoch in range(len(given) + 1, 4)}
+    obtained = ModelAnswers("m", "m", {task_id: Prompt("?")}, given, failures, 3)
+    (record,) = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions()).records
+    assert (record.response == right) is success
+    assert (record.unanswered == "it took too long") is (not others)
 
 
 def test_each_epoch_has_its_own_reason_for_a_missing_answer(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
 from eai.abilities.attempt import AnswerUsage, Attempt
@@ -51,16 +51,18 @@ from eai.results.trials import Answer, AnswerKey, SuiteConversations, make_trial
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.task import Task
 
+T = TypeVar("T")
 
-def find_majority_index(answers: Sequence[str], ability: Ability) -> int:
+
+def find_majority_index(answers: Sequence[str | None], ability: Ability) -> int:
     """Return the index of the first answer with the most frequent meaning.
 
-    If several meanings are equally frequent, the first of these meanings counts. If no answer can be read,
-    the first answer counts. `normalise_answer` gives the meaning of an answer.
+    If several meanings are equally frequent, the first of these meanings counts. All answers that are missing
+    (None) or cannot be read have one meaning: a failed attempt. `normalise_answer` gives the meaning of an
+    answer.
     """
-    meanings = [normalise_answer(text, ability) for text in answers]
-    counts = Counter(meaning_of_answer for meaning_of_answer in meanings if meaning_of_answer is not None)
-    return meanings.index(counts.most_common(1)[0][0]) if counts else 0
+    meanings = [None if text is None else normalise_answer(text, ability) for text in answers]
+    return meanings.index(Counter(meanings).most_common(1)[0][0])
 
 
 def normalise_answer(text: str, ability: Ability) -> str | None:
@@ -423,10 +425,24 @@ def _average_records_of_task(
 def _choose_majority_answers(model_answers: ModelAnswers, ability: Ability) -> dict[str, Answer]:
     in_order = sorted(model_answers.answers.values(), key=attrgetter("epoch"))
     by_task = group_pairs((answer.task_id, answer) for answer in in_order)
-    return {
-        i: given[find_majority_index([answer.text for answer in given], ability)]
+    chosen = {
+        i: select_majority(given, [answer.text for answer in given], model_answers.epochs, ability)
         for i, given in by_task.items()
     }
+    return {i: answer for i, answer in chosen.items() if answer is not None}
+
+
+def select_majority(items: Sequence[T], answers: Sequence[str], epochs: int, ability: Ability) -> T | None:
+    """Return the item whose answer is chosen by `find_majority_index`, or None if missing answers win.
+
+    Args:
+        items: the items to choose from, such as samples of a log.
+        answers: the answer of each item.
+        epochs: number of answers that were requested. The missing answers come after the others.
+        ability: the ability.
+    """
+    missing = [None] * (epochs - len(answers))
+    return [*items, *missing][find_majority_index([*answers, *missing], ability)]
 
 
 def _score_model_answers(

@@ -306,10 +306,9 @@ def _select_answered_scores(scores: Iterable[SampleScore]) -> list[SampleScore]:
 
 def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
     """Return one of a task's scores: that of the answer whose meaning is the most frequent."""
-    answered_scores = _select_answered_scores(scores) or scores
-    return answered_scores[
-        find_majority_index([score.score.answer or "" for score in answered_scores], ability)
-    ]
+    in_order = sorted(scores, key=lambda score: not _get_metadata(score)["answered"])
+    answers = [score.score.answer or "" if _get_metadata(score)["answered"] else None for score in in_order]
+    return in_order[find_majority_index(answers, ability)]
 
 
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:

@@ -47,7 +47,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
-from eai.results.epochs import ModelAnswers, ModelBeliefsInPrompts, SuiteResult, find_majority_index
+from eai.results.epochs import ModelAnswers, ModelBeliefsInPrompts, SuiteResult, select_majority
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import SuiteConversations, open_trials
@@ -419,8 +419,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
         epochs = group_pairs(zip([sample.epoch for sample in answered_samples], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(answers)) for answers in epochs.values()]
         return replace(first, further_epochs=tuple(further))
-    by_task = group_pairs((str(sample.id), sample) for sample in answered_samples)
-    majority_samples = [_select_majority_sample(samples, suite.ability) for samples in by_task.values()]
+    majority_samples = _select_majority_samples(log, suite.ability)
     return ResponseFile(
         model, tuple([Response(str(sample.id), read_episode_text(sample)) for sample in majority_samples])
     )
@@ -434,17 +433,14 @@ def make_function_that_adds_logged_options(path: Path, suite: Suite) -> Callable
     Raises:
         InputError: the log cannot be read.
     """
-    samples = read_inspect_log(path).samples or ()
+    log = read_inspect_log(path)
+    samples = log.samples or ()
     experiment = next((s.metadata[EXPERIMENT] for s in samples if EXPERIMENT in s.metadata), None)
     if experiment is None or get_declaration(suite.ability).combine_epochs is not None:
         return None
-    by_task = group_pairs((str(sample.id), sample) for sample in samples if sample.output.choices)
-    majority_samples = [
-        _select_majority_sample(sorted(of_task, key=lambda s: s.epoch), suite.ability)
-        for of_task in by_task.values()
-    ]
     logged_samples: LoggedSamples = {
-        str(s.id): (s.metadata, s.epoch, _read_question(s)) for s in majority_samples
+        str(s.id): (s.metadata, s.epoch, _read_question(s))
+        for s in _select_majority_samples(log, suite.ability)
     }
     return partial(make_record_of_logged_answer, suite, experiment, logged_samples)
 
@@ -453,8 +449,16 @@ def _read_question(sample: EvalSample) -> str:
     return sample.input if isinstance(sample.input, str) else sample.input[-1].text
 
 
-def _select_majority_sample(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
-    return samples[find_majority_index([read_episode_text(sample) for sample in samples], ability)]
+def _select_majority_samples(log: EvalLog, ability: Ability) -> list[EvalSample]:
+    """Return a sample with the most frequent answer to each task. Tasks with few answers are left out."""
+    answered = sorted([s for s in log.samples or () if s.output.choices], key=lambda sample: sample.epoch)
+    by_task = group_pairs((str(sample.id), sample) for sample in answered)
+    epochs = log.eval.config.epochs or 1
+    chosen = (
+        select_majority(samples, [read_episode_text(sample) for sample in samples], epochs, ability)
+        for samples in by_task.values()
+    )
+    return [sample for sample in chosen if sample is not None]
 
 
 def read_inspect_log(path: Path, *, header_only: bool = False) -> EvalLog:
