@@ -51,6 +51,14 @@ def test_comments_spaces_and_extras_are_ignored(tmp_path: Path) -> None:
     assert (point.module, point.attr) == ("naps.all", "nap")
 
 
+def test_a_module_that_exits_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "exiting_study.py").write_text("raise SystemExit(0)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    message = r"^exiting_study \(entry point mine of eai\.studies\): the import calls sys\.exit\(0\)"
+    with pytest.raises(InputError, match=message):
+        module.EntryPoint("mine", "exiting_study:STUDY", "eai.studies").load()
+
+
 def test_abilities_and_benchmarks_are_listed_in_the_order_of_the_paper() -> None:
     paper = ["goal_interpretation", "subgoal_decomposition", "action_sequencing", "transition_modeling"]
     assert [*Ability.list_names()][: len(paper)] == paper

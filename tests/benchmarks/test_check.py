@@ -140,6 +140,10 @@ def test_an_error_in_a_module_names_file_and_line(tmp_path: Path, monkeypatch: p
         (b"box = 'caf\xe9'", "broken_world.py: line 1: SyntaxError: (unicode error) 'utf-8' codec can't "),
         ("box = 1".encode("utf-16"), "broken_world:world: SyntaxError: source code "),
         (b"", "broken_world:world: broken_world has no object 'world'"),
+        (
+            b"import sys\nsys.exit()",
+            "broken_world.py: line 2: the import calls sys.exit(None); only a program may do so",
+        ),
     ],
 )
 def test_an_exception_in_a_module_names_file_and_line(

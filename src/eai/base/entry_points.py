@@ -39,8 +39,22 @@ class EntryPoint(NamedTuple):
         return self.value.partition(":")[2].partition("[")[0].strip()
 
     def load(self) -> Any:
-        """Import the module of the entry point, and return the registered object."""
-        return reduce(getattr, filter(None, self.attr.split(".")), import_module(self.module))
+        """Import the module of the entry point, and return the registered object.
+
+        Raises:
+            InputError: the module calls ``sys.exit()``.
+        """
+        try:
+            module = import_module(self.module)
+        except SystemExit as error:
+            origin = f"{self.module} (entry point {self.name} of {self.group})"
+            raise InputError(f"{origin}: {describe_exit(error)}") from error
+        return reduce(getattr, filter(None, self.attr.split(".")), module)
+
+
+def describe_exit(error: SystemExit) -> str:
+    """Return a message about a module that ends Python while it is imported."""
+    return f"the import calls sys.exit({error.code!r}); only a program may do so"
 
 
 def get_entry_points(group: str, first: Sequence[str] = ()) -> Mapping[str, EntryPoint]:

@@ -18,7 +18,7 @@ from traceback import TracebackException, extract_tb
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.protocol import Ability, find_abilities
-from eai.base.entry_points import EntryPoint, get_entry_points
+from eai.base.entry_points import EntryPoint, describe_exit, get_entry_points
 from eai.base.errors import EaiError, InputError, did_you_mean
 from eai.base.files import find_files_below
 
@@ -268,7 +268,7 @@ def load_object(reference: str) -> Any:
         sys.path.insert(0, here)
     try:
         imported = import_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(_describe_import_error(module, reference, error)) from error
     finally:
         if added:
@@ -279,7 +279,7 @@ def load_object(reference: str) -> Any:
         raise InputError(f"{reference}: {module} has no object {name!r}") from error
 
 
-def _describe_import_error(module: str, reference: str, error: Exception) -> str:
+def _describe_import_error(module: str, reference: str, error: Exception | SystemExit) -> str:
     """Return a message about an exception during an import, with the line of the module that raised it."""
     file = f"{module.replace('.', '/')}.py"
     lines = [
@@ -293,6 +293,8 @@ def _describe_import_error(module: str, reference: str, error: Exception) -> str
         text = str(error)
     elif isinstance(error, ImportError) and not lines:
         text = f"the module cannot be imported ({error})"
+    elif isinstance(error, SystemExit):
+        text = describe_exit(error)
     else:  # like the last line of a traceback, with Python's suggestion of a name
         text = list(TracebackException.from_exception(error).format_exception_only())[-1].strip()
     if lines:
