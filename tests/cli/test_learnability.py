@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +13,7 @@ import eai as library
 from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.gold_answers import open_gold_answers
+from eai.results.batch import Scoring
 
 LAMPS = ("check", "lamps:lamps", "--learnable")
 
@@ -54,6 +57,21 @@ def test_groups_of_answers_with_mixed_rewards_are_counted(eai: Command) -> None:
     score(eai, "single", right)
     done = eai(*LAMPS, "--records", "scores/single")
     assert done.out.endswith("no task has two answers of one model: run the model with --epochs\n")
+
+
+def test_workers_compute_the_same_rewards(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    score(eai, "single", "no plan")
+    alone = eai(*LAMPS, "--records", "scores")
+    compute, numbers = Scoring.compute_rewards, []
+
+    def compute_and_count(scoring: Scoring, *arguments: Any) -> Iterator[float | None]:
+        numbers.append(scoring.has_worker_processes)
+        return compute(scoring, *arguments)
+
+    monkeypatch.setattr(Scoring, "compute_rewards", compute_and_count)
+    done = eai(*LAMPS, "--records", "scores", "--workers", 2)
+    assert (done.status, done.out) == (0, alone.out)
+    assert numbers == [True] * 5
 
 
 def test_tasks_that_exceed_a_context_are_counted(eai: Command) -> None:

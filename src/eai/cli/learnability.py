@@ -13,7 +13,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import format_count, get_output_console, inspect_needed, print_result
-from eai.cli.options import open_data_source
+from eai.cli.options import open_data_source, open_scoring_workers
 from eai.cli.table import PERCENT
 from eai.pddl.planning import PlannerChoice
 from eai.results.learnability import count_tasks_by_reward_spread, measure_rewards_of_trivial_baselines
@@ -34,6 +34,8 @@ def print_learnability(
     context: int | None,
     prompt_set: PromptSet,
     data: Path | None,
+    workers: int | None,
+    ray: str | None,
     *,
     as_json: bool,
 ) -> None:
@@ -46,9 +48,9 @@ def print_learnability(
         InputError: answers to the ability get no reward, or a file of records cannot be read.
         EaiError: a context is given, and Inspect is not installed.
     """
-    with open_data_source(data, PlannerChoice.NONE) as source:
+    with open_data_source(data, PlannerChoice.NONE) as source, open_scoring_workers(workers, ray) as scoring:
         suite = open_suite(find_benchmark(reference), ability, source=source)
-        nulls = measure_rewards_of_trivial_baselines(Reward(suite, shaping))
+        nulls = measure_rewards_of_trivial_baselines(Reward(suite, shaping), scoring)
         value: dict[str, Json] = {
             "null_models": {
                 name: {"mean": rewards.mean.to_json(), "full": rewards.full.to_json()}
@@ -68,7 +70,7 @@ def print_learnability(
             of_suite = [
                 record for record in records if (record.domain, record.ability) == (suite.domain, ability)
             ]
-            groups = count_tasks_by_reward_spread(of_suite, Reward(suite, shaping))
+            groups = count_tasks_by_reward_spread(of_suite, Reward(suite, shaping), scoring)
             value["groups"] = {**groups}
             lines.append(_describe_reward_groups(groups))
         if context is not None:

@@ -105,7 +105,8 @@ def check(
     if learnable:
         reference = _require_benchmark_reference(path)
         print_learnability(
-            *(reference, ability, shaping, records or (), context, prompt_set, data), as_json=as_json
+            *(reference, ability, shaping, records or (), context, prompt_set, data, workers, ray),
+            as_json=as_json,
         )
     elif schema:
         print(json.dumps(make_task_line_schema(), indent=2))

@@ -21,6 +21,7 @@ from eai.benchmarks.copied_answers import (
 )
 from eai.benchmarks.gold_answers import AnswersByTask
 from eai.benchmarks.random_answers import open_random_answers
+from eai.results.batch import Scoring
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.repeats import strip_epoch
@@ -43,10 +44,13 @@ class _TrivialBaselineRewards(NamedTuple):
     full: Rate
 
 
-def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBaselineRewards]:
+def measure_rewards_of_trivial_baselines(
+    reward: Reward, scoring: Scoring | None = None
+) -> dict[str, _TrivialBaselineRewards]:
     """Return the rewards of null models (models that do not try to solve tasks), by model name.
 
-    Models that cannot answer the suite (ability in a benchmark) are left out.
+    Models that cannot answer the suite (ability in a benchmark) are left out. By default, this process
+    computes the rewards.
     """
     suite = reward.suite
     rewards = {}
@@ -55,28 +59,28 @@ def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBa
             answers = open_answers(suite.benchmark, suite.ability, suite.source)
         except InputError:  # the null model does not answer questions of this ability
             continue
-        paid = [
-            value
-            for task_id in suite.task_ids
-            if (value := reward(task_id, answers[task_id].text)) is not None
-        ]
+        texts = [(task_id, answers[task_id].text) for task_id in suite.task_ids]
+        rewards_by_task = (scoring or Scoring()).compute_rewards(reward, texts)
+        paid = [value for value in rewards_by_task if value is not None]
         full = Rate(sum(value == 1 for value in paid), len(paid))
         rewards[name] = _TrivialBaselineRewards(Rate(sum(paid), len(paid)), full)
     return rewards
 
 
-def count_tasks_by_reward_spread(records: Iterable[Record], reward: Reward) -> Counter[str]:
+def count_tasks_by_reward_spread(
+    records: Iterable[Record], reward: Reward, scoring: Scoring | None = None
+) -> Counter[str]:
     """Count the tasks with several answers of one model by the rewards of the answers.
 
     The counts are ``mixed`` for different rewards, ``none`` if all rewards are 0, ``full`` if all are 1, and
     ``equal`` if all are another number. ``single`` counts tasks with one answer. Training by rewards relative
     to the other answers to a task (GRPO) learns only from mixed tasks.
     """
-    groups = group_pairs(
-        ((strip_epoch(record.model), record.task_id), reward(record.task_id, record.response))
-        for record in records
-        if record.unanswered is None
-    )
+    answered = [record for record in records if record.unanswered is None]
+    texts = [(record.task_id, record.response) for record in answered]
+    rewards = (scoring or Scoring()).compute_rewards(reward, texts)
+    names = [(strip_epoch(record.model), record.task_id) for record in answered]
+    groups = group_pairs(zip(names, rewards, strict=True))
     return Counter(_classify_reward_spread(values) for values in groups.values() if None not in values)
 
 
