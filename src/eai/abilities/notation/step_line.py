@@ -81,9 +81,26 @@ def find_step_in_line(
                 strip_punctuation(text[separator.end() :]),
             )
             if _is_remark(remark, words) and (step := step_of(words)) is not None:
-                has_other_step = step_of(remark) or has_step_among_few_words(remark, step_of, actions)
+                has_other_step = step_of(remark) or (
+                    not _describes_step(remark, step, actions)
+                    and has_step_among_few_words(remark, step_of, actions)
+                )
                 return (None if has_other_step else step), True
     return None, False
+
+
+def _describes_step(remark: str, step: WrittenStep, actions: Collection[str]) -> bool:
+    """Whether a remark is a sentence on its own step, such as ``WALK to the soap`` behind ``WALK(soap)``.
+
+    It begins with the step's action, continues with an ordinary word, names an object of the step, or "it",
+    and names no further action.
+    """
+    action, *words = _WORD.findall(remark.casefold()) or [""]
+    if action != step.action.casefold() or not words or ORDINARY_WORD.fullmatch(words[0]) is None:
+        return False
+    objects = {word for name in step.objects for word in re.findall(r"[^\W\d_]{2,}", str(name).casefold())}
+    names = {name.casefold() for name in actions}
+    return names.isdisjoint(words) and not objects.union({"it"}).isdisjoint(words)
 
 
 def _is_remark(text: str, step: str) -> bool:
