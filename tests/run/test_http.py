@@ -212,6 +212,31 @@ def test_an_error_that_no_repetition_mends_stops_the_run_at_once(
     assert len((tmp_path / "answers.jsonl").read_text().splitlines()) == 1
 
 
+def test_a_run_whose_first_requests_all_fail_stops(ask: Callable[..., ModelAnswers], tmp_path: Path) -> None:
+    names = [f"{number}" for number in range(60)]
+    with serve({name: [Reply(status=403), Reply(PLAN)] for name in names}) as served:
+        told = r"all of the first 10 requests failed: .* 403 .*; the same command resumes from here$"
+        with pytest.raises(EaiError, match=told):
+            ask(served.url, names, connections=2)
+        asked = sum(served.log.asked.values())
+        assert 10 <= asked < 20
+        resumed = ask(served.url, names)
+    assert (len(resumed.answers), len(resumed.failures)) == (asked, len(names) - asked)
+
+
+@pytest.mark.parametrize("position", [0, 9])
+def test_a_run_goes_on_if_one_of_the_first_requests_succeeds(
+    ask: Callable[..., ModelAnswers], position: int
+) -> None:
+    """A slow answer counts, although later requests fail before it."""
+    script = [(f"{number}", [Reply(status=403)]) for number in range(20)]
+    script.insert(position, ("good", [Reply(PLAN, delay=2)]))
+    with serve(dict(script)) as served:
+        answers = ask(served.url, dict(script), connections=4)
+    assert [*answers.answers] == [("good", 1)]
+    assert len(answers.failures) == 20
+
+
 @pytest.mark.parametrize(
     ("model", "problem"),
     [

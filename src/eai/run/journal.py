@@ -28,6 +28,9 @@ from eai.run.job import QuestionJob
 JOURNAL = "answers.jsonl"
 """File name of the journal, the file of all answers so far, in the folder of a run."""
 
+MAX_FIRST_FAILURES = 10
+"""Number of tasks asked first. If all their requests fail, a run without any answer stops."""
+
 BEGUN = "begun.jsonl"
 """Name of the file beside the answers that has a line for each start of an episode."""
 
@@ -149,6 +152,8 @@ class RunState:
         self.answer_limit = job.answer_limit
         self._watch = watch
         self._new_tokens = 0
+        self._first_tasks: dict[AnswerKey, bool] = {}  # whether the request failed
+        self._has_answers = False
         for key in product(job.prompts, range(1, job.epochs + 1)):
             if journal.has_answers(key):
                 self.open_conversation(key)
@@ -204,6 +209,19 @@ class RunState:
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
+    def record_request(self, key: AnswerKey) -> None:
+        """Record that a request begins. Only the first tasks are recorded."""
+        if len(self._first_tasks) < MAX_FIRST_FAILURES:
+            self._first_tasks.setdefault(key, False)
+
+    def stop_if_all_requests_fail(self, key: AnswerKey, reason: str) -> None:
+        """Record a failure that may recur at every request. Stop if all tasks asked first have failed so."""
+        if key in self._first_tasks:
+            self._first_tasks[key] = True
+        is_complete = len(self._first_tasks) == MAX_FIRST_FAILURES
+        if is_complete and all(self._first_tasks.values()) and not self._has_answers:
+            self.stop_asking_questions(f"all of the first {MAX_FIRST_FAILURES} requests failed: {reason}")
+
     def call_progress_callback(self, failure: str = "") -> None:
         """Call the progress callback with the numbers of answered, failed and all tasks, and output tokens.
 
@@ -217,6 +235,7 @@ class RunState:
     def _add_to_conversation(self, recorded: _ConversationInJournal, answer: Answer) -> None:
         key, conversation, answers = recorded
         answers.append(answer)
+        self._has_answers = True
         conversation.add_answer(answer.text)
         if conversation.is_over:
             self.last_answers[key] = answer

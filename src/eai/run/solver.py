@@ -157,6 +157,7 @@ class _ModelReply(NamedTuple):
 @contextmanager
 def report_failure_in_block(run: RunState, key: AnswerKey) -> Iterator[None]:
     """Report an error of the `with` block. The run gives up the task, or stops if no request can succeed."""
+    run.record_request(key)
     try:
         yield
     except Exception as error:
@@ -165,6 +166,8 @@ def report_failure_in_block(run: RunState, key: AnswerKey) -> Iterator[None]:
             run.stop_asking_questions(describe_error(error))
         elif (misfits := _describe_tasks_longer_than_context(run, error)) is not None:
             run.stop_asking_questions(misfits)
+        elif not is_prompt_too_long(error):
+            run.stop_if_all_requests_fail(key, describe_error(error))
         run.record_failure(*key, describe_error(error))
         raise
 
