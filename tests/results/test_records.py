@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,12 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.verdict import ConfusionCounts, ErrorReport, PlanVerdict
+from eai.agents.verdict import ActingVerdict
 from eai.base.errors import InputError
 from eai.results.codec import record_to_json
 from eai.results.record import Record
 from eai.results.records import read_records
+from eai.tasks.share import Share, TalliesByGoalKind
+from eai.world.fault import FaultKind
 from record_files import write_records
 
 
@@ -97,3 +102,53 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "binary.jsonl").write_bytes(b"\xff\xfe\0")
     with pytest.raises(InputError, match=r"binary\.jsonl"):
         list(read_records(tmp_path / "binary.jsonl"))
+
+
+UNMET = TalliesByGoalKind(Share(1, 2), Share(0, 0), Share(0, 0))
+MET = TalliesByGoalKind(Share(2, 2), Share(0, 0), Share(0, 0))
+RIGHT = PlanVerdict(executable=True, success=True, goals=MET, goals_satisfied=(True, True))
+WRONG = PlanVerdict(executable=True, success=False, goals=UNMET, goals_satisfied=(True, False))
+FAILED = replace(WRONG, executable=False, error=ErrorReport(FaultKind.MISSING_STEP, 0, "why"))
+
+
+@pytest.mark.parametrize(
+    ("verdict", "fields", "complaint"),
+    [
+        (WRONG, {"success": True}, "success is true, although goals_satisfied has a goal that is missed"),
+        (FAILED, {"success": True}, "success is true, although the error missing_step ended the answer"),
+        (WRONG, {"success": True, "goals_satisfied": [True, True]}, "goals has a goal that is missed"),
+        (RIGHT, {"success": False}, "success is false, although all goals hold and no error ended"),
+        (FAILED, {"error": None, "executable": True, "success": True}, "success is true, although goals_"),
+    ],
+)
+@pytest.mark.parametrize("ability", ["action_sequencing", "subgoal_decomposition"])
+def test_a_verdict_that_contradicts_its_fields_is_refused(
+    ability: str, verdict: PlanVerdict, fields: dict[str, object], complaint: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "records.jsonl"
+    line = record_to_json(replace(record(), verdict=verdict)) | {"ability": ability}
+    file.write_text(json.dumps(line))
+    assert len(list(read_records(file))) == 1
+    file.write_text(json.dumps(line | fields))
+    with pytest.raises(InputError, match=rf"^{file}, line 1: the verdict was changed: {complaint}"):
+        list(read_records(file))
+    file.write_text(json.dumps(line | fields | {"protocol": "eai-1.0.5"}))
+    assert len(list(read_records(file))) == 1
+
+
+def test_a_success_that_does_not_follow_from_the_counts_is_refused(tmp_path: Path) -> None:
+    file, counts = tmp_path / "records.jsonl", {"all": ConfusionCounts(1, 0, 1)}
+    line = record_to_json(
+        replace(record(), ability=Ability.GOAL_INTERPRETATION, verdict=GoalVerdict(counts=counts))
+    )
+    assert line["success"] is False
+    file.write_text(json.dumps(line | {"success": True}))
+    with pytest.raises(InputError, match="the verdict was changed: success is true, but not by the other"):
+        list(read_records(file))
+
+
+def test_an_episode_is_lost_although_all_goals_hold_if_the_agent_did_not_say_so(tmp_path: Path) -> None:
+    lost = ActingVerdict(executable=True, success=False, goals=MET, goals_satisfied=(True, True))
+    file = tmp_path / "records.jsonl"
+    write_records(file, [replace(record(), ability=Ability("acting"), verdict=lost)])
+    assert len(list(read_records(file))) == 1

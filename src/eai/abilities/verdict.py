@@ -245,6 +245,10 @@ class Verdict:
         """
         return None
 
+    def find_contradiction(self) -> str | None:
+        """Return a sentence on fields that contradict each other by the rules of `strict`, or None."""
+        return None
+
     @property
     def columns(self) -> Mapping[str, Json]:
         """Mapping from columns of `eai.results.lines.AnswerLine` to the verdict's values in these columns."""
@@ -328,6 +332,24 @@ class PlanVerdict(Verdict):
     def is_task_declined_by_answer(self) -> bool:
         """Whether the answer calls the task impossible, or asks which object the instruction means."""
         return self.refused is not None
+
+    def find_contradiction(self) -> str | None:
+        """Return a sentence on fields that contradict each other by the rules of `strict`, or None.
+
+        A plan succeeds if no error ended it and all goals hold, or if it rightly declines the task.
+        """
+        if self.excluded is not None or self.success is None or self.refused is not None:
+            return None
+        if self.success and self.error is not None:
+            return f"success is true, although the error {self.error.kind.value} ended the answer"
+        if self.success and not all(self.goals_satisfied):
+            return "success is true, although goals_satisfied has a goal that is missed"
+        has_all_goals = bool(self.goals_satisfied) and all(self.goals_satisfied)
+        if has_all_goals and any(met != total for met, total in self.goals or ()):
+            return "goals has a goal that is missed, although goals_satisfied has none"
+        if not self.success and has_all_goals and self.executable and self.error is None:
+            return "success is false, although all goals hold and no error ended the answer"
+        return None
 
     @property
     def columns(self) -> Mapping[str, Json]:

@@ -80,6 +80,13 @@ class ActingVerdict(PlanVerdict):
     compute_reward_inputs = Verdict.compute_reward_inputs
     """Raises NotImplementedError: a stored episode earns no reward, as its player chose the game rules."""
 
+    def find_contradiction(self) -> str | None:
+        """Return a sentence on contradictory fields of a won episode, or None.
+
+        An episode without the command ``DONE`` can be lost although all goals hold.
+        """
+        return PlanVerdict.find_contradiction(self) if self.success else None
+
     @property
     def is_unreplayable(self) -> bool:
         """Whether a replay of the commands gave observations that differ from those in the episode."""

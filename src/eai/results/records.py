@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 from pydantic_core import from_json
 
+from eai.abilities.protocol import DEFAULT_PROTOCOL
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError, prefix_errors_with_location
 from eai.base.files import find_files_below, require_file, write_files_atomically
 from eai.base.json_value import Json
-from eai.results.codec import READABLE_SCHEMAS, experiment_to_json, record_from_json, record_to_json
+from eai.results.codec import READABLE_SCHEMAS, SCHEMA, experiment_to_json, record_from_json, record_to_json
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.totals import RunTotals
@@ -55,8 +56,8 @@ def read_records(path: Path) -> Iterator[Record]:
     """Yield the records of a file.
 
     Raises:
-        InputError: the file cannot be read, a line is not a record, or its answer is not the one that was
-            scored.
+        InputError: the file cannot be read, a line is not a record, its answer is not the one that was
+            scored, or its verdict contradicts itself.
     """
     for number, line in enumerate(_read_lines_of_records(path), 1):
         if line.strip():
@@ -91,7 +92,14 @@ def _parse_record(line: str) -> Record:
             f"schema {schema!r} cannot be read; expected {' or '.join(map(str, READABLE_SCHEMAS))}: "
             "score the answers again, or use another version of eai"
         )
-    return record_from_json(values)
+    record = record_from_json(values)
+    if record.protocol is DEFAULT_PROTOCOL and schema == SCHEMA:
+        contradiction = record.verdict.find_contradiction()
+        if contradiction is None and values["success"] not in (None, record.verdict.success):
+            contradiction = f"success is {json.dumps(values['success'])}, but not by the other fields"
+        if contradiction is not None:
+            raise InputError(f"the verdict was changed: {contradiction}; score the answer again")
+    return record
 
 
 def _load_json(line: str) -> Any:
