@@ -242,6 +242,11 @@ HEAD = "(define (domain d)\n (:requirements :strips)\n "
             "line 4: operator b: an effect changes q, which is derived",
         ),
         (
+            f"; (:action b :effect (q)) is wrong\n{HEAD}(:predicates (p) (q)) (:derived (q) (p))\n"
+            " (:action b :effect (q)))",
+            "line 5: operator b: an effect changes q, which is derived",
+        ),
+        (
             f"{HEAD}(:predicates (p) (q)) (:derived (q) (p))\n (:action\t b :effect (q)))",
             "line 4: operator b: an effect changes q, which is derived",
         ),

@@ -405,11 +405,17 @@ def raise_for_findings(
             raise make_pddl_error(text, offset, finding.offence, f"{expected} ({finding.place}){hint}")
 
 
+def blank_out_comments(text: str) -> str:
+    """Return a text of PDDL or BDDL with blanks in place of comments. Positions stay the same."""
+    return _COMMENT.sub(lambda comment: " " * len(comment[0]), text)
+
+
 def find_line_of_word(text: str, word: str) -> int:
-    """Return the number of the first line that contains a word, or 1 if no line contains the word.
+    """Return the number of the first line with a word outside comments, or 1 if there is no such line.
 
     A blank in the word stands for any white space, or none.
     """
+    text = blank_out_comments(text)
     pattern = r"\s*".join(map(re.escape, word.split(" ")))
     match = re.search(rf"(?<![^\s()]){pattern}(?![^\s()])", text, re.IGNORECASE)
     return 1 if match is None else text.count("\n", 0, match.start()) + 1

@@ -179,6 +179,11 @@ def test_a_problem_in_pddl_need_not_declare_the_agent() -> None:
         ("(lit ?x)", "(bright ?x)", "expected a declared predicate, not bright"),
         ("(at agent ball)", "(at agent bell)", "expected a declared object, not bell"),
         ("(is_open box)", "(is-lamp box)", "line 4: expected "),
+        (
+            "(:init (is_open box)",
+            "; (is-lamp box)\n  (:init (is-lamp ; a (is-lamp box)\n  box)",
+            "line 5: expected ",
+        ),
     ],
 )
 def test_pddl_of_another_domain_is_refused(old: str, new: str, message: str) -> None:

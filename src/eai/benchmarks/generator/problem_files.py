@@ -16,7 +16,14 @@ from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.ltl_printer import format_ltl
 from eai.pddl.bddl import parse_problem
 from eai.pddl.check import DeclaredNames, check_problem
-from eai.pddl.files import ProblemFile, is_domain_file, raise_for_findings, read_problem_file, read_text
+from eai.pddl.files import (
+    ProblemFile,
+    blank_out_comments,
+    is_domain_file,
+    raise_for_findings,
+    read_problem_file,
+    read_text,
+)
 from eai.pddl.model import PddlDomain
 from eai.pddl.reader import read_group
 from eai.tasks.goal_text import check_goal_names, make_task
@@ -32,9 +39,6 @@ from eai.world.state import State
 
 BDDL, PDDL = ".bddl", ".pddl"
 """Suffixes of names of problem files."""
-
-_GAP = r"(?:\s|;[^\n]*)"
-"""Regular expression for a gap between two words: white space or a comment."""
 
 
 def find_problem_files(paths: Iterable[Path]) -> list[Path]:
@@ -109,7 +113,8 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
             raise InputError(f"{file.path}: line {_find_line_of_fact(file.text, each)}: {expected}")
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)
-    line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
+    text = blank_out_comments(file.text).lower()
+    line = text[: text.find("(:goal")].count("\n") + 1
     goals = list(dict.fromkeys([_require_known_names(meaning(part), initial, file, line) for part in parts]))
     if not goals:
         raise InputError(f"{file.path}: the goal is empty; write a condition after (:goal")
@@ -147,9 +152,9 @@ def _read_problem_file(path: Path, header: PddlDomain) -> ProblemFile:
 
 def _find_line_of_fact(text: str, fact: f.Formula) -> int:
     """Return the number of the line that contains a fact, or 1 if no line contains the fact."""
-    denied = rf"\(\s*not{_GAP}*" if isinstance(fact, f.Not) else ""
+    denied = r"\(\s*not\s*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []
-    pattern = rf"{denied}\({_GAP}*" + rf"{_GAP}+\??".join(map(re.escape, words)) + rf"{_GAP}*\)"
-    match = re.search(pattern, text, re.IGNORECASE)
+    pattern = rf"{denied}\(\s*" + r"\s+\??".join(map(re.escape, words)) + r"\s*\)"
+    match = re.search(pattern, blank_out_comments(text), re.IGNORECASE)
     return text.count("\n", 0, match.start() if match else 0) + 1
