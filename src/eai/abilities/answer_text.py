@@ -92,6 +92,7 @@ _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
 It shows that the values belong together.
 """
 _SEPARATORS = re.compile(r"[\s,;]*")
+_SEPARATORS_OR_FENCES = re.compile(r"(?:[\s,;]|```+[\w+-]*)*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
 _CALL = re.compile(r"(?<![\w.])[\w.]+\s*\([^()]*\)")
@@ -406,7 +407,7 @@ class _AnswerReader(Generic[T]):
             return self._make_parsed_answer(
                 chosen, self.form.join([value.meaning for value in chosen]), repairs
             )
-        are_adjacent = self.form.is_single and any(map(_SEPARATORS.fullmatch, texts))
+        are_adjacent = self.form.is_single and any(map(_SEPARATORS_OR_FENCES.fullmatch, texts))
         if are_adjacent and not _have_equal_texts(self.text, chosen):
             return self._report_unread_text(_BracketedText(chosen[-2].start, chosen[-1].end))
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())

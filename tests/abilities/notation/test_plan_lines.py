@@ -145,9 +145,24 @@ def test_a_fence_with_one_step_is_named_if_an_earlier_fence_has_others() -> None
 
 def test_the_last_of_several_whole_plans_counts() -> None:
     fence = "```\nWALK(soap)\n%s(soap)\n```\n"
-    plan = JsonPlanNotation().read(fence % "WALK" + fence % "GRAB", ACTIONS)
+    plan = JsonPlanNotation().read(f"{fence % 'WALK'}Better:\n{fence % 'GRAB'}", ACTIONS)
     assert isinstance(plan, WrittenPlan)
     assert [tuple(step) for step in plan.steps] == [WALK, GRAB]
+
+
+@pytest.mark.parametrize("notation", [JsonPlanNotation(), VirtualHomePlanNotation(), PddlPlanNotation()])
+@pytest.mark.parametrize(
+    "template", ["```\n%s(soap)\n%s(soap)\n```\n", '```json\n["%s(soap)", "%s(soap)"]\n```\n']
+)
+def test_of_two_plans_in_fences_without_words_between_none_counts(
+    notation: PlanNotation, template: str
+) -> None:
+    first, second = template % ("WALK", "GRAB"), template % ("WALK", "SLEEP")
+    assert isinstance(notation.read(f"{first}\n{second}", ACTIONS), Unreadable)
+    assert isinstance(notation.read(f"{first}\n{first}", ACTIONS), WrittenPlan)
+    plan = notation.read(f"{first}I would rather say:\n{second}", ACTIONS)
+    assert isinstance(plan, WrittenPlan)
+    assert [step.action for step in plan.steps] == ["WALK", "SLEEP"]
 
 
 _LONG = 60_000

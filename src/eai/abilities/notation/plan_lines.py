@@ -174,7 +174,8 @@ def read_plan_lines(
     """Return a plan with one step a line, or None if a text without steps has other lines than comments.
 
     A text with only comments is a plan without steps. If several code fences contain plans, the last plan
-    counts. If this plan is a single step, and an earlier fence has another step, the answer is unreadable.
+    counts. The answer is unreadable if this plan is a single step and an earlier fence has another step, or
+    if the fence before has another plan and no words stand between.
 
     Args:
         text: the answer.
@@ -203,6 +204,11 @@ def read_plan_lines(
     starts = {line.start for line in plan}
     if len(plan) == 1 and any(line.block % 2 and line.step != plan[0].step for line in steps):
         reason = "the last code fence has only one step, and an earlier one has others"
+        return _report_unreadable_line(body, plan[0], spans, reason)
+    earlier = max((line.block for line in steps if line.block % 2 and line.block < block), default=0)
+    is_followed = earlier and not any(line.text and earlier < line.block < block for line in lines)
+    if is_followed and [line.step for line in steps if line.block == earlier] != [line.step for line in plan]:
+        reason = "the code fence before has another plan, and no words between say which one counts"
         return _report_unreadable_line(body, plan[0], spans, reason)
     for line in lines:
         if line.start not in starts and (block == 0 or line.block == block or line.block % 2 == 0):
