@@ -147,7 +147,7 @@ def test_a_second_run_in_a_folder_is_refused_on_a_file_system_without_locks(tmp_
     held = tmp_path / "run" / f"{LOCK_FILE}.held"
     with lock_run_folder(tmp_path / "run"):
         assert held.is_file()
-        message = f"another process is running there; .*; if no process is running there, delete {held}"
+        message = f"is writing to this folder; .*; if no process is running there, delete {held}"
         with pytest.raises(InputError, match=message), lock_run_folder(tmp_path / "run"):
             pass
     assert not held.exists()

@@ -380,7 +380,7 @@ def test_two_do_not_score_into_one_folder_at_a_time(eai: Command) -> None:
     with lock_run_folder(Path("out")):
         printed = eai("score", write([WALK]), *HERE, "--out", "out")
     assert (printed.status, printed.out) == (2, "")
-    assert printed.err.startswith("eai: out: another process is running there")
+    assert printed.err.startswith("eai: out: another process is writing to this folder")
     assert not (Path("out") / "records.jsonl").exists()
 
 

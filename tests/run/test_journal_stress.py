@@ -40,7 +40,7 @@ def test_two_processes_cannot_run_in_one_folder(tmp_path: Path) -> None:
         assert holder.stdout is not None
         assert holder.stdout.readline() == "there\n"
         with (
-            pytest.raises(InputError, match=r"run: another process is running there"),
+            pytest.raises(InputError, match=r"run: another process is writing to this folder"),
             lock_run_folder(folder),
         ):
             pass

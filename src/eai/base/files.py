@@ -206,9 +206,9 @@ def to_file_name(name: str) -> str:
 
 
 def to_model_name(file_name: str) -> str:
-    """Return the model's name for a name in files.
+    """Return the name of a model, given its name in file names.
 
-    Names of built-in models keep their slash: ``eai/noisy``.
+    Names of built-in models contain a slash: ``eai/noisy`` for ``eai_noisy``.
     """
     return f"eai/{file_name[len('eai_') :]}" if file_name.startswith("eai_") else file_name
 
@@ -321,7 +321,7 @@ def lock_run_folder(folder: Path, lock_file: str = LOCK_FILE) -> Iterator[None]:
         lock.acquire(timeout=0)
     except Timeout as error:
         hint = f"wait for its end, or give another --out{make_stale_lock_hint(file)}"
-        raise InputError(f"{folder}: another process is running there; {hint}") from error
+        raise InputError(f"{folder}: another process is writing to this folder; {hint}") from error
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
     try:

@@ -79,7 +79,7 @@ AdditionalCounts: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns additional counts of a data set: label -> count, and a note on the meaning of the count."""
 
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
-"""Returns the names that problem files of a data set may use, and a function that reads such a file."""
+"""Function that opens a data set, and returns the names in its problem files and a reader of such files."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -234,7 +234,7 @@ class Benchmark:
     def collect_domain_and_notation(self, source: Source) -> DomainAndNotation:
         """Return the parts of the benchmark that abilities use, such as the domain and the notation.
 
-        `source` chooses the planner.
+        The parts include the planner that the user chose (`Source.planner`).
         """
 
         def planner() -> PddlPlanner | None:

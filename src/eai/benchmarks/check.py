@@ -69,7 +69,7 @@ def check_benchmark(
                 findings.append(DataMistake(domain.name, f"{subject}: {problem}"))
     ends, task_ids = Counter[SearchEndReason](), list(tasks)
     check_tasks = _TaskChecker(benchmark, replace(source, report=ignore_progress))
-    if not benchmark.reference:  # other processes open a benchmark by its reference
+    if not benchmark.reference:  # other processes cannot open a benchmark without a reference
         map_items = map_one_by_one
     for task_id, (problems, end) in zip(task_ids, map_items(check_tasks, task_ids), strict=True):
         ends.update([] if end is None else [end])
@@ -78,14 +78,14 @@ def check_benchmark(
 
 
 _CheckedTask: TypeAlias = tuple[list[str], "SearchEndReason | None"]
-"""The problems of a task, and how the search for its plan ended; None if no plan was searched."""
+"""The mistakes in a task's data, and the reason why the search for a plan ended; None without a search."""
 
 
 @dataclass(frozen=True)
 class _TaskChecker:
     """Checks tasks, given their ids.
 
-    A process that receives a checker makes an equal one from the benchmark's reference.
+    Another process that unpickles a checker opens the benchmark again, by its reference.
     """
 
     benchmark: Benchmark

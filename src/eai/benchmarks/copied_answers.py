@@ -105,9 +105,11 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
             for i in iterate_bits(scene.get_category_mask(variable.category))
         ]
 
-    def instantiate(variable: f.Variable, body: f.Formula, of: Iterable[f.Constant]) -> list[f.Formula]:
+    def instantiate(
+        variable: f.Variable, body: f.Formula, constants: Iterable[f.Constant]
+    ) -> list[f.Formula]:
         name = f.Variable(variable.name)
-        return [_expand_quantifiers(substitute_terms(body, {name: value}), scene) for value in of]
+        return [_expand_quantifiers(substitute_terms(body, {name: value}), scene) for value in constants]
 
     match formula:
         case f.And(parts) | f.Or(parts):
@@ -164,7 +166,7 @@ def open_empty_answers(
 
 
 def find_mentions(words: Sequence[str], name: str) -> list[int]:
-    """Return the positions in a list of words at which an object's or predicate's name begins.
+    """Return the positions in a list of words at which the name of an object or predicate begins.
 
     Endings of words are ignored.
     """
@@ -214,7 +216,7 @@ def _copy_goal_parts_as_subgoals(benchmark: Benchmark, task: Task) -> Iterable[s
 
 
 _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
-"""Returns the table of a domain's actions by the predicates that they make true or false. It is cached."""
+"""Returns the actions of a domain by the predicates that they make true or false. Results are cached."""
 
 
 def _make_plan_from_goal_conditions(benchmark: Benchmark, task: Task) -> Iterable[str]:
@@ -439,7 +441,7 @@ def _adapt_goals_of_similar_task(
 
 
 def _make_shared_operator_lister(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function that lists, as PDDL, the operators of a task that other tasks need, too."""
+    """Return a function that lists a task's operators, as PDDL, if at least one other task needs them."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 

@@ -79,11 +79,11 @@ class _Erratum(Options):
         since: first version of the table with this erratum.
         wrong: description of the error.
         evidence: how anybody can verify the error.
-        exclude: reason for excluding the tasks from statistics of plans; records of the tasks repeat it.
+        exclude: reason for excluding the tasks from statistics of plans; it becomes `Task.unsolvable`.
         renamed: name of an operator in the data -> name of this operator in the question.
-        problem: replacement in the planning problem.
+        problem: replacement of a part of the planning problem's text.
         plan: replacements in the data set's own plan.
-        question: replacement in the data set's official question.
+        question: replacement of a part of the data set's official question.
         asks_scored: whether the question is changed so that it asks for the scored operators.
     """
 
@@ -264,7 +264,7 @@ def read_errata(text: str) -> Errata:
 def _correct_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
     """Return a plan with the corrections of an erratum.
 
-    The last correction is made first, so that earlier corrections still find their steps by number.
+    The last correction is made first, because a correction may change the numbers of later steps.
     """
     steps = list(script)
     for edit in sorted(entry.plan, key=lambda step_edit: -step_edit.step):

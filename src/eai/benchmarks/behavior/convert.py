@@ -138,7 +138,8 @@ def _get_object_model(object_name: str) -> str:
     match = _MODEL.fullmatch(object_name)
     if match is None:
         raise DataError(
-            f"{object_name!r}: expected a model and a number, such as `rag_51`; run `eai data fetch --force`"
+            f"{object_name!r} in a prompt: expected a model and a number, such as `rag_51`; "
+            "run `eai data fetch --force`"
         )
     return FLOOR if object_name.startswith(f"{FLOOR}_") else match[1]
 

@@ -47,7 +47,7 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
     "freeze": ("FREEZE", (0,)),
     "cook": ("COOK", (0,)),
 }
-"""Published operator -> household action. Actions of one hand are listed without the name of the hand."""
+"""Published operator -> household action. Actions that exist for each hand are listed without the hand."""
 
 _GRASP = "GRASP"
 _ONE_HAND_ACTIONS = frozenset(

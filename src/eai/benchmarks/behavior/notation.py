@@ -231,7 +231,10 @@ class BehaviorGoalNotation(JsonGoalNotation):
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
-        """Return each object's name in goals: the instance name; for a sliced half, the name in the scene."""
+        """Return each object's name in goals: its instance name, or its name in the scene if it has none.
+
+        Halves of sliced objects have no instance name.
+        """
         instances = _map_object_to_instance_names(task)
         return tuple([instances.get(obj.name, obj.name) for obj in task.scene.objects])
 

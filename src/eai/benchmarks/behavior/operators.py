@@ -97,9 +97,9 @@ def put_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
 
 
 def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
-    """Return effects that put a loose object onto another object or a floor.
+    """Return effects that put an object, which lies in or on no other object, onto an object or a floor.
 
-    The object stands on a floor, and lies on any other object.
+    Afterwards the object stands on the floor, or lies on the other object.
     """
     return (
         When(p.floor(support), (Add(p.stands_on(obj, support)),)),
@@ -108,9 +108,10 @@ def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
 
 
 def make_effects_of_putting_beside(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object beside another one, `neighbour`: onto or into what supports it.
+    """Return effects that put an object beside another object, the neighbour.
 
-    The object is loose: it lies in or on no other object.
+    Before, the object lies in or on no other object. Afterwards it lies in the neighbour's container, lies on
+    the neighbour's support, or stands on the neighbour's floor.
     """
     support = Exists(C, p.carries(C, neighbour))
     return (
@@ -418,7 +419,7 @@ def make_freeze_action() -> Operator:
 def make_operators() -> tuple[Operator, ...]:
     """Return all actions in the order of the list in the paper's package (``EvalActions``).
 
-    The left hand comes first.
+    An action of the left hand comes directly before the same action of the right hand.
     """
     not_on = missing_step(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
     return (

@@ -27,9 +27,9 @@ def make_related_objects_lookup(relation: str) -> LookupFunction:
 
 
 def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
-    """Return a function that finds the objects to which a relation in goals relates an object.
+    """Return a copy of a lookup function that also finds the related objects of sliced objects.
 
-    A sliced object is related to the objects to which both of its halves are related.
+    For a sliced object, the copy returns the objects to which both halves are related.
     """
 
     def find_objects_related_to_both_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
@@ -46,7 +46,7 @@ def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
 
 
 def _find_floor_under(state: State, unsupported_object: int) -> ObjectMask:
-    """Return the floor under an object that no other object supports, as a bit mask."""
+    """Return, as a bit mask, the floor under an object that lies in or on no other object."""
     return state.relation("stands_on").row(unsupported_object)
 
 
@@ -55,7 +55,7 @@ Y = f.Variable("y")
 Z = f.Variable("z")
 P = f.Variable("p")
 
-# Abilities and kinds of objects. They never change.
+# Predicates for abilities and kinds of objects. No action changes their facts.
 cookable = Predicate("cookable", 1, static=True)
 burnable = Predicate("burnable", 1, static=True)
 dustyable = Predicate("dustyable", 1, static=True)
@@ -105,7 +105,7 @@ stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
 
 LOOSE_RELATIONS = (stands_on, stands_under, stands_by)
-"""Relations other than support, in the order in which a new state gets its initial facts."""
+"""Relations by which no object lies in or on another. Initial facts are added to a state in this order."""
 
 STATES = (
     (cookable, is_cooked),
@@ -183,7 +183,7 @@ STORED = {
 }
 """Name of a relation in BDDL -> stored relation. All other relations are computed from stored relations.
 
-The order is that in which a new state gets its initial facts.
+Initial facts are added to a state in this order.
 """
 
 GOAL_RELATIONS = tuple(
@@ -196,4 +196,4 @@ VOCABULARY = Vocabulary(
     predicates=tuple([item for item in globals().values() if isinstance(item, Predicate)]),
     derived=(*_BASIC_DERIVED, *GOAL_STATES, *GOAL_RELATIONS, directly_inside),
 )
-"""The predicates of this module, in order of declaration."""
+"""All predicates of the BEHAVIOR domain: stored predicates, then predicates computed from them."""

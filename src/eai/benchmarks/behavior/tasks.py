@@ -35,7 +35,7 @@ _ABILITY_PREDICATES: Mapping[str, str] = {
     "cleaningTool": p.cleaning_tool.name,
     "coldSource": p.cold_source.name,
 }
-"""Ability in the taxonomy -> predicate of the domain.
+"""Ability of objects in the data set's taxonomy -> predicate of the domain.
 
 The mapping lacks abilities that the domain does not use.
 """

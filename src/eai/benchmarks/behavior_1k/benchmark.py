@@ -50,7 +50,7 @@ def _load_english() -> EnglishWords:
 
 
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
-    """Return the names of objects and predicates that prompts of an ability use.
+    """Return the names of objects and predicates in the prompts for an ability.
 
     For plans and subgoals, the result also has a function that describes hidden facts, such as recipes.
     """

@@ -22,7 +22,7 @@ AMENDMENTS, PLANS_2026 = "challenge_2026.toml", "plans_2026.txt"
 """Files beside this module: changes of bddl's definitions, and plans of the activities that they change."""
 
 Definitions: TypeAlias = Mapping[str, str]
-"""Activity -> definition in one line."""
+"""Mapping from activities to their definitions in BDDL. Each definition has one line."""
 
 _SECTIONS = re.compile(r"(.*) \(:objects (.*)\) \(:init (.*)\) \(:goal (.*)\)\)")
 _DECLARATION = re.compile(r"((?:\S+ )+?)- (\S+)")

@@ -49,7 +49,7 @@ def _read_definition(name: str, path: Path) -> str:
     text = text.replace(wrong, corrected) if is_corrected else text
     try:
         if not is_corrected:
-            parse_problem(original)  # so that an error names the line of the file; `text` is one line
+            parse_problem(original)  # its errors name a line of the file; `text` has only one line
         problems = list(_find_errors_in_activity_definition(text))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

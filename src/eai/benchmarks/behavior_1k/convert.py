@@ -36,7 +36,7 @@ _PLAIN_ABILITIES = {
 """Abilities of objects, such as ``openable``, that have no parameters in the annotations."""
 
 _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
-"""Ability of objects -> name of the parameter with the minimum temperature for it, and default in Celsius."""
+"""Ability of objects -> parameter with the minimum temperature of this ability, and default in Celsius."""
 
 
 def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
@@ -56,6 +56,7 @@ def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     removers: list[object] = []
     for abilities in kinds.values():
         if "removes" in abilities:
+            # tools remove substances in only nine ways, so each way is stored once
             abilities["removes"] = _find_or_append(removers, abilities["removes"])
     values = {"kinds": kinds, "removers": removers}
     lines = [f"{name}\t{text}\n" for name, text in texts.items()]
@@ -71,10 +72,7 @@ def _to_compact_json(value: object) -> bytes:
 
 
 def _find_or_append(values: list[object], value: object) -> int:
-    """Return the index of a value in a list. A new value is appended first.
-
-    The values are the ways in which tools remove substances. There are only nine, so each is stored once.
-    """
+    """Return the index of a value in a list. A value that the list lacks is appended first."""
     if value not in values:
         values.append(value)
     return values.index(value)
@@ -111,7 +109,7 @@ def join_lines_of_definition(text: str) -> str:
 
 
 def _select_modeled_abilities(parameters_by_ability: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    """Yield each ability of a kind of objects that the domain uses, with the ability's parameters."""
+    """Yield the abilities of one kind of objects, with parameters, except abilities unknown to the domain."""
     for name, parameters in parameters_by_ability.items():
         if name in _PLAIN_ABILITIES:
             yield name, True

@@ -26,8 +26,8 @@ _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 RAG = "rag.n.01"
 """Synset of rags.
 
-BEHAVIOR-1K does not state which substances some abstract kinds of tools remove. They remove substances as
-rags do.
+For some abstract kinds of tools, BEHAVIOR-1K does not state which substances they remove. Here, tools of
+these kinds remove substances as rags do.
 """
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"
@@ -170,7 +170,7 @@ class ObjectKinds:
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
     def get_substances_given_by(self, synset: str) -> Sequence[str]:
-        """Return the substances that objects of a kind give as sources (sinks), or apply to other objects."""
+        """Return the substances that objects of a kind give (as sinks do), or apply to other objects."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances
 

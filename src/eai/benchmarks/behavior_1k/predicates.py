@@ -1,10 +1,10 @@
 """The predicates of a BEHAVIOR-1K scene, in three layers.
 
-Abilities of kinds (synsets) never change, such as ``openable`` and ``removes_soaked``. When a scene is made,
-the temperatures, solvents and recipes of the annotations become facts with these predicates. Stored
-predicates describe the current state (``lies_in``, ``is_open``). Derived predicates with BDDL's names
-(``inside``, ``open``) are the predicates of goals. Their sources are OmniGibson's files below
-``object_states/``; `docs/behavior-1k.md` lists them.
+The first layer states the abilities of kinds of objects (synsets), such as ``openable`` and
+``removes_soaked``. Its facts never change. They are made with the scene, from the temperatures, solvents and
+recipes in the annotations. The second layer, stored predicates, describes the current state (``lies_in``,
+``is_open``). The third layer, derived predicates with BDDL's names (``inside``, ``open``), is for goals.
+These predicates follow OmniGibson's files below ``object_states/``, which `docs/behavior-1k.md` lists.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ made_in, heated_by, makes = (
     _make_predicate_hidden_in_prompts(n, 2) for n in ("made_in", "heated_by", "makes")
 )
 RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
-"""Relations of two objects that state rules of BEHAVIOR-1K, such as ingredients of recipes."""
+"""Predicates with two arguments that state rules of BEHAVIOR-1K, such as the ingredients of recipes."""
 
 # States of one object.
 present, held, robot_on = Predicate("present", 1), Predicate("held", 1), Predicate("robot_on", 1, single=True)
@@ -180,4 +180,4 @@ VOCABULARY = Vocabulary(
     predicates=tuple([item for item in globals().values() if isinstance(item, Predicate)]),
     derived=(*_BASIC_DERIVED, *(state for state in GOAL_STATES if state is not real), *GOAL_RELATIONS),
 )
-"""The predicates of this module, in order of declaration."""
+"""All predicates of the BEHAVIOR-1K domain: stored predicates, then predicates computed from them."""

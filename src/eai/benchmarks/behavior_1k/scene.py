@@ -56,7 +56,10 @@ The predicate holds for an object if the object's kind has at least one of the a
 
 
 def map_categories_to_synsets(text: str) -> Mapping[str, str]:
-    """Return a mapping from each category in a definition, such as ``mug``, to its last synset."""
+    """Return a mapping from each category in a definition, such as ``mug``, to its synset in the definition.
+
+    If a category has several synsets, the last one in the text counts.
+    """
     return {k.get_lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
 
 

@@ -83,8 +83,8 @@ def open_tasks(
 ) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
-    The digest of the tasks covers the data, the plans and the reasons for exclusion. It also covers the name
-    of the decisions on points that the data leave open (`READING`).
+    The digest of the tasks covers the data, the plans and the reasons for exclusion. The data leave some
+    points open, so the digest also covers the name of this package's decisions on them (`READING`).
 
     Args:
         english: English sentences for predicates.
@@ -195,7 +195,10 @@ class _SentenceWriter:
         self._english = english
 
     def name_term(self, term: f.Term, names: PhraseOfVariable) -> str:
-        """Return words for a variable or object: from `names`, ``the oven`` if unique, or its name."""
+        """Return words for a variable or object.
+
+        The words are the entry in `names`, or else ``the oven`` for the only oven, or else the name.
+        """
         if term.name in names:
             return names[term.name]
         category = self._objects[term.name]
