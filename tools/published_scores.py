@@ -34,7 +34,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # bench
 
 from bench.record import save_result
 from bench.result import FOLDER, Figure, read_result
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
+from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol
+from eai.agents.agents import NULLS
+from eai.agents.command import DONE
+from eai.agents.game import Game
+from eai.agents.reference import make_setup
+from eai.agents.rules import STANDARD
+from eai.agents.setting import ACTING
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -43,6 +49,7 @@ from eai.results.codec import hash_text
 from eai.results.learnability import OPEN_NULL_MODEL_ANSWERS
 from eai.results.options import ScoringOptions
 from eai.results.paper_tables import (
+    NULL_AGENTS,
     NULL_MODELS,
     SCHEMA,
     PaperTable,
@@ -134,7 +141,7 @@ def main() -> None:
     parser.add_argument("--check", action="store_true", help="compare, write nothing")
     parser.add_argument("--null-models", action="store_true", help="score these instead; needs no answers")
     arguments = parser.parse_args()
-    made: dict[str, tuple[Protocol, Callable[[str], dict[str, Any]]]] = {}
+    made: dict[str, tuple[Protocol, Callable[[str], dict[str, Any]], Iterable[Ability]]] = {}
     for protocol in Protocol.list_names():
         if arguments.protocol not in (None, protocol.value):
             continue
@@ -142,13 +149,14 @@ def main() -> None:
             made[format_trivial_baselines_file_name(protocol.value)] = (
                 protocol,
                 partial(score_null_models, protocol=protocol),
+                (*PAPER_ABILITIES, *([ACTING] if protocol is DEFAULT_PROTOCOL else [])),
             )
         else:
             scored = partial(score_suite, protocol=protocol, folder=arguments.folder)
-            made[format_published_file_name(protocol.value)] = protocol, scored
+            made[format_published_file_name(protocol.value)] = protocol, scored, PAPER_ABILITIES
     same = [
-        make(PAPER / table, protocol, suite_of, arguments.only, write=not arguments.check)
-        for table, (protocol, suite_of) in made.items()
+        make(PAPER / table, protocol, suite_of, abilities, arguments.only, write=not arguments.check)
+        for table, (protocol, suite_of, abilities) in made.items()
     ]
     if arguments.protocol is None:
         same += [
@@ -160,12 +168,18 @@ def main() -> None:
 
 
 def make(
-    path: Path, protocol: Protocol, suite_of: Callable[[str], dict[str, Any]], only: str, *, write: bool
+    path: Path,
+    protocol: Protocol,
+    suite_of: Callable[[str], dict[str, Any]],
+    abilities: Iterable[Ability],
+    only: str,
+    *,
+    write: bool,
 ) -> bool:
     """Make a table, and return whether it equals the file's."""
     known: dict[str, Any] = json.loads(path.read_text())["suites"] if path.exists() else {}
     suites = dict(known)
-    for name in [f"{domain}/{ability.value}" for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]:
+    for name in [f"{domain}/{ability.value}" for domain in PAPER_BENCHMARKS for ability in abilities]:
         if only in name:
             suites[name] = suite_of(name)
             models = suites[name]["models"]
@@ -219,7 +233,7 @@ def score_null_models(
     name: str,
     *,
     protocol: Protocol,
-    only: Iterable[str] = NULL_MODELS,
+    only: Iterable[str] | None = None,
     planner: PlannerChoice = PlannerChoice.FULL,
 ) -> dict[str, Any]:
     """Return the part of the table on one suite for the null models, or for some of them."""
@@ -227,9 +241,12 @@ def score_null_models(
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
     metrics = list(compute_metric_rates([], suite.ability))
     models: dict[str, Any] = {}
-    for model in only:
-        book = OPEN_NULL_MODEL_ANSWERS[model](suite.benchmark, suite.ability, suite.source)
-        responses = tuple([Response(task_id, book[task_id].text) for task_id in suite.task_ids])
+    for model in only or (NULL_AGENTS if suite.ability == ACTING else NULL_MODELS):
+        if suite.ability == ACTING:
+            responses = tuple(play_with_null_agent(suite, model))
+        else:
+            book = OPEN_NULL_MODEL_ANSWERS[model](suite.benchmark, suite.ability, suite.source)
+            responses = tuple([Response(task_id, book[task_id].text) for task_id in suite.task_ids])
         models[model] = score_answers(suite, ResponseFile(model, responses), metrics)
     return {
         "data_sha256": suite.data_sha256,
@@ -237,6 +254,20 @@ def score_null_models(
         "metrics": metrics,
         "models": models,
     }
+
+
+def play_with_null_agent(suite: Suite, model: str) -> Iterator[Response]:
+    """Yield an episode of each task in the standard setting, as one command a line."""
+    tasks = suite.benchmark.tasks_for(suite.ability, suite.source)
+    for task_id in suite.task_ids:
+        commands = [DONE]
+        if tasks[task_id].unplannable_reason is None:
+            game = Game(make_setup(tasks[task_id], suite.benchmark, STANDARD))
+            choose_command, commands = NULLS[model.removeprefix("eai/")](game, 0), []
+            while not game.over:
+                commands.append(choose_command())
+                game.act(commands[-1])
+        yield Response(task_id, "\n".join(commands))
 
 
 def make_page_tables() -> Mapping[str, Sequence[Sequence[Sequence[Figure]]]]:

@@ -16,6 +16,7 @@ from eai.base.files import read_toml
 from eai.pddl.planning import PlannerChoice
 from eai.results import paper_tables
 from eai.results.paper_tables import (
+    NULL_AGENTS,
     NULL_MODELS,
     SCHEMA,
     PaperColumn,
@@ -163,10 +164,11 @@ def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) 
 def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
     table = read_trivial_baseline_scores(protocol.value)
     assert (table.schema, table.protocol) == (SCHEMA, protocol.value)
-    assert table.suites.keys() == SUITES.keys()
+    acting = {"virtualhome/acting", "behavior/acting"} if protocol is Protocol.STRICT else set[str]()
+    assert table.suites.keys() == SUITES.keys() | acting
     for name, suite in table.suites.items():
         assert list(suite.metrics) == list(compute_metric_rates([], Ability(name.split("/")[1])))
-        assert list(suite.models) == list(NULL_MODELS)
+        assert list(suite.models) == list(NULL_AGENTS if name in acting else NULL_MODELS)
         for model, row in suite.models.items():
             assert row.answered == suite.tasks == suite.find_coverage(model).tasks
             assert all(0 <= rate.numerator <= rate.denominator for rate in suite.find_rates(model).values())
@@ -193,6 +195,18 @@ def test_scoring_the_copy_model_again_gives_its_published_row(name: str, tool: M
     for metric, rate in shipped.find_rates("eai/copy").items():
         if not metric.endswith(("planner_success", "plan_works")):
             assert rates[metric] == [rate.numerator, rate.denominator], metric
+
+
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", swept("behavior/acting"))
+def test_playing_the_blind_agent_again_gives_its_row(name: str, tool: ModuleType) -> None:
+    """If this fails, episodes have changed: run tools/published_scores.py --null-models --only acting."""
+    made = tool.score_null_models(name, protocol=Protocol.STRICT, only=["eai/blind"])
+    shipped = read_trivial_baseline_scores("strict").suites[name]
+    row = made["models"]["eai/blind"]
+    assert (tuple(made["metrics"]), made["data_sha256"]) == (shipped.metrics, shipped.data_sha256)
+    assert row["answers_sha256"] == shipped.models["eai/blind"].answers_sha256
+    assert row["rates"] == [list(share) for share in shipped.models["eai/blind"].rates]
 
 
 def test_pages_have_the_rows_of_models_and_null_models(tool: ModuleType) -> None:

@@ -157,6 +157,13 @@ NULL_MODELS = {
 }
 """Mapping from models that do not try to solve tasks to descriptions of their answers."""
 
+NULL_AGENTS = {
+    "eai/blind": "acts at random, also impossibly",
+    "eai/novel": "acts at random, towards new states",
+    "eai/random": NULL_MODELS["eai/random"],
+}
+"""Mapping from models that act without knowing the goals to descriptions of their actions."""
+
 SCHEMA = 1
 """Version of the format of published scores."""
 
@@ -221,7 +228,7 @@ class _PublishedScores:
 
 def is_trivial_baseline(name: str) -> bool:
     """Return whether a name belongs to a null model. Null models ignore the task and are not ranked."""
-    return to_model_name(name) in NULL_MODELS
+    return to_model_name(name) in NULL_MODELS | NULL_AGENTS
 
 
 @cache

@@ -9,8 +9,15 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, Verdict
+from eai.agents.setting import ACTING
+from eai.agents.verdict import ActingVerdict, Turn
 from eai.pddl.planning import PlannerOutcome
-from eai.results.paper_tables import NULL_MODELS, read_published_scores, read_trivial_baseline_scores
+from eai.results.paper_tables import (
+    NULL_AGENTS,
+    NULL_MODELS,
+    read_published_scores,
+    read_trivial_baseline_scores,
+)
 from eai.results.rate import Rate
 from eai.results.record import NOT_ANSWERED, Record
 from eai.results.runs import Run, RunKey
@@ -277,6 +284,29 @@ def test_null_models_are_last_in_each_table_without_a_rank(protocol: Protocol, w
     told = floor[0].notes[0]
     assert "what is earned without deciding anything" in told
     assert all(model in told for model in NULL_MODELS)
+
+
+def test_tables_of_acting_end_with_the_floor_of_null_agents() -> None:
+    """An agent that acts blindly recovers from some errors by chance, and wins nothing after an error."""
+    fault = FaultKind.AFFORDANCE
+    turns = tuple([Turn("GO", "", True, kind, False, "1", None) for kind in (fault, None)])
+    won = ActingVerdict(success=True, reached=True, turns=turns, shortest=2)
+    runs = [summarize_run(run_of([won], ACTING, name)) for name in ("a", "eai_blind")]
+    (spec,) = [spec for spec in make_table_specs([ACTING]) if spec.columns[0].ability == ACTING][-1:]
+    found = make_ranking(spec, runs, make_scores_by_model(runs), with_paper=False)
+    assert found is not None
+    assert [(row.rank, row.model, row.source) for row in found.rows] == [
+        (1, "a", "run"),
+        *((None, name, "floor") for name in (*NULL_AGENTS, "eai_blind")),
+    ]
+    rates = read_trivial_baseline_scores("strict").suites["virtualhome/acting"].find_rates("eai/blind")
+    columns = {column.metric: column for column in found.columns}
+    for metric, low, high in (("recovered", 5, 40), ("won_after_fault", 0, 1)):
+        assert found.rows[1].scores[columns[metric]].value == rates[metric].percent
+        assert low <= (rates[metric].percent or 0) <= high
+    (note,) = [note for note in found.notes if note.startswith("Floor")]
+    assert all(name in note for name in NULL_AGENTS)
+    assert "eai/copy" not in note
 
 
 def test_a_null_model_that_was_run_has_no_rank_either() -> None:

@@ -278,11 +278,13 @@ def _round_score(score: RankedScore) -> float | None:
     return None if score.value is None else round(score.value, 1)
 
 
-_FLOOR = (
-    "Floor: what is earned without deciding anything, by null models; never ranked. "
-    f"{'; '.join(f'{model} {what}' for model, what in paper_tables.NULL_MODELS.items())}."
-)
+_FLOOR = "Floor: what is earned without deciding anything, by null models; never ranked. {models}."
 _OTHER_DATA = "Scored against other data than the runs: {suites}."
+
+
+def _make_floor_note(models: Iterable[str]) -> str:
+    descriptions = paper_tables.NULL_MODELS | paper_tables.NULL_AGENTS
+    return _FLOOR.format(models="; ".join([f"{model} {descriptions[model]}" for model in models]))
 
 
 def make_run_rows(
@@ -425,7 +427,11 @@ def read_rows_of_packaged_scores(
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
-    texts = [_FLOOR if of_null_models else _make_note_on_published_answers(protocol.value, len(models))]
+    texts = [
+        _make_floor_note(models)
+        if of_null_models
+        else _make_note_on_published_answers(protocol.value, len(models))
+    ]
     texts += [note for suite in suites.values() for note in suite.notes]
     pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
     other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
