@@ -71,7 +71,7 @@ def test_the_recorded_reference_is_for_the_view_of_the_standard_setting() -> Non
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"shortest_plan": act("PRESS(lamp)")}, "both: shortest: this recorded plan does not reach"),
+        ({"shortest_plan": act("PRESS(lamp)")}, "both: the plan `shortest` does not reach"),
         ({"shortest_plan": act("PRESS(torch)", *WON)}, "both: shortest: this recorded plan does not"),
         ({"reference_plan": act("PRESS(lamp)")}, r"both: reference: expected to reach goals\.1"),
         (

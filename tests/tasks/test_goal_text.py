@@ -53,7 +53,10 @@ def test_the_agent_may_be_named_as_in_the_domain() -> None:
             ForPairs(BOX, BIX, toy.at(BOX, BIX)),
             "the scene has no object of the category bix; did you mean box?",
         ),
-        (toy.lit(Variable("b")), "variable b is not bound by a quantifier, as in 'exists b: lamp. (lit(b))'"),
+        (
+            toy.lit(Variable("b")),
+            "variable b is not bound; add a quantifier, as in 'exists b: lamp. (lit(b))'",
+        ),
     ],
 )
 def test_a_mistake_in_a_goal_is_named(goal: Formula | str, problem: str) -> None:

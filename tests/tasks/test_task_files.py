@@ -92,10 +92,10 @@ CASES = [
     ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
     (
         {**LINE, "hazards": ["shut"]},
-        "hazards: for 1 listed hazards, expected the last 1 goals to be goals over time (about the whole "
-        "execution), after at least one other goal",
+        "hazards: expected goals over time (about the whole execution) as the last 1 goals, one for each "
+        "hazard, after at least one other goal",
     ),
-    ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: for 1 listed"),
+    ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected goals over time"),
     ({**LINE, "untold": True}, "untold: true needs a list in `hazards`"),
     ({**LINE, "missing": [], "fits": ["ball"]}, "missing and fits: expected only one of these members"),
     (

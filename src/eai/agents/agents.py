@@ -356,8 +356,8 @@ class _GoldPlanAgentThatExplores(_Explorer):
 class _GreedyAgent(_Explorer):
     """Agent `eai/greedy`, which takes the action with the lowest estimated distance to the goals.
 
-    The planner's heuristic makes the estimate. The agent explores as `eai/explorer` does. It is not a null
-    agent, because it knows the goals. It plans only one step ahead, but solves most tasks of the household
+    The planner's heuristic makes the estimate. The agent explores as `eai/explorer` does. Unlike null
+    agents, it knows the goals. It plans only one step ahead, but solves most tasks of the household
     benchmarks.
     """
 

@@ -100,7 +100,7 @@ class CommandNotation:
         return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
     def _read_steps_of_command(self, text: str) -> WrittenPlan | Unreadable:
-        """Return the steps of a command: a line, a whole answer, or one step of an answer."""
+        """Return the steps in a command's text: one line, a whole answer, or one step of an answer."""
         if len(text) > MAX_LENGTH:
             return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")
         line = _LINE.fullmatch(text)

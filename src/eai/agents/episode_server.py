@@ -30,7 +30,7 @@ from eai.results.trials import AnswerKey
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
-"""Name in results of this harness (the program that lets a model act): an agent acts over MCP."""
+"""Name of this harness in results. A harness lets a model act; in this harness, agents act over MCP."""
 
 _EPISODES, _ENDING = "episodes", ".journal"
 

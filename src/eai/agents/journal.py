@@ -47,7 +47,9 @@ def read_key_that_seals_journals(folder: Path) -> bytes:
     except OSError as error:
         raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
     if len(key) != _KEY_BYTES:
-        raise InputError(f"{path}: expected a key of {_KEY_BYTES} bytes; give another folder")
+        raise InputError(
+            f"{path}: the key that seals journals must have {_KEY_BYTES} bytes; give another folder"
+        )
     return key
 
 
@@ -149,7 +151,7 @@ class EpisodeJournal:
 
     Args:
         path: the file of the journal; turns that it contains are played again.
-        key: the key of the seals.
+        key: the secret key of the seals. A seal is a keyed digest of a line, and shows changes of the file.
         play: the episode, before its first turn.
 
     Attributes:

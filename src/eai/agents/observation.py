@@ -251,9 +251,9 @@ class Observer:
     def _find_objects_whose_facts_are_listed(
         self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return the objects of which each listed fact of a predicate must have one; None for any objects.
+        """Return the objects that limit the listed facts of a predicate: each fact must contain one of them.
 
-        Facts of some predicates are listed only if they contain the agent itself.
+        Return None if there is no limit. Some predicates list only facts about the agent itself.
         """
         if listing.predicate not in self._egocentric_predicates:
             return chosen_objects

@@ -70,7 +70,7 @@ class EpisodeFactory:
         self.rules = make_game_rules(setting)
 
     def make_setup(self, task: Task) -> GameSetup:
-        """Return a task prepared for games, by the rules of this setting."""
+        """Return a task that is ready to be played by the rules of this setting."""
         return make_setup(task, self.benchmark, self.rules)
 
     def make_prompt(self, task: Task) -> Prompt:
@@ -120,7 +120,7 @@ def make_prompts_and_metadata(
         EaiError: the extra that draws pictures is not installed.
     """
     if setting.harness not in HARNESSES:
-        load_object(setting.harness)  # an unknown harness raises before any model is called
+        load_object(setting.harness)  # raises for an unknown harness, before any model is called
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about

@@ -93,7 +93,7 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
         return ReferenceSolution(None, (refusal,))
     if task.shortest_plan and not solves_task(setup.domain, task, task.shortest_plan):
         raise InputError(
-            f"{task.id}: shortest: this recorded plan does not reach the goals; correct it, or leave it out "
+            f"{task.id}: the plan `shortest` does not reach the goals; correct it, or leave it out "
             "(`eai check` shows the failed step)"
         )
     plans = [task.shortest_plan] if task.shortest_plan else _find_plans(task, setup.domain)

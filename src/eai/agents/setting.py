@@ -36,12 +36,12 @@ PICTURES = "pictures"
 
 
 class AgentSetting(Options):
-    """How an agent acts, and in which world; the standard setting by default.
+    """How an agent acts, and how much it sees; the standard setting by default.
 
     Attributes:
-        harness: How a model acts: react (it calls the tools act, look and done), text (a command a message),
-            auto (tools, or text after the first reply that calls none), or module:object, which makes an
-            Inspect agent of the tools.
+        harness: How a model acts: react (it calls the tools act, look and done), text (one command in each
+            message), auto (tools, or text after the first reply that calls none), or module:object, which
+            makes an Inspect agent of the tools.
         view: The objects that it may see: scene (all), or task (objects of the task).
         observe: How much of them it sees: partial (from its place), or full.
         feedback: The text after each action: changes, facts, outcome, or pictures (the outcome, and rendered

@@ -1,4 +1,4 @@
-"""Make the tools by which an agent acts from the declaration of a domain, and read calls of these tools."""
+"""Make an agent's tools from the declaration of a domain, and read calls of these tools."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Ask models through the library Inspect, with the built-in models. No other package calls a model."""
+"""Ask models through the library Inspect, and define built-in models. No other package calls a model."""

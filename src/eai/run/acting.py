@@ -53,7 +53,7 @@ BEGUN = "begun"
 """Field of a sample's metadata: the number of times that its episode has begun."""
 
 _REPLIES_PER_TURN = 3
-"""Maximum number of replies of a model, as a multiple of the turns of its game."""
+"""Maximum number of replies of a model for each turn of its game."""
 
 _ENDED_BY_LIMIT = {"token": "tokens", "time": "time", "turn": "turns"}
 

@@ -32,7 +32,7 @@ one token for four characters would be 0.50 to 1.02 times the count.
 """
 
 MIN_ANSWER_TOKENS = 1024
-"""Minimum of the default limit of tokens of an answer (`GOLD_LENGTHS`). Users may set a lower limit."""
+"""Lower bound of the default token limit of an answer (`GOLD_LENGTHS`). Users may set a lower limit."""
 
 GOLD_LENGTHS = 4
 """Default of the maximum number of tokens of an answer, as a multiple of the data set's longest answer."""
@@ -167,7 +167,7 @@ def read_context_length(model: Model) -> int | None:
 
 
 def require_server(model: Model) -> None:
-    """Raise at once if no server listens at a model's address, after a second try.
+    """Raise an error if no server listens at a model's address at two tries.
 
     Raises:
         EaiError: the connection is refused.

@@ -1,4 +1,7 @@
-"""A job: the questions of a suite (ability in a benchmark) for one model, with the options of requests."""
+"""A job: the questions of a suite for one model, with the options of requests.
+
+A suite is the tasks of one ability in a benchmark.
+"""
 
 from __future__ import annotations
 
@@ -67,7 +70,7 @@ Models that answer all abilities are left out.
 
 
 def can_model_answer(name: str, ability: Ability) -> bool:
-    """Whether a model answers an ability; only built-in models do not answer all."""
+    """Whether a model can answer questions of an ability. All models can, except some built-in models."""
     provider, _, model = name.partition("/")
     if provider != PROVIDER:
         return True

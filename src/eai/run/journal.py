@@ -2,7 +2,7 @@
 
 A run resumes from its journal. A line that a crash cut off is ignored. Inspect's own resume is not used,
 because it takes over whole samples by id and epoch, even if the question has changed. If a model has several
-attempts at a task, it would have to repeat the first ones. A changed prompt would keep its old answer. A run
+attempts at a task, Inspect would repeat the first attempts. A changed prompt would keep its old answer. A run
 of fewer tasks would ask all of them again. Samples that are not yet in the log are lost when the process is
 killed.
 """
@@ -159,7 +159,7 @@ class RunState:
                 self.open_conversation(key)
 
     def has_all_answers(self, job: QuestionJob) -> bool:
-        """Whether every question of a job has an answer. The job may be a part of the run's job."""
+        """Whether every question of the run's job or of a smaller job has an answer."""
         return all(key in self.last_answers for key in product(job.prompts, range(1, job.epochs + 1)))
 
     @property
@@ -201,7 +201,7 @@ class RunState:
     def record_failure(self, task_id: str, epoch: int, reason: str) -> None:
         """Record that a request failed after all repetitions, so that its task gets no answer."""
         self.failures[task_id, epoch] = reason
-        # the run prints the error that stops it when it ends
+        # at its end, the run prints the error that stopped it
         self.call_progress_callback("" if self.stopped else reason)
 
     def stop_asking_questions(self, reason: str) -> None:

@@ -130,15 +130,15 @@ class _BuiltInModel(ModelAPI):
     """A built-in model.
 
     Args:
-        model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
-            sequencing and subgoal decomposition, from the world's present state if it continues after an
-            attempt, and for the goals that the question states), ``lookup`` (the answer of the most similar
+        model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search for the goals
+            that the question states, for action sequencing and subgoal decomposition; after an attempt that
+            changed the world, from the world's present state), ``lookup`` (the answer of the most similar
             public task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form
-            asked for), ``random`` (random possible actions; argument ``seed``), ``noisy``
-            (the data set's answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and
-            ``heed``, the probability with which it repairs an error that feedback names; otherwise it
-            repeats its answer), ``captioner`` (scene graphs of pictures, with errors; arguments ``rate``
-            and ``seed``) or ``replay`` (answers from response files, of further attempts from
+            asked for), ``random`` (random possible actions; argument ``seed``), ``noisy`` (the data set's
+            answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and ``heed``, the
+            probability with which it repairs an error that feedback names; otherwise it repeats its answer),
+            ``captioner`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
+            ``replay`` (answers from response files, of further attempts from
             ``<model>_attempt_<k>_outputs.json``; argument ``path``).
         base_url: not used.
         api_key: not used.

@@ -22,7 +22,7 @@ _MIN_PROMPT_LENGTH = 2000
 """Minimum length of the prompts whose counted tokens are checked, in characters."""
 
 _MIN_TOKENS = 256
-"""Minimum number of tokens of a long prompt. A server that states fewer tokens has not counted them."""
+"""Minimum token count of a long prompt. A server that reports a lower count has not counted tokens."""
 
 _MAX_CHARACTERS_PER_TOKEN = 8
 """Number of characters that a token has at most, on average over a prompt."""

@@ -60,7 +60,7 @@ def describe_error(error: BaseException) -> str:
     if isinstance(error, UNREADABLE):
         return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
     cause = _find_first_cause(error)
-    # messages of causes that are no OSError may contain an API key
+    # the message of a cause of another class may contain an API key
     if cause is not error and isinstance(cause, OSError) and cause.strerror:
         return f"{first_line} ({cause.strerror})"
     return first_line
@@ -121,7 +121,10 @@ def is_connection_refused(error: BaseException) -> bool:
 
 
 def _yield_causes(error: BaseException) -> Iterator[BaseException]:
-    """Yield an error and all errors that led to it; clients try several addresses and group their errors."""
+    """Yield an error and all errors that led to it, also those in a group.
+
+    Clients that try several addresses raise a group of errors.
+    """
     yield error
     for cause in (error.__cause__ or error.__context__, *getattr(error, "exceptions", ())):
         if cause is not None:

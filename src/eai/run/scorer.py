@@ -114,7 +114,7 @@ def make_inspect_metric_of_paper_scores(ability: str) -> Metric:
     The fractions are ratios of sums over all tasks, as in ``summary.json``; columns to which no answer
     contributes are left out. For several answers to a task the mean counts, or the answer with the most
     frequent meaning, as in ``eai run --epochs``. Some protocols (scoring rules) look at all answers of a
-    model to tell whether plans name objects with ids. Then the answers are scored again.
+    model to tell whether plans name objects with ids. For such a protocol, the answers are scored again.
     """
 
     def compute_metrics_of_paper(scores: list[SampleScore]) -> Value:

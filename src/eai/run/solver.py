@@ -218,7 +218,8 @@ def ask_without_journal(trials: SuiteConversations | None) -> Solver:
     Stop sequences come from the sample's metadata.
 
     Args:
-        trials: executes the answers and asks again after failures; None if each question is sent once.
+        trials: the object that executes answers and asks again after failures; None if each question is sent
+            once.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:

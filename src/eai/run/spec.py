@@ -120,7 +120,7 @@ class _TaskOptions(Options):
             most this number of logits.
         calibration: A folder with whole runs of three models or more, which tell tasks.adaptive how difficult
             tasks are.
-        epochs: Number of answers to a task; the majority counts, in acting the mean.
+        epochs: Number of answers to each task. The majority counts; for the ability acting, the mean.
     """
 
     domain: Texts = Field(default=(), description=f"A benchmark: {REFERENCES}. The paper's two if not given.")

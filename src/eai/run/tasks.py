@@ -91,7 +91,7 @@ _MAX_LOG_SAMPLES = 2000
 """Maximum number of samples in one log. Inspect holds a summary of every sample of a log in memory."""
 
 _USUAL_CONNECTIONS = 100
-"""Assumed number of simultaneous requests if the user gives no maximum. Inspect sends at most as many."""
+"""Assumed number of simultaneous requests if the user gives no maximum. Inspect sends at most this number."""
 
 _MAX_BUFFERED_SAMPLES = 50
 """Maximum number of finished samples that Inspect holds before it writes them. Each write copies the log."""
@@ -199,7 +199,7 @@ def _make_samples(
 def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
     """Register a suite (an ability in a benchmark) as an Inspect task, ``eai/<domain>_<ability>``.
 
-    Without a reference the name is ``eai/<ability>``, and ``-T domain=`` names the benchmark.
+    Without a reference to a benchmark, the name is ``eai/<ability>``, and ``-T domain=`` names the benchmark.
     """
 
     def make_suite_task(
@@ -554,7 +554,7 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
 
 
 def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
-    """Run Inspect without scoring, because some scoring rules choose one way to read all answers of a model.
+    """Run Inspect without scoring: some scoring rules need all answers before they choose how to read them.
 
     The scores are written into the log afterwards (`eai.run.log_scores`). Return None if the run was
     interrupted before it began.

@@ -1,1 +1,1 @@
-"""Tasks: the goals of tasks, tests of plans for goals, the words for tasks in prompts, and files of tasks."""
+"""Tasks: the goals of tasks, tests of plans for goals, texts about tasks in prompts, and files of tasks."""

@@ -173,8 +173,8 @@ _ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
 """The ways to satisfy one part of a goal: mapping from sets of common conditions, as bit masks, to values.
 
 Common conditions are about atoms in several parts of the goal. Each condition has a value, and the search
-looks for a way with the greatest sum. A set of common conditions needs other conditions to satisfy the part.
-The value of the set is the greatest sum of values of such other conditions.
+looks for a way with the greatest sum of values. A way has common conditions and other conditions. For each
+set of common conditions, the mapping has the greatest sum of the values of the other conditions.
 """
 
 
@@ -198,7 +198,7 @@ class _GoalOptionSearch:
 
 
 _BestConditionSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
-"""Function that returns the ways to satisfy one part of a goal: sets of conditions with their values."""
+"""Function that returns the ways to satisfy one part of a goal (`_ValueByConditionSet`)."""
 
 
 def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
@@ -284,7 +284,7 @@ class _GoalPartCompiler:
 
         Conditions that are always necessary, and their negations, are not counted. As a side effect, an atom
         is added to `_common` if two operands of the part mention it and one way to satisfy the part can use
-        both.
+        both operands.
         """
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -397,7 +397,7 @@ class _GoalPartCompiler:
         return steps
 
     def _find_atoms_also_in_other_parts(self, mention_counts: Counter[int]) -> list[int]:
-        """Return the atoms that other parts of the goal mention, too."""
+        """Return the atoms in ``mention_counts`` that other parts of the goal mention, too."""
         return [
             atom for atom, times in mention_counts.items() if atom in self._common and times < self._all[atom]
         ]
@@ -406,8 +406,8 @@ class _GoalPartCompiler:
         """Return the conditions on common atoms that occur only in given parts of the goal, as a bit mask.
 
         Common atoms occur in several parts of the goal. `mention_counts` has the number of times that each
-        atom occurs in the given parts. An atom occurs only there if this is the number of times in the whole
-        goal.
+        atom occurs in the given parts. An atom occurs only in the given parts if it occurs as often in the
+        whole goal.
         """
         atoms = [
             atom
@@ -507,7 +507,7 @@ class _GoalPartCompiler:
     def _keep_best_condition_sets(
         self, sets: _ValueByConditionSet, search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return at most `_MAX_SETS` sets, without sets that one of the best sets dominates."""
+        """Return at most `_MAX_SETS` sets, without sets that cannot be better than one of the best sets."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
         rivals = nlargest(_MAX_DOMINATING_SETS, sets, key=lambda each: sets[each] + search.sum_values(each))
@@ -568,10 +568,10 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
 def _remove_conditions_and_count_their_values(
     sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
-    """Remove some conditions from all sets of conditions, and add the values of the conditions to the sets.
+    """Remove some conditions from all sets, and add the values of the removed conditions to the sets' values.
 
     Callers must know that no later part of the goal mentions these conditions. If sets become equal, the
-    greatest value counts.
+    greatest value is kept.
     """
     if not removed:
         return sets

@@ -159,7 +159,8 @@ class GoalTest:
     def partial_success_if_never_run(self) -> Share:
         """The partial success of an answer that never ran: 0 of N met conditions.
 
-        N conditions satisfy all goals: the list of conditions that is met best if no atom is true.
+        N is the length of a list of conditions that satisfies all goals: the list that is met best if no atom
+        is true.
         """
         return self._partial_success_finder.share_if_none_met
 
@@ -288,7 +289,7 @@ def find_indices_of_longest_met_series(
     """
     if _are_met_in_turn(alternatives_of_goals, actions):
         return tuple(range(len(alternatives_of_goals)))
-    # best[n]: the indices of n goals that are met in order after the fewest actions, and that action count
+    # best[n]: for n goals met in order after the fewest actions, their indices and the number of actions
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(alternatives_of_goals):
         for met, start in reversed(best):
@@ -305,7 +306,7 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 _CreditByKind: TypeAlias = tuple[int, int, int]
-"""Parts of a goal that count for states, for relations and for actions, in halves of a goal; the sum is 2."""
+"""Numbers of half goals that count for states, for relations and for actions. Their sum is 2 (one goal)."""
 
 
 def _divide_credit_among_kinds(goal: Goal) -> _CreditByKind:

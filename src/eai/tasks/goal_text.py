@@ -77,7 +77,7 @@ def check_goal_names(formula: f.Formula, scene: Scene) -> None:
             scene.find(name)
     for name in sorted(find_free_variables(formula)):
         raise InputError(
-            f"variable {name} is not bound by a quantifier, as in 'exists {name}: lamp. (lit({name}))'"
+            f"variable {name} is not bound; add a quantifier, as in 'exists {name}: lamp. (lit({name}))'"
         )
 
 

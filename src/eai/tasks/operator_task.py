@@ -66,8 +66,8 @@ class TransitionTask:
         operators: names of the operators to write, in the order of the data set.
         categories: the task's own categories, the more specific category first.
         problem_text: the planning problem as PDDL.
-        actions_of: translates the steps of a plan with gold operators into actions of the task; by default no
-            step is translated.
+        actions_of: function that translates the steps of a plan with gold operators into actions of the task;
+            by default no step is translated.
     """
 
     id: str

@@ -187,7 +187,7 @@ class _ProblemConverter:
     agent: WorldObject | None
 
     def read_problem(self, problem: PddlProblem) -> tuple[State, ConditionConverter]:
-        """Return a problem's initial state, and a converter of conditions to the benchmark's names."""
+        """Return a problem's initial state, and a function that gives conditions the benchmark's names."""
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,
@@ -211,7 +211,7 @@ class _ProblemConverter:
         return WorldObject(self.names.get((item.name, category), item.name), category)
 
     def _to_declared_names(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-        """Return the condition with declared names in place of the problem's spelling."""
+        """Return a condition with names that the benchmark declares, in place of the problem's names."""
 
         def replace_name_by_declared_name(term: f.Term) -> f.Term:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
@@ -284,7 +284,10 @@ def _make_problem_converter(
     spell_name: Callable[[str], str],
     predicate_by_spelling: Mapping[str, str],
 ) -> _ProblemConverter:
-    """Return a converter for problems about a domain. The tasks provide the objects and their categories."""
+    """Return a converter of PDDL problems to states and conditions of a domain.
+
+    The tasks provide the objects and their categories.
+    """
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
     kinds = dict.fromkeys(

@@ -195,7 +195,7 @@ def _check_line(
 def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
     """Yield a message on each mistake in a task, such as a goal that holds at the start.
 
-    Other mistakes are a plan that fails and a false claim that the task has a plan, or none.
+    Other mistakes are a plan that fails and a false statement on whether the task has a plan.
     """
     test = GoalTest(task)
     if all(test.find_reached_goals(task.initial, ())):
@@ -254,7 +254,7 @@ def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
 def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:
     """Yield a message if a task that is marked impossible has a plan, or is not proved to be impossible.
 
-    A mark without missing facts states that the task is possible. Yield a message if such a task has no plan.
+    If the mark of a task names no missing facts, the task is possible. Yield a message if it has no plan.
     """
     plans = list(_list_plans(task)) if task.has_no_plan else []
     for member, _ in plans:

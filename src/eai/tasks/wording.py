@@ -102,7 +102,7 @@ class SuiteWording:
     def write_operators_heading(self, action_phrase: str) -> str:
         """Return the heading above the text of `describe_operators`.
 
-        `action_phrase` stands for one action in the heading, as in "what each requires and changes".
+        `action_phrase` stands for one action in the heading, such as ``each`` in "what each requires".
         """
         if self.rules is None:
             return f"the reasons for which {action_phrase} can fail"

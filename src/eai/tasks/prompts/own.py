@@ -46,10 +46,9 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Template of a question -> ending of the names of templates that explain how to decline the question.
+"""Mapping from templates of questions that may be declined to the suffix of templates that explain how.
 
-An answer that declines states that the task is impossible, or asks for the meant object. Questions from other
-templates cannot be declined.
+An answer that declines a question states that the task is impossible, or asks for the meant object.
 """
 
 _WORD = re.compile(r"[^\s()]+")
@@ -159,7 +158,7 @@ def render_task_prompt(
 ) -> Prompt:
     """Return the prompt about a task with the goals or the scene that a model believes to be true.
 
-    Both are in the task of `belief`. `material.beliefs` is ignored.
+    The task of `belief` has these goals and this scene. `material.beliefs` is ignored.
     """
     task = belief.task
     other = material.find_example(task.title)

@@ -74,9 +74,9 @@ class Prompt:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 digest of all messages to the model, joined by zero characters.
+        """SHA-256 digest of all messages to the model, joined by NUL characters.
 
-        Pictures count by their digests.
+        The digest of a picture takes the place of the picture.
         """
         texts = [text for turn in self.turns for text in turn]
         texts += [hashlib.sha256(image.data).hexdigest() for image in self.images]

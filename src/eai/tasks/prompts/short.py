@@ -57,7 +57,7 @@ _LIST_SIGNS = (
     ("..", "a_2..4 is a_2, a_3, a_4."),
     ("(*): all", '"all" is all listed objects.'),
 )
-"""Pairs: a sign that can occur in short lists of facts, and a text that explains the sign."""
+"""Pairs of a sign in short lists of facts, such as ``(*)``, and a text that explains the sign."""
 
 
 def explain_symbols_of_short_lists(state: str) -> str:
