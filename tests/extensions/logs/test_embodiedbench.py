@@ -273,13 +273,13 @@ GOOD = steps_of([PICK, PUT])
             [GOOD[0], {**GOOD[1], "last_action_success": 0.0}],
             "line 2: last_action_success contradicts env_feedback",
         ),
-        ([GOOD[1], GOOD[0]], "line 2: expected env_step above 2"),
+        ([GOOD[1], GOOD[0]], "line 2: expected env_step greater than 2"),
         (
             [GOOD[0], {k: v for k, v in GOOD[1].items() if k != "task_success"}],
             "line 2: task_success: is missing",
         ),
         ([GOOD[0], [1]], "line 2"),
-        ([STOP, GOOD[0]], "line 2: an empty plan ends the episode"),
+        ([STOP, GOOD[0]], "line 2: expected no line after an empty plan"),
     ],
 )
 def test_a_damaged_log_is_refused_with_the_place(tmp_path: Path, lines: Sequence[object], place: str) -> None:

@@ -140,7 +140,7 @@ def test_the_same_command_resumes_within_a_task_and_after_it(play: Playing, out:
     ("answer", "why"),
     [
         ("DONE", "both: the answer file has an episode of a model, or one with other settings or data"),
-        ('{"turns": 3}', "both: the saved answer is no episode: turns: expected"),
+        ('{"turns": 3}', "both: the saved answer cannot be read as an episode: turns: expected"),
         ('{"turns": [{"said": "GO(shed)", "told": "0"}]}', "both: the answer file has an episode"),
     ],
 )

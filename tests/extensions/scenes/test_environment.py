@@ -39,7 +39,7 @@ def test_a_world_without_bodies_is_not_rendered() -> None:
         pytest.skip("the extra physics is not installed")
     environment = make(SWITCHES, render_mode="camera")
     environment.reset(seed=0)
-    with pytest.raises(InputError, match="cannot build a scene: this world lacks the predicates"):
+    with pytest.raises(InputError, match="cannot build a scene: this world needs the predicates"):
         environment.render()
 
 

@@ -236,8 +236,8 @@ def _make_suite_measurement_quality_table(suites: _ScoredSuites) -> Iterator[Row
 
     saturated: tasks that all models solve, or all but one; unsolved: tasks that no model solves; negative:
     tasks on which better models do worse; alpha: Cronbach's alpha over models. The last two columns are the
-    probability that a held-out right answer is predicted higher than a held-out wrong answer: by ability and
-    difficulty, and by the model's mean alone.
+    probability that a prediction is higher for a held-out right answer than for a held-out wrong answer. The
+    first predicts by ability and difficulty, the second by the model's mean alone.
     """
     for suite, (_, scores) in suites.items():
         models, solved, alpha = (
@@ -286,7 +286,7 @@ def _make_flagged_tasks_table(items: Table) -> Iterable[Row]:
     """Tasks to inspect.
 
     Tasks that no model solves, tasks that worse models solve and better models do not, and tasks whose goals
-    make the same demand on objects that share a name in answers. item_rest: the correlation over models with
+    demand the same of two objects with one name in answers. item_rest: the correlation over models with
     the score in all other tasks; check: the check that most models fail first.
     """
     return [row for row in items.rows if row[-1] and row[-1] != "saturated"]

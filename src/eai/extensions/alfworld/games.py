@@ -67,7 +67,7 @@ _GOAL_LABELS = {
     "istoggled": "device-operation",
     "issliced": "cutting irreversible",
 }
-"""Labels of tasks by goal predicate (`eai.benchmarks.labels`)."""
+"""Mapping from the predicate of a goal to the labels of its task (`eai.benchmarks.labels`)."""
 
 
 def open_alfworld_games(reference: str) -> Benchmark:
@@ -232,7 +232,7 @@ def _replace_actions_by_commands(
 
 
 def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlAction:
-    """Merge all actions with one command into one action, which is named after the command's verb."""
+    """Merge all actions that share a command into one action, which is named after the command's verb."""
     if len(actions) == 1:
         return actions[0]
     parameters = tuple([f.Variable(f"what{i or ''}") for i in range(len(actions[0].parameters))])
@@ -312,9 +312,9 @@ def _add_condition_and_merge(
 def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionsWithSharedParameters], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
-    """Return an effect that quantifiers extend to parameters which the action no longer has.
+    """Return an effect for all values of its bound parameters that meet the action's conditions on them.
 
-    The effect happens for all values of these bound parameters that meet the action's conditions on them.
+    Bound parameters are parameters that the action no longer has. Quantifiers bind them instead.
 
     Args:
         effect: the effect of an action.

@@ -209,7 +209,7 @@ def _read_user_commands_and_save_decisions(
 
     A pattern is a change, such as ``ON(lamp)``, that demonstrations (recorded plans) for the title make.
 
-    Return why no more commands follow.
+    Return the reason why no more commands are read.
 
     Raises:
         InterruptError: the user interrupted the command.

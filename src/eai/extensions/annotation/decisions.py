@@ -1,7 +1,8 @@
-"""Decisions which goals a task title means, in a TOML file that people may also edit by hand.
+"""Make, save and apply decisions about the goals that a task title means.
 
-A demonstration is a plan that the data set records for a task with the title. A pattern is a change that
-demonstrations share. A user decides which patterns the title means.
+The decisions are in a TOML file, which people may also edit by hand. A demonstration is a plan that the data
+set records for a task with the title. A pattern is a change that demonstrations share. A user decides which
+patterns the title means.
 
     without = ["NEXT_TO"]
 
@@ -90,7 +91,7 @@ class GoalPattern:
 
     @property
     def is_action(self) -> bool:
-        """Whether the pattern is an action."""
+        """Whether the pattern stands for an action, not for a fact."""
         return not self.kinds
 
     def __str__(self) -> str:
@@ -102,9 +103,9 @@ class GoalPattern:
 
 
 AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
-"""Alternative patterns (forms of goal): a demonstration, a recorded plan, must meet at least one pattern.
+"""Alternative patterns (forms of goal). A demonstration (recorded plan) must meet at least one of them.
 
-A possible meaning of a task title (`TitleMeaning`) has one or more such lists.
+A possible meaning of a task title (`TitleMeaning`) is a tuple of `AlternativePatterns`.
 """
 
 
@@ -304,8 +305,8 @@ def find_index_of_first_met_meaning(
 def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges) -> bool:
     """Whether a demonstration (a recorded plan) meets one possible meaning of its task title.
 
-    The plan must make a change that fits each entry of the meaning, or have an action of the entry. The
-    actions must come in the order of the entries.
+    For each entry of the meaning, the plan must make a change that fits the entry, or contain an action of
+    the entry. The actions must come in the order of the entries.
     """
     rest = iter(difference.actions)
     return all(
@@ -318,8 +319,9 @@ def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges
 def make_concrete_goals(difference: DemonstrationChanges, candidate: TitleMeaning) -> tuple[Goal, ...]:
     """Turn one meaning of a task's title into goals about the objects of this task.
 
-    The task has a demonstration (recorded plan). Goals are the facts that hold after the plan and that the
-    meaning names, and the actions that the meaning names. States come first, then relations, then actions.
+    A meaning is a list of patterns (forms of goal). Goals are the facts that match a pattern and hold after
+    the demonstration (recorded plan), and the actions of the meaning. States come first, then relations, then
+    actions.
     """
     conditions = [entry for entry in candidate if not entry[0].is_action]
     facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_matching_facts(entry))
@@ -497,7 +499,7 @@ class PatternsOfTitle:
         return tuple(self.counts)
 
     def find_numbers_of_undecided_patterns(self, decisions: TitleMeaningDecisions) -> list[int]:
-        """Return the numbers of the patterns (changes) that the user neither kept nor dropped."""
+        """Return the numbers, from 1 on, of the patterns that the user neither kept nor dropped."""
         decided = decisions.kept_and_dropped_patterns
         return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
 
@@ -505,7 +507,7 @@ class PatternsOfTitle:
 def apply_user_command_to_decisions(
     command: str, decisions: TitleMeaningDecisions, listing: PatternsOfTitle
 ) -> TitleMeaningDecisions:
-    """Return the decisions which goals a task title means, after one more command of the user.
+    """Return a user's decisions about a task title, after one more command of the user.
 
     The commands keep or drop patterns (changes, see `HELP`). The caller handles ``undo`` and ``done``.
 
@@ -584,19 +586,20 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 def _add_conditions_to_last_candidate(
     chosen: TitleMeaningDecisions, conditions: Sequence[AlternativePatterns]
 ) -> TitleMeaningDecisions:
-    """Return a user's decisions about a task title, with more conditions in the last of its meanings.
+    """Return a user's decisions about a task title, with more conditions in the last candidate.
 
-    Each condition is a list of alternative patterns (forms of goal, such as ``ON(lamp)``).
+    A candidate is a possible meaning of the title. Each condition is a list of alternative patterns (forms of
+    goal, such as ``ON(lamp)``).
     """
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *conditions)))
 
 
 Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
-"""The changes that a demonstration (recorded plan) makes, the index of a meaning of its title, and its goals.
+"""A demonstration's changes, the index of the first meaning of its title that they satisfy, and its goals.
 
-The index is that of the first meaning that the changes satisfy. If they satisfy no meaning, the index is None
-and the goals are empty.
+A demonstration is a recorded plan. If the changes satisfy no meaning, the index is None and the goals are
+empty.
 """
 
 

@@ -173,7 +173,9 @@ def _unpack_checked_submission(place: Path) -> Iterator[Path]:
             if file.is_symlink():
                 raise InputError(f"{file}: is a link; a submission may only have files and folders")
         if len(files) > _MAX_FILES or sum(file.lstat().st_size for file in files) > MAX_UNPACKED:
-            raise InputError(f"{place}: expected at most {_MAX_FILES} files and {MAX_UNPACKED:,} bytes in it")
+            raise InputError(
+                f"{place}: a submission may have at most {_MAX_FILES} files and {MAX_UNPACKED:,} bytes"
+            )
         yield described[0].parent
 
 
@@ -194,8 +196,10 @@ def _score_submission(
     ]
     asked = [(each.key.domain, each.key.ability) for each in summaries]
     for domain, ability in asked:
-        if asked.count((domain, ability)) > 1:
-            raise InputError(f"{folder}: expected one file with answers to {domain} {ability.value}")
+        if (count := asked.count((domain, ability))) > 1:
+            raise InputError(
+                f"{folder}: expected one file with answers to {domain} {ability.value}, found {count}"
+            )
     return _ScoredSubmission(
         name, description, text, tuple(sorted(summaries, key=lambda each: each.key.sort_key))
     )

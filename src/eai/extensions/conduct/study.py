@@ -34,7 +34,7 @@ _MAX_REASON_WORDS = 40
 """Maximum number of different words in the reason of a refusal, because a longer one could name all facts."""
 
 _MAX_OTHER_NAMES = 2
-"""Maximum number of other names, not in the missing fact, that the reason of a refusal may contain."""
+"""Maximum number of names in the reason of a refusal that are not in the missing fact."""
 
 
 FLOOR = "(shut everything at the end)"
@@ -45,8 +45,8 @@ class _SafetyAndRefusalOptions(Options):
     """Options of `eai analyze conduct`.
 
     Attributes:
-        tasks: Generated task files. They add a row for a baseline: the shortest plan, then everything is shut
-            and switched off.
+        tasks: Generated task files. They add a row for a baseline, which executes the shortest plan, then
+            shuts and switches off everything.
     """
 
     tasks: Path | None = None

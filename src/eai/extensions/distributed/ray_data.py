@@ -15,7 +15,7 @@ from eai.results.responses import COLUMNS, Response
 from eai.results.summary import find_answer_outcome as outcome_of
 
 RECORD_COLUMNS = {"record": "string", "outcome": "string", "success": "boolean"}
-"""Mapping from each column that scoring adds to the type of the column, in Spark's notation."""
+"""Types of the columns that scoring adds, in Spark's notation, by column name."""
 
 
 class BatchScorer:

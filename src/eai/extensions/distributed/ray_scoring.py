@@ -21,13 +21,13 @@ from eai.results.batch import Scoring
 from eai.results.workers import WorkerProcess, process_pickled_batch
 
 LOCAL = "local"
-"""Address that stands for a new cluster on this machine, which ends with the program."""
+"""Address of a new cluster on this machine. The cluster ends when the program ends."""
 
 _PORT_SECONDS = 5
 """Seconds in which the port of a cluster must accept a connection. Ray itself tries for 14 minutes."""
 
 _MAX_CONNECTION_ATTEMPTS_VARIABLE = "RAY_gcs_server_port_wait_time_s"
-"""Environment variable that limits how often Ray tries to connect, once a second. Ray's default is 20."""
+"""Environment variable with the maximum number of Ray's tries to connect, one a second (default 20)."""
 
 
 class RayScoring(Scoring):
@@ -160,7 +160,7 @@ def _get_actor(worker: WorkerProcess) -> _ClusterWorker:
 
 
 class _ClusterWorker:
-    """An actor, with the methods of a process and of its connection that `WorkerPool` uses."""
+    """A Ray actor, with the methods that `WorkerPool` calls on a process and on its connection."""
 
     def __init__(self) -> None:
         self._actor = ray.remote(num_cpus=1)(_BatchActor).remote()
@@ -173,7 +173,7 @@ class _ClusterWorker:
         return self._start or (self._results[0] if self._results else None)
 
     def is_running(self) -> bool:
-        """Whether the actor got a processor core, or died before."""
+        """Whether the actor waits no longer for a processor core, because it got one or died."""
         if self._start is not None and ray.wait([self._start], timeout=0)[0]:
             self._start = None
         return self._start is None

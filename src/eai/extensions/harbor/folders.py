@@ -1,4 +1,4 @@
-"""Write task folders for Harbor, and the folder from which the container image with the worlds is built."""
+"""Write task folders for Harbor, and the folder for building the container image with the tasks' worlds."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 NO_SOLUTION = "without a verified solution"
 """Reason for leaving tasks out: the phrase that follows the number of left-out tasks in a message."""
 SOLVED_WITHOUT_WORK = "in which doing nothing, or copying the question, is right"
-"""Reason for leaving tasks out: the phrase that follows the number of left-out tasks in a message."""
+"""Reason for leaving out tasks that need no work: the phrase that follows their number in a message."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""

@@ -93,10 +93,10 @@ def _read_agentbench_episode(path: Path, number: int, line: bytes) -> LoggedEpis
     place = f"{path}, line {number}"
     episode = validate(_AgentBenchEpisode, place, parse_json(path, line, number))
     status, result = episode.output.status, episode.output.result
-    if status not in (*_ENDINGS, *_NOT_GRADED, "completed"):
-        raise InputError(f"{place}: output.status: expected a status of AgentBench, found {status!r}")
+    if status not in (statuses := (*_ENDINGS, *_NOT_GRADED, "completed")):
+        raise InputError(f"{place}: output.status: expected one of {', '.join(statuses)}; found {status!r}")
     if status == "completed" and not result.log:
-        raise InputError(f"{place}: output.result.log: expected turns, because the episode is completed")
+        raise InputError(f"{place}: output.result.log: expected turns, because output.status is completed")
     for expected, turn in enumerate(result.log, 1):
         if turn.round != expected:
             raise InputError(f"{place}: expected round {expected} in output.result.log, found {turn.round}")

@@ -137,7 +137,7 @@ def _read_episode_from_lines(path: Path, content: bytes) -> list[LoggedEpisode]:
     for number, text in number_lines(content):
         place = f"{path}, line {number}"
         if is_empty_plan:
-            raise InputError(f"{place}: an empty plan ends the episode, so no line can follow")
+            raise InputError(f"{place}: expected no line after an empty plan, which ends the episode")
         value = parse_json(path, text, number)
         plan = validate(_PlanLine, place, value)
         is_empty_plan = plan.action_id == _EMPTY_PLAN
@@ -175,7 +175,7 @@ def _check_step(place: str, line: _StepLine, earlier_lines: Sequence[_StepLine])
         )
     last_step = earlier_lines[-1].env_step if earlier_lines else None
     if last_step is not None and line.env_step <= last_step:
-        raise InputError(f"{place}: expected env_step above {last_step}, found {line.env_step}")
+        raise InputError(f"{place}: expected env_step greater than {last_step}, found {line.env_step}")
 
 
 def _find_outcome(ending: Ending, actions: int) -> EpisodeOutcome:
@@ -203,11 +203,12 @@ def _find_plan_error(reply: str | None) -> FaultKind | None:
 
 
 def _find_error_kind(step_index: int, steps: Sequence[LoggedStep]) -> FaultKind | None:
-    """Return the kind of error that the feedback of a failed step proves, or None if it proves no kind.
+    """Return the kind of error of a failed step; None if its feedback leaves the kind uncertain.
 
-    After a successful pick, the hand has been both empty and full in the episode. So if a step fails because
-    the hand is empty or full, the actions are in wrong order. EB-Habitat says that the hand is full also if
-    the object does not exist. The object exists if the same action succeeds at another step of the episode.
+    After a successful pick, the hand has been empty at one step and full at another. So if a later step fails
+    because the hand is empty or full, the actions are in wrong order. EB-Habitat says that the hand is full
+    also if the object does not exist. The object exists if the same action succeeds at another step of the
+    episode.
     """
     step = steps[step_index]
     if step.accepted or step.kind is not None:
@@ -239,7 +240,7 @@ _FORMS = {
     _read_trajectories: (b'"eval_set"', b'"executable_plan"', b'"action_success"'),
     _read_result: (b'"num_invalid_actions"', b'"task_success"', b'"num_steps"'),
 }
-"""Functions that read files, and JSON keys by which they recognize them."""
+"""Mapping from each function that reads files to the JSON keys by which its files are recognized."""
 
 
 def _is_embodiedbench_log(content: bytes) -> bool:

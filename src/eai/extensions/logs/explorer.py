@@ -47,7 +47,7 @@ def name_result(step: LoggedStep) -> str:
 
 
 def make_explorer_page(episodes: Iterable[LoggedEpisode], colors: Mapping[EpisodeOutcome, str]) -> str:
-    """Return an explorer page of episodes.
+    """Return an HTML page on which a reader can explore episodes.
 
     Args:
         episodes: the episodes.

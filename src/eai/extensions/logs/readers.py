@@ -70,7 +70,7 @@ def list_log_files(path: Path) -> list[Path]:
 
 
 def is_log(path: Path) -> bool:
-    """Whether a reader of logs recognizes a file, or any file in a folder, even if the log is damaged."""
+    """Whether a file, or any file in a folder, has a known form of logs, even if the log is damaged."""
     if path.is_dir():
         return any(map(is_log, list_log_files(path)))
     content = read_content(path)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _NAMES = ("log", "agent", "setting")
-"""Columns of a group of episodes: the form of the log, the agent, and the setting."""
+"""Columns that identify a group of episodes: the form of the log, the agent, and the setting."""
 
 _EPISODE_COLUMNS = (
     *("task", "outcome", "ending", "kind", "unseen", "actions", "first_error", "best", "best_action", "end"),
@@ -37,7 +37,7 @@ _FILE_ONLY = ("ending", "unseen", "best_action", "end", "repeats", "seconds", "c
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
 _TERMINAL_COLUMNS_OF_SAME_NAMED_TASKS = ("task", "outcomes", "hidden", "plan")
-"""Columns that the terminal shows of the table of a benchmark's tasks with the names of logged tasks."""
+"""Columns that the terminal shows of the table `twins` (benchmark tasks with the names of logged tasks)."""
 
 _MAX_WORDS_CHARACTERS = 200
 """Maximum number of characters of an agent's words in a table."""
@@ -54,7 +54,7 @@ class _EpisodeLogOptions(Options):
 
     Attributes:
         tasks: A benchmark with the tasks of the logs, such as alfworld:FOLDER. Logged actions are replayed in
-            these tasks. The table twins describes each task that has the name of a logged task.
+            these tasks. A table named twins describes each task with the name of a logged task.
     """
 
     tasks: str = ""
@@ -130,9 +130,9 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
 
     first_error: the first action that the world rejected, counted from 1; kind: the kind of this error; best:
     the largest percentage of the goal's conditions that held at once; best_action: the first action after
-    which they held; end: the percentage at the end; unseen: kinds of goal objects that no observation names;
-    repeats: how often the most frequent action had the same reply; words: the agent's last words, or the last
-    reply. A cell is empty if the log does not show its value.
+    which best was reached; end: the percentage at the end; unseen: kinds of goal objects that no observation
+    names; repeats: how often the most frequent action had the same reply; words: the agent's last words, or
+    the last reply. A cell is empty if the log does not show its value.
     """
     for names, episodes in groups.items():
         for episode in episodes:

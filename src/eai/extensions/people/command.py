@@ -1,4 +1,4 @@
-"""``eai play``: let a person play the tasks of models, in the terminal or on a page."""
+"""``eai play``: let a person play the same tasks as models, in the terminal or on a web page."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ UnfinishedTask: TypeAlias = tuple[int, RecordedGame, Sequence[str]]
 """A task that is not over: its number, its episode, and the observations so far."""
 
 SaveEpisode: TypeAlias = Callable[[RecordedGame], None]
-"""Function that saves an episode. It is called after each line of the person."""
+"""Function that saves an episode. It is called after each line that the person enters."""
 
 
 def _run_tasks(

@@ -59,7 +59,9 @@ def begin_or_resume_episode(
         return RecordedGame(game_setup, seed, 1, harness=HARNESS), ()
     saved = read_episode(saved_episode)
     if not isinstance(saved, EpisodeAnswer):
-        raise InputError(f"{game_setup.task.id}: the saved answer is no episode: {saved.reason}")
+        raise InputError(
+            f"{game_setup.task.id}: the saved answer cannot be read as an episode: {saved.reason}"
+        )
     play = RecordedGame(game_setup, seed, 1, harness=saved.harness)
     observations = [play.play_command(turn.said) for turn in saved.turns]
     is_same = (saved.rules, saved.seed, saved.turns) == (game_setup.rules, seed, tuple(play.turns))

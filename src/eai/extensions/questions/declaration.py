@@ -173,7 +173,10 @@ def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
 
 
 _QUESTION_FILE_START = re.compile(rb'\{"id":(?!.*?"base":)')
-"""Regular expression for the first line of a question file: `id` without `base`. Task files have both."""
+"""Regular expression for the first line of a question file.
+
+The line has the key `id`, but not the key `base`. Lines of task files have both keys.
+"""
 
 
 def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:

@@ -24,15 +24,16 @@ _MAX_DRAWS = 20
 """Maximum number of random draws to find one fact or action."""
 
 _MAX_BINDINGS = 200_000
-"""Maximum number of actions (operators with objects) that are tried to find all right actions."""
+"""Maximum number of actions (operators with objects) that are tried to find all right answers."""
 
 _RANDOM_BINDINGS = 40
 """Number of random actions of one operator that are drawn to find actions with unmet requirements."""
 
 _FEWEST_UNMET_PROBABILITY = 0.5
-"""Probability that the impossible action in a question of kind `WHY_NOT` is one with few unmet requirements.
+"""Probability that a question of kind `WHY_NOT` is about the candidate with the fewest unmet requirements.
 
-Otherwise, any action that does not meet the chosen requirement is used.
+Otherwise, it is about a random candidate. Candidates are drawn actions that do not meet one requirement,
+which is chosen at random.
 """
 
 _PATH_OPERATOR_PROBABILITY = 0.2
@@ -187,7 +188,7 @@ def make_why_not_question(
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # all requirements have equal probability, even those that are almost always met
+    one = rng.choice(seen)  # equally probable, even if a requirement is almost always met
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)

@@ -457,8 +457,8 @@ def _draw_distant_goal(
 ) -> _GoalSeveralActionsAway | None:
     """Choose a goal at random: facts that become true together only after several actions.
 
-    Several goals are tried. The wanted length of the plan depends on the question's ``number``. The shortest
-    plan of the returned goal has about this length.
+    Several goals are tried. The shortest plan of the returned goal comes nearest to a wanted length. This
+    length depends on the question's ``number``.
     """
     graph = _draw_or_reuse_state_graph(setting, rng)
     if graph is None:
@@ -491,9 +491,9 @@ def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> 
 
 
 def _explore_states_of_random_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Choose actions at random, some from the task's plan, and explore the states that the actions lead to.
+    """Return the graph of all states that random actions lead to, some of them from the task's plan.
 
-    The result is None if too few actions are found, or if the states are too many.
+    Return None if too few actions are found, or if there are too many states.
     """
     first = rng.randrange(len(setting.path)) if setting.path else 0
     chosen = dict.fromkeys(setting.path[first : first + rng.randint(3, _MAX_ACTIONS - 2)])

@@ -45,7 +45,7 @@ _MAX_ACTION_DRAWS = 40
 """Maximum number of random draws to find one possible (or impossible) action."""
 
 _UNSUITABLE_PROBABILITY = 0.25
-"""Probability that an impossible action is kept if its objects are of the wrong kind.
+"""Probability that a drawn impossible action is used although its objects are of the wrong kind.
 
 Such an action is impossible in every state, so it is easy to recognize.
 """
@@ -194,7 +194,7 @@ class QuestionSetting:
 
 
 def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) -> QuestionSetting:
-    """Prepare the material of a task for questions.
+    """Return the material of questions about a task: the task, a path (sequence of actions) and its states.
 
     The path is the beginning of the task's own plan, up to the first step with an object that prompts do not
     show. If the task has no plan, the path is a plan found by search, or some random actions.

@@ -42,25 +42,24 @@ Choices are drawn again if shortcuts would be right too often. After the last dr
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _CUE_WEIGHT = 12
-"""Unit in which the balance of a cue is counted.
+"""Amount by which one wrong statement lowers the balance of its cue.
 
 A cue is a mark by which a shortcut chooses a statement, such as the greatest length. The balance of a cue is
-the number of right statements with the cue, minus the number that chance predicts, in this unit. A wrong
-statement lowers the balance by one unit. A right statement raises it by one unit for each wrong choice of its
-question, so random choices leave it unchanged on average. Statements of one question with the same cue share
-this change equally.
+the excess of right statements with the cue over the number that chance predicts. A right statement raises the
+balance by this amount for each wrong choice of its question, so random choices leave it unchanged on average.
+Statements of one question with the same cue share the change equally.
 """
 
 _TOLERATED_BIAS = 6
 """Tolerated bias of the first questions. The bias is the sum of the squared balances of all cues.
 
-A cue is a mark by which a shortcut chooses a statement. The balance of a cue is the number of right
-statements with the cue, minus the number that chance predicts. Here, a question whose right statement alone
-has the cue changes the balance by 1.
+A cue is a mark by which a shortcut chooses a statement. The balance of a cue is the excess of right
+statements with the cue over the number that chance predicts. This constant counts a change of the balance as
+1 if the right statement of a question has the cue, and no wrong statement has it.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
-"""Number of questions after which the tolerated bias grows by 1, in the unit of `_TOLERATED_BIAS`."""
+"""Number of questions after which the tolerated bias grows by 1 (see `_TOLERATED_BIAS`)."""
 
 _MAX_OCCURRENCES = 5
 """Maximum count of a statement's names in a question's text. Higher counts are treated as this count."""
@@ -109,8 +108,8 @@ def make_feature_reader(
     Args:
         question_text: the text of the question without the statements.
         initial_facts: texts of the facts that hold before the actions.
-        labels: for a statement that does not begin with an operator or predicate, the labels to use instead.
-            The shortcut `operator` treats statements with equal labels alike.
+        labels: the labels of statements that do not begin with an operator or predicate. This name is the
+            label of all other statements. The shortcut `operator` treats statements with equal labels alike.
     """
     mentioned = Counter(_NAME_PATTERN.findall(question_text))
 
@@ -151,8 +150,8 @@ class SurfaceCueCounts:
     """Counts how often statements that shortcuts choose were right, in earlier questions of a kind and form.
 
     A shortcut is a rule that answers without knowledge of the world. A cue is a mark by which a shortcut
-    chooses, such as the greatest length. It is in balance if statements with it are right as often as random
-    guesses.
+    chooses, such as the greatest length. A cue is in balance if statements with it are right as often as
+    random guesses.
     """
 
     def __init__(self) -> None:
@@ -164,11 +163,11 @@ class SurfaceCueCounts:
         self._bias = 0
 
     def compute_shortcut_bias_above_limit(self, question: ClosedQuestion) -> int:
-        """Return the excess of the shortcut bias over the tolerated bias if a question were added, or 0.
+        """Return by how much the shortcut bias would exceed the tolerated bias if a question were added.
 
-        The bias is the sum of the squared balances of all cues. The balance of a cue is the number of right
-        statements with the cue, minus the number that chance predicts. The bias is 0 if no shortcut beats a
-        random guess.
+        Return 0 if it would not, or if the question does not raise the bias. The bias is the sum of
+        the squared balances of all cues. The balance of a cue is the number of right statements with the cue,
+        minus the number that chance predicts. The bias is 0 if no shortcut beats a random guess.
         """
         step = self._compute_change_of_shortcut_bias(question)
         if step <= 0:
@@ -442,9 +441,9 @@ def compute_guess_probabilities(questions: Sequence[Question]) -> dict[str, floa
 
 
 def compute_shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
-    """Return the rate at which guessing and each shortcut are right, by name.
+    """Return the rate of right answers of guessing and of each shortcut, by name.
 
-    If a question has no value for a shortcut, the value of guessing is used.
+    If a question records no value for a shortcut, the probability of a right guess is used.
 
     Args:
         questions: the questions.

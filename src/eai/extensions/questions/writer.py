@@ -81,7 +81,7 @@ In each block, every letter is the right answer once.
 _GROUPS = tuple([(kind, form) for form in QuestionForm for kind in QuestionKind])
 """All pairs of a kind of question and a form of answer. The questions of one pair are a group.
 
-The position of a pair determines the task of its first question.
+The position of a pair in the tuple determines which task its first question is about.
 """
 
 _NEED_RULES = frozenset(
@@ -263,7 +263,10 @@ class QuestionGenerator:
         return None
 
     def _take_tasks(self, group: _QuestionGroupProgress, seed: int) -> Iterator[str]:
-        """Yield the ids of the next tasks of a group. Groups begin at different tasks of one random order."""
+        """Yield the ids of the tasks to try next for a group of questions.
+
+        All groups use one random order of the tasks, but begin at different positions.
+        """
         order = self._order(seed)
         start = _GROUPS.index((group.kind, group.form)) * len(order) // len(_GROUPS)
         for _ in range(_MAX_TASKS_PER_QUESTION if order else 0):

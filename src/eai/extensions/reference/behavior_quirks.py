@@ -138,7 +138,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def abort_placing_inside_floor(operator: Operator) -> Operator:
-    """Make an action fail that places an object inside a floor: eai-eval (the paper's package) aborts there.
+    """Make every action fail that places an object inside a floor, on which eai-eval aborts.
 
     See ``evolving_graph.py``, ``place_inside``.
     """
@@ -151,10 +151,10 @@ def abort_placing_inside_floor(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def abort_transfer_of_contents(operator: Operator) -> Operator:
-    """Make the transfer of a container's contents fail unless the container is empty: eai-eval aborts there.
+    """Make the transfer of a container's contents fail, on which eai-eval aborts.
 
-    For an empty container, the action does nothing. See ``evolving_graph.py``, ``pour_inside`` and
-    ``pour_onto``.
+    For an empty container, the action succeeds and does nothing. See ``evolving_graph.py``, ``pour_inside``
+    and ``pour_onto``.
     """
     hand = next((hand for hand in o.HANDS if operator.name.startswith(f"{hand.name}_TRANSFER")), None)
     if hand is None:
@@ -165,7 +165,7 @@ def abort_transfer_of_contents(operator: Operator) -> Operator:
 
 
 def make_operators_that_transfer_first_content() -> Iterator[Operator]:
-    """Yield operators that move only the first content of a container, after which eai-eval aborts."""
+    """Yield operators that move only the first object in a container: eai-eval aborts after this move."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
         moved = Let(o.C, first & ~p.floor(X), (*o.make_effects_of_leaving_support(o.C), Add(place(o.C, X))))

@@ -183,8 +183,8 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     """The notation of BEHAVIOR subgoals, read as eai-eval (the paper's package) reads it.
 
-    Its table of names has no arities (numbers of arguments). `reject_wrong_argument_counts_and_names` tests
-    them.
+    Its table of names has no numbers of arguments. `reject_wrong_argument_counts_and_names` checks these
+    numbers.
     """
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
@@ -262,7 +262,7 @@ def reject_wrong_argument_counts_and_names(
     The package eai-eval checks the numbers of objects before their names, and predicates before actions. In
     two cases it raises an exception, which counts as a parsing error: a predicate or action has no objects,
     or eai-eval does not know its number of objects. In the second case, eai-eval instead reports a wrong
-    number of objects if it has seen such a number before.
+    number of objects of another predicate or action if it finds that error first.
     """
     parts = tuple(walk_subformulas(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [

@@ -183,10 +183,10 @@ class PublishedOperatorRules(OperatorScoringRules):
     def plan_with_each_operator_of_answer(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return the planner's result with one operator of the answer at a time, by the operator's name.
+        """Return the planner's result for each operator that the task requires, by the operator's name.
 
-        Only operators that the task requires count. All other operators are gold operators. The result is
-        None for a required operator that the answer lacks, which eai-eval counts as a failure. The mapping
+        The planner gets this operator from the answer, and all other operators are gold operators. The result
+        is None for a required operator that the answer lacks, which eai-eval counts as a failure. The mapping
         is empty for an answer with eai-eval's format error, because eai-eval skips such answers
         (``evaluate_results_sequential``). The count ``task_variate_control_precond`` of eai-eval is never
         filled.

@@ -40,7 +40,7 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
-"""Placeholder that replaces an atom with an unbound variable in the effects that add it."""
+"""Placeholder for an atom with an unbound variable, in the effects that add the atom."""
 
 Names = frozenset[str]
 
@@ -168,8 +168,8 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
 def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
     """Return a planning task on which a current planner gives the result of the published planner.
 
-    The published planner (Fast Downward before mid-2024) crashed on some tasks. In the result, it crashed if
-    a plan can reach the atom ``fatal``.
+    The published planner (Fast Downward before mid-2024) crashed on some tasks. It crashed if a plan of the
+    returned task can reach the atom ``fatal``.
 
     Args:
         header: the domain without operators.

@@ -181,7 +181,7 @@ _DEFAULT_REPLANS = 3
 def make_options_of_published_replanning(
     slip_probability: float, slip_seed: int, replans: int
 ) -> ReplanningOptions:
-    """Return the options of repeated attempts in eai-eval's script of actions that fail at random.
+    """Return the options of eai-eval's script for repeated attempts in which actions fail at random.
 
     The script draws twenty tasks; this protocol runs all tasks.
 

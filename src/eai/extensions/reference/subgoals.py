@@ -99,13 +99,13 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return functions that find the actions for the literals of an answer, in order.
 
-        The result is a list of pairs: the index of a literal, and a function that finds the actions for this
-        literal and those after it, up to the next pair's. A literal is an atom, an action, or the negation of
+        Each pair has the index of a literal, and a function. The function finds the actions for the literals
+        from this index up to the index of the next pair. A literal is an atom, an action, or the negation of
         one.
         """
 
     def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:
-        """Return the instructions by which the search for executions makes the literals true, in order.
+        """Return a program for the search for executions, which makes the literals true in order.
 
         Each instruction executes the plans for a literal, even if the literal holds already.
         """
@@ -200,8 +200,8 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
 def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -> bool:
     """Whether the first error in a formula's text is an ``and`` with ``then`` in only some of its operands.
 
-    The other possible error is an unknown name. The error whose subformula ends first in the text is the
-    first.
+    The other possible error is an unknown name. The first error is the error whose subformula ends first in
+    the text.
     """
     temporal = find_temporal_subformula_ids(formula)
     if not temporal:

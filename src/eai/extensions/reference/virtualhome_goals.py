@@ -189,7 +189,8 @@ def _read_field(field: str, value: Any) -> str:
     """Return a field of a goal as text. A value of another type becomes JSON text, which is no name or state.
 
     Raises:
-        TypeError: the action is no string, or the name is unhashable. eai-eval crashes on these values.
+        TypeError: the value is no string (field ``action``) or unhashable (fields for names). eai-eval
+            crashes on these values.
     """
     if isinstance(value, str):
         return value

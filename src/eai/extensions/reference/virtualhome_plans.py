@@ -51,7 +51,8 @@ class _VirtualHomeGoalTest(GoalTest):
 
     Args:
         task: the task.
-        in_data_set_order: whether the plan is searched for action goals in the order of the data set.
+        in_data_set_order: whether the plan must meet action goals in the order of the data set, and not in
+            alphabetical order.
     """
 
     def __init__(self, task: Task, *, in_data_set_order: bool = False) -> None:
@@ -119,7 +120,7 @@ class _VirtualHomePlanNotation(VirtualHomePlanNotation):
         self._with_ids = with_ids
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Return the plan in an answer. With ids, a name without an id makes the answer unreadable."""
+        """Return the plan in an answer. If names have ids, a name without id is unreadable."""
         plan = read_plan(text)
         with_ids = self._with_ids
         if isinstance(plan, Unreadable) or not (has_object_ids(plan) if with_ids is None else with_ids):
@@ -194,12 +195,11 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """Return the verdict on an executed plan, if necessary with other counts for a summary.
+        """Return the verdict on an executed plan, with its counts in a summary if these are different.
 
         The summary that eai-eval makes of many answers counts every action that was not needed as an error.
-        It requires action goals in the order of the data set. For one plan, eai-eval uses this order only by
-        chance. If the counts of the plan in such a summary differ from its verdict, the verdict also has
-        these counts.
+        It also requires action goals in the order of the data set. If eai-eval judges a single plan, it uses
+        this order only by chance.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied

@@ -211,7 +211,7 @@ def report_unplugged_device_as_additional_step(operator: Operator, check: Check)
 
 @_apply_to_all_checks
 def report_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Make opening a device that is on an additional step, not a missing step (``OpenExecutor``)."""
+    """Make the opening of a running device an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
@@ -236,8 +236,8 @@ def report_second_grab_as_additional_step(operator: Operator, check: Check) -> C
 def report_repeated_sitting_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Make sitting down an additional step for a character that sits on any object; likewise lying down.
 
-    The changed check covers every seat or bed. The separate check for another seat or bed is therefore
-    removed: for this check, return None. See ``SitExecutor`` and ``LieExecutor``.
+    The changed check covers every seat or bed, so the separate check for another seat or bed is removed: the
+    result is None for the separate check. See ``SitExecutor`` and ``LieExecutor``.
     """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None

@@ -163,7 +163,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _make_literal_planners_with_first_index(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planner of each literal, after the literal's index.
+        """Return pairs: the index of each literal, and the planner of the literal.
 
         If eai-eval cannot translate a literal into actions, the planner of the literal ends the search.
         """

@@ -265,7 +265,7 @@ def _put_objects_in_row(plan: _RoomLayout, row: Sequence[int], y: float) -> None
 def _put_furniture_along_walls(
     plan: _RoomLayout, back_wall_furniture: Sequence[int], furniture_by_stand: Mapping[str, Sequence[int]]
 ) -> None:
-    """Put furniture along the back wall, then along the side walls. Doors are left, windows right."""
+    """Put furniture along the back wall and the side walls, doors at the left and windows at the right."""
     bodies, x = plan.bodies, 0.2
     back = max([bodies[i].size[1] for i in back_wall_furniture], default=0.4)
     side = {3: plan.depth - back - 0.5, 1: plan.depth - back - 0.5}
@@ -295,7 +295,7 @@ def _put_at_side_wall(
     free_depth_by_quarters: dict[int, float],
     height: float = 0.0,
 ) -> None:
-    """Put an object with its back to the left wall (``quarters`` is 1) or the right wall (it is 3)."""
+    """Put an object with its back to the left wall (1 quarter turn) or the right wall (3 quarter turns)."""
     width, depth, _ = plan.bodies[thing].size
     x = depth / 2 + 0.01 if quarters == 1 else plan.width - depth / 2 - 0.01
     plan.put_object(thing, x, free_depth_by_quarters[quarters] - width / 2, quarters, height)

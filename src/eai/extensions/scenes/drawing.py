@@ -192,7 +192,7 @@ def _draw_object_rectangle(tile: ObjectRectangle, max_width: int) -> Drawing:
 def _draw_objects_in_relation(
     relation_label: str, tiles: Sequence[ObjectRectangle], max_width: int
 ) -> Drawing:
-    """Draw the rectangles of all objects that have one relation to the object around them, in a frame."""
+    """Draw a frame with the rectangles of all objects that have one relation to the surrounding object."""
     top = _PAD + TEXT_SIZE + 5
     content = _pack_boxes(
         [_draw_object_rectangle(tile, max_width - 2 * _PAD) for tile in tiles], max_width - 2 * _PAD

@@ -137,7 +137,7 @@ def read_object_locations(state: State) -> ObjectLocations:
     """
     vocabulary, scene = state.scene.vocabulary, state.scene
     if not {*SUPPORTS, _FLOORS} <= {predicate.name for predicate in vocabulary.predicates}:
-        raise InputError(f"cannot build a scene: this world lacks the predicates {INSIDE}, {ON} or floor")
+        raise InputError(f"cannot build a scene: this world needs the predicates {INSIDE}, {ON} and floor")
     floors = tuple(iterate_bits(state.mask(_FLOORS)))
     shapeless = {
         *floors,

@@ -181,7 +181,7 @@ class Placer:
         return self._find_free_pose(thing, within, FLAT, f"next to {self.names[other]}")
 
     def _list_strips_beside(self, thing: int, other: int) -> list[Box]:
-        """Return four strips of floor along the sides of another object, in which an object is next to it."""
+        """Return four strips of floor along the sides of another object, for objects that are next to it."""
         (x0, y0, _), (x1, y1, _) = self.find_bounds(other)
         narrow, wide = sorted(self.bodies[thing].size[:2])
         reach, more = narrow + 0.03, 0.4 * wide

@@ -88,7 +88,7 @@ class _VerifierTools:
             await _kill(self._idle.pop())
 
     async def _ask(self, process: Process, request: bytes) -> bytes:
-        """Send a request to a process. Return the reply, or nothing if the process ended without a reply."""
+        """Send a request to a process. Return the reply; empty if the process ended without a reply."""
         reply = b""
         try:
             reply = await asyncio.wait_for(_exchange(process, request), self._seconds)
