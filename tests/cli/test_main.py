@@ -220,7 +220,8 @@ def test_a_distribution_adds_commands_at_the_top_and_below_a_group(tmp_path: Pat
     wrong = ran("score", "--help")
     assert (wrong.returncode, wrong.stderr) == (
         2,
-        "eai: rename the entry point score nap in eai.commands: score is a command, not a group\n",
+        "eai: rename the entry point score nap in eai.commands: "
+        "score is a command and can have no subcommand\n",
     )
 
 

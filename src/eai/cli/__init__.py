@@ -54,7 +54,7 @@ _METAVARS: Mapping[str, str] = {
     }.items()
     for option in options.split()
 }
-"""Names that the help shows for the values of options, by option, if the type gives no good name."""
+"""Placeholders for the values of options in the help, by option. Other options show the name of the type."""
 
 _PANELS = 80
 """Minimum width of a terminal, in characters, for help in panels.
@@ -198,7 +198,8 @@ def _load_command(path: str, panel: str | None = None) -> Any:
         if group == path:
             if not isinstance(command, TyperGroup):
                 raise InputError(
-                    f"rename the entry point {below} in {_COMMANDS}: {path} is a command, not a group"
+                    f"rename the entry point {below} in {_COMMANDS}: "
+                    f"{path} is a command and can have no subcommand"
                 )
             command.add_command(_load_command(below), leaf)
     return command

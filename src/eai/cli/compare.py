@@ -66,9 +66,9 @@ def compare(
         )
     shared = [place for place in before if place in after]
     if not shared:
-        hint = ", with equal game rules" if any(place.rules for place in (*before, *after)) else ""
+        hint = ", under the same game rules" if any(place.rules for place in (*before, *after)) else ""
         raise InputError(
-            f"{first} and {second}: found no records of equal domain, ability and protocol in both{hint}"
+            f"{first} and {second}: expected records of the same domain, ability and protocol{hint}"
         )
     for place in before.keys() ^ after.keys():
         print_note(f"only one side has {place}")
@@ -77,7 +77,9 @@ def compare(
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records)
         if not comparison.tasks:
-            raise InputError(f"{first} and {second}: found no task of {place} with a scored answer in both")
+            raise InputError(
+                f"{first} and {second}: expected scored answers to the same tasks of {place}, found none"
+            )
         if as_json:
             printed.append(_comparison_to_json(one, other, comparison))
             continue
@@ -217,7 +219,7 @@ def _print_comparison(
 
 
 def _make_comparison_caption(comparison: RunComparison) -> str:
-    """Return the caption of the table, which names the tests behind the p values."""
+    """Return the caption of the table of differences: the statistical tests that give its p values."""
     kinds = {difference.yes_no for difference in comparison.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"

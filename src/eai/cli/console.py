@@ -1,4 +1,4 @@
-"""Consoles of all commands, and lines that several commands print."""
+"""Rich consoles on which all commands print, and lines that several commands print."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ app = typer.Typer(no_args_is_help=True)
 @app.command("fetch")
 def fetch_data(
     data: DataFolder = None,
-    place: Annotated[Path | None, make_flag("--from")] = None,
+    archives: Annotated[Path | None, make_flag("--from")] = None,
     force: bool = False,
     as_json: AsJson = False,
 ) -> None:
@@ -49,12 +49,12 @@ def fetch_data(
     Example: eai data fetch
 
     Options:
-        place: A downloaded archive, or a folder of archives; works offline.
+        archives: A downloaded archive, or a folder of archives; works offline.
         force: Fetch and convert again.
     """
     with show_data_progress() as report:
         packs = find_packs()
-        made = fetch_packs(open_store(data), packs=packs, place=place, force=force, report=report)
+        made = fetch_packs(open_store(data), packs=packs, place=archives, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
     folder = open_store(data).folder
     print_result(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)
@@ -140,7 +140,7 @@ def print_statistics(
         list[str] | None, make_flag(help=f"{DOMAIN_HELP} The paper's two if not given.")
     ] = None,
     by_task: bool = False,
-    shapes: Annotated[bool, make_flag("--distributions")] = False,
+    distributions: bool = False,
     out: Path = Path("statistics"),
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -151,7 +151,7 @@ def print_statistics(
 
     Options:
         by_task: Write a file with the features of each task.
-        shapes: Write and draw distributions (needs the extra 'plots').
+        distributions: Write and draw distributions (needs the extra 'plots').
         out: Folder of the files.
     """
     benchmarks = [find_benchmark(name) for name in domain or list_paper_benchmarks()]
@@ -162,7 +162,7 @@ def print_statistics(
         if by_task:
             profiles = [each.table_row for each in profile_tasks(benchmark, source)]
             written += write_files(out, {f"{benchmark.name}-tasks.csv": format_rows_as_csv(profiles)})
-        written += _write_task_distributions(benchmark, source, out) if shapes else []
+        written += _write_task_distributions(benchmark, source, out) if distributions else []
     if as_json:
         print_json(
             [

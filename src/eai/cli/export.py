@@ -110,7 +110,9 @@ def export_prompts(
     """
     if is_prompt_list_file(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
-            raise InputError(f"--out {out}: expected one --domain and one --ability")
+            raise InputError(
+                f"--out {out}: the file holds prompts of one suite; give one --domain and one --ability"
+            )
         chosen = (
             partial(select_entries_of_tasks, tasks=tasks, sample=sample, seed=seed)
             if tasks or sample
@@ -285,7 +287,7 @@ def _make_rows_with_rewards_of_records(
 
 
 def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:
-    """Return the splits of a domain: the files of a folder of task files, or one split with all tasks."""
+    """Return the name and the benchmark of each split: each file of a folder of task files, or all tasks."""
     folder = Path(domain)
     if not folder.is_dir():
         return [(TRAIN, domain)]
@@ -293,7 +295,7 @@ def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:
 
 
 def _write_data_set_and_count_rows(rows: Iterable[TrainingRow], out: Path, file_format: _Format) -> int:
-    """Write a data set, and return its number of rows. No file exists before all of them are complete."""
+    """Write a data set, and return its number of rows. Its files appear only when all are complete."""
     made = list(rows)
     if file_format == "jsonl":
         write_files_atomically({out: _format_json_lines(made)})

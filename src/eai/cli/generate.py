@@ -304,7 +304,7 @@ def _count_plans_that_val_cannot_judge(
             verdict = validate_with_val(val, domain, task, task.script)
             if verdict == NOT_VALID:
                 raise EaiError(
-                    f"{task.id}: VAL rejects the plan that solves the task here, so no file is written; "
+                    f"{task.id}: VAL rejects a plan that eai accepts, so no file is written; "
                     "report this contradiction, or leave out --val"
                 )
             unanswered += verdict != VALID

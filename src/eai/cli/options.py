@@ -1,4 +1,4 @@
-"""Options of several commands, each with one name, one help text and one panel."""
+"""Options that several commands share: the name of each, its help text and its panel in the help."""
 
 from __future__ import annotations
 

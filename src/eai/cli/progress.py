@@ -31,7 +31,7 @@ LONGEST_SILENCE = 60
 """Maximum seconds without a line of progress, once some work is done."""
 
 LINES = 10
-"""Number of equal parts of some work. Without a terminal, a progress line is due after each part."""
+"""Number of equal parts of some work. If the output is no terminal, a line is due after each part."""
 
 PARTS_BEFORE_FIRST_ESTIMATE = 100
 """Without a terminal, a progress line with the time left is due after this number of finished parts."""
@@ -98,8 +98,8 @@ def show_run_progress(title: str, *, quiet: bool) -> AbstractContextManager[Prog
     """Show the progress of a run on standard error: a line that changes on a terminal, else lines.
 
     The line tells the answers, the seconds since the last answer, the speed and the time left. On a terminal
-    it disappears when the run ends. The first failure has a line of its own, because a run that can only fail
-    may be long. With ``quiet``, nothing is shown, and the block gets None.
+    it disappears when the run ends. The first failure has a line of its own, because all later answers may
+    fail, too. With ``quiet``, nothing is shown, and the context manager yields None.
     """
     if quiet:
         return nullcontext()
@@ -130,7 +130,7 @@ def make_scoring_progress_display(
         kept: number of answers that an interrupted command scored, which take no time.
         quiet: show nothing.
     """
-    progress, done = _WorkProgress(PATIENCE, kept=kept), kept
+    progress, done = _WorkProgress(PATIENCE, finished_before=kept), kept
 
     @contextmanager
     def show_progress_of_file(title: str) -> Iterator[ProgressCallback]:
@@ -153,7 +153,8 @@ def show_generation_progress(title: str, total: int, *, quiet: bool) -> Iterator
     if quiet:
         yield lambda made, refused: None
         return
-    with _WorkProgress(PATIENCE, beside=WIDTH_WITHOUT_TITLE + REFUSED_COUNT_WIDTH).show(title) as watch:
+    width = WIDTH_WITHOUT_TITLE + REFUSED_COUNT_WIDTH
+    with _WorkProgress(PATIENCE, width_without_title=width).show(title) as watch:
         yield lambda made, refused: watch(made, total, refused)
 
 
@@ -163,19 +164,25 @@ class _WorkProgress:
     The time left is estimated from the mean speed since this object was created.
 
     Args:
-        first: minimum seconds before the first line, without a terminal.
+        first_delay: minimum seconds before the first line, if the output is no terminal.
         unit: text after the numbers of parts, such as `` MB``.
-        beside: width of a progress bar without its title, in characters.
-        kept: number of parts that an interrupted command finished; they do not count in the mean speed.
+        width_without_title: width of a progress bar without its title, in characters.
+        finished_before: number of parts that an interrupted command finished; they do not count in the mean
+            speed.
     """
 
     def __init__(
-        self, first: float = 0, unit: str = "", beside: int = WIDTH_WITHOUT_TITLE, kept: int = 0
+        self,
+        first_delay: float = 0,
+        unit: str = "",
+        width_without_title: int = WIDTH_WITHOUT_TITLE,
+        finished_before: int = 0,
     ) -> None:
         self._console = get_error_console()
-        self._lines = _RateLimitedLinePrinter(self._console, first)
+        self._lines = _RateLimitedLinePrinter(self._console, first_delay)
         self._began = time.monotonic()
-        self._unit, self._beside, self._kept = unit, beside, kept
+        self._unit, self._width_without_title = unit, width_without_title
+        self._finished_before = finished_before
 
     def show(self, title: str) -> AbstractContextManager[_WorkProgressCallback]:
         """Show the progress by a bar on a terminal, or by lines in other output."""
@@ -185,7 +192,7 @@ class _WorkProgress:
 
     def _estimate_seconds_left(self, done: int, total: int) -> float | None:
         """Return the seconds for the remaining parts, or None if no part is finished or none remains."""
-        new = done - self._kept
+        new = done - self._finished_before
         return (time.monotonic() - self._began) / new * (total - done) if new > 0 and done < total else None
 
     @contextmanager
@@ -199,8 +206,8 @@ class _WorkProgress:
             TextColumn("{task.fields[rate]}"),
             TextColumn("{task.fields[left]}"),
         )
-        # a narrower column would cut counts and times off
-        title = _cut_off_start(title, self._console.width - self._beside)
+        # with a longer title, the terminal would cut counts and times off
+        title = _cut_off_start(title, self._console.width - self._width_without_title)
         with Progress(*columns, console=self._console, transient=True) as bar:
             task = bar.add_task(title, total=None, rate="", left=_UNKNOWN_TIME)
 
@@ -218,7 +225,7 @@ class _WorkProgress:
         seconds = time.monotonic() - self._began
         pace = "" if refused is None or not seconds else f", {refused} refused, {done / seconds:.1f}/s"
         left = self._estimate_seconds_left(done, total)
-        has_enough = done - self._kept >= min(PARTS_BEFORE_FIRST_ESTIMATE, total // LINES)
+        has_enough = done - self._finished_before >= min(PARTS_BEFORE_FIRST_ESTIMATE, total // LINES)
         is_shown = left is not None and (has_enough or left >= LONGEST_SILENCE)
         about = f", about {_format_seconds(left or 0)} left" if is_shown else ""
         count = f": {done}/{total}{self._unit}" if total else ""
@@ -340,7 +347,7 @@ class _RateLimitedLinePrinter:
         self._lock = Lock()
 
     def print_line_if_due(self, line: str, done: int, total: int) -> None:
-        """Print a line about the work done so far, if a line is due."""
+        """Print a line about the work done so far, if enough time or work has passed since the last line."""
         with self._lock:
             now = time.monotonic()
             step = done * LINES // total if total else LINES

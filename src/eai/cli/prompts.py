@@ -153,10 +153,10 @@ def open_acting_suite_and_task_ids(
 def select_tasks_of_suites(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:
     """Return for each suite the tasks that ``--tasks`` names, or all tasks, up to a limit.
 
-    A suite is an ability in a benchmark.
+    A suite is an ability in a benchmark. The value ``short`` names the tasks of its short test.
 
     Raises:
-        InputError: No suite has a task of this name, or a suite has no short test.
+        InputError: No suite has a task of a given name, or a suite has no short test.
     """
     if tasks == SHORT:
         wanted = [_list_task_ids_of_short_test(suite) for suite in suites]

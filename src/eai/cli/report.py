@@ -179,7 +179,7 @@ def read_domain_data_for_explorer_page(
 
 
 def _find_animation_link(out: Path, record: Record) -> str:
-    """Return the link to an answer's film (`eai explain --film OUT/films`), or None if there is no film."""
+    """Return the path, in the report, of an answer's animation (`eai explain --film`); empty if none."""
     address = f"{_FILMS}/{make_film_file_name(record)}"
     return address if (out / address).is_file() else ""
 

@@ -250,7 +250,7 @@ def _leave_out_long_tasks(
 
 
 def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
-    """Print the results of several models in one suite (ability in a benchmark)."""
+    """Print the results of several models in one suite: the tasks of a benchmark for one ability."""
     print_results(
         {each.model: each.totals for each in outcomes}, spec.combined_study_options.results_heading, wide=wide
     )

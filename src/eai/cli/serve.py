@@ -54,9 +54,9 @@ def mcp(
     Over standard input the process serves one task. With --port each task has a ticket in OUT/tickets.json.
     The agent sends the ticket as a bearer token. A ticket is for one episode, which cannot be restarted.
 
-    OUT/NAME_outputs.jsonl collects the episodes for eai score: each when it ends, and all that have begun
-    when the server starts or stops. The same command continues unfinished episodes. The agent must not be
-    able to read or write OUT.
+    OUT/NAME_outputs.jsonl collects the episodes for eai score. An episode is added when it ends, and
+    unfinished episodes are added when the server starts or stops. The same command continues unfinished
+    episodes. The agent must not be able to read or write OUT.
 
     Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
 
@@ -128,7 +128,7 @@ def _serve_plan_verifier_tools(**other_options: object) -> None:
 
 
 def _write_access_tickets(out: Path, answer_by_ticket: Mapping[str, AnswerKey]) -> Path:
-    """Write the file of tickets, the secrets by which callers open their task; only its owner can read it."""
+    """Write the file of tickets (secrets with which agents open their tasks). Only its owner can read it."""
     rows = [
         {"identifier": task_id, "epoch": epoch, "ticket": ticket}
         for ticket, (task_id, epoch) in answer_by_ticket.items()

@@ -66,9 +66,9 @@ def print_note_if_incomplete(suite_name: str, coverage: TaskCoverage) -> None:
 
 
 def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTotals]) -> Table:
-    """Return a table of percentages: a row for each metric of one model, or for each of several models.
+    """Return a table of percentages with one decimal.
 
-    Percentages have one decimal.
+    With one model, each row is a metric; with several models, each row is a model.
 
     Args:
         title: Title of the table.
@@ -125,7 +125,7 @@ def result_to_json(totals: RunTotals, folder: Path | None) -> dict[str, Json]:
 
 
 def format_heading(metric: str) -> str:
-    """Return a metric's name, broken into short lines."""
+    """Return a metric's name as a column heading: broken into short lines."""
     *groups, measure = _GROUPED.split(metric)
     words = [word for group in groups for word in group.split("_")]
     last = [_SHORT[measure]] if measure in _SHORT else measure.split("_")

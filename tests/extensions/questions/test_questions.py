@@ -96,7 +96,9 @@ def test_with_and_without_the_rules_are_compared(eai: Command, written: Path, tm
     assert eai("score", answers, *ASKED, other, "--out", tmp_path / "other").status == 0
     refused = eai("compare", tmp_path / "told", tmp_path / "other")
     assert refused.status == 2
-    assert "found no task of world_model, protocol strict with a scored answer in both" in refused.err
+    assert (
+        "expected scored answers to the same tasks of world_model, protocol strict, found none" in refused.err
+    )
 
 
 def test_help_names_the_command_that_writes_questions(eai: Command) -> None:
