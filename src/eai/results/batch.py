@@ -260,7 +260,7 @@ def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict
 
 
 def _find_harness_and_game_rules(ability: Ability, answers: ResponseFile) -> Experiment:
-    """Return the first harness that answers name, and the game rules of the first readable answer.
+    """Return the first harness named in the answers, and the game rules of the first readable answer.
 
     A harness is the program that lets a model act.
     """

@@ -100,14 +100,15 @@ class _RateWithErrorBySamplingUnit:
 
     @property
     def variance_without_pseudo_units(self) -> float:
-        """Variance of the estimate from the real units (tasks) alone, without the two pseudo-units."""
+        """Variance of the estimate from tasks alone, without the two imagined units of `variance`."""
         return sum(added * added for added in self.of_units.values())
 
     @property
     def variance(self) -> float:
         """Variance of the estimate, never zero.
 
-        The sum of the jackknife variance over the real units and the variance of the two pseudo-units.
+        The sum of the jackknife variance over the units (tasks or groups of near copies) and the variance of
+        two imagined units (pseudo-units), which keep it above zero if all tasks are right, or all wrong.
         """
         left_out = (
             added / (1 - self.weights[unit])
@@ -127,7 +128,7 @@ class _RateWithErrorBySamplingUnit:
 def compute_rate_with_error_by_sampling_unit(
     shares_by_unit: Mapping[str, Share],
 ) -> _RateWithErrorBySamplingUnit | None:
-    """Return a rate with the part of its error from each unit; None if its denominator is zero.
+    """Return a rate, with the contribution of each unit to its error; None if its denominator is zero.
 
     A unit is a task, or a group of tasks that are nearly copies of each other.
 
@@ -152,7 +153,7 @@ def compute_rate_with_error_by_sampling_unit(
 def compute_weighted_mean_of_rates(
     weighted_rates: Sequence[tuple[float, _RateWithErrorBySamplingUnit]],
 ) -> _RateWithErrorBySamplingUnit:
-    """Return the weighted mean of rates of the same tasks, with the part of its error from each unit.
+    """Return the weighted mean of rates of the same tasks, with the contribution of each unit to its error.
 
     A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit
     (`_RateWithErrorBySamplingUnit`) is right in all rates, or wrong in all rates.
@@ -259,7 +260,7 @@ def sum_shares_by_task(cases: TaskContributions) -> dict[str, Share]:
 
 
 def sum_shares_by_task_name(cases: TaskContributions) -> dict[str, Share]:
-    """Return a mapping from each name to the numerator and denominator that its tasks add to a rate."""
+    """Return a mapping from each task name to the numerator and denominator that its tasks add to a rate."""
     return _sum_shares_by_unit([(case.name, case.share) for case in cases])
 
 
@@ -310,7 +311,7 @@ def _compute_confidence_intervals_of_rate(cases: TaskContributions) -> Confidenc
 def compute_mean_intervals(parts: Sequence[tuple[float, TaskContributions]]) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a weighted mean of rates on the same tasks.
 
-    The result is None if a rate has no cases.
+    The result is None if no task contributes to one of the rates.
 
     Args:
         parts: the weight of each rate, with the contributions of tasks to the rate; the weights sum to 1.

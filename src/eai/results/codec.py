@@ -311,7 +311,7 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
 
 
 def _convert_explanation_goals_to_mapping(explanation: Any) -> Any:
-    """Return the explanation of a verdict from JSON, with its list of goals as a mapping by their texts."""
+    """Replace the list of goals in the stored explanation of a verdict by a mapping from the goals' texts."""
     if not isinstance(explanation, dict) or not isinstance(explanation.get("atoms"), list):
         return explanation
     atoms = {
@@ -344,7 +344,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_sc
     }
     if "tried_actions" in _list_dataclass_fields(declared) and isinstance(
         values.get("attempts"), int
-    ):  # schema 2 has the number of tried actions in `attempts`
+    ):  # records of schema 2 store `tried_actions` under the name `attempts`
         fields["tried_actions"] = values["attempts"]
     return _parse_value(declared, {**fields, "excluded": reason, "repairs": repairs[repairs_before_scoring:]})
 

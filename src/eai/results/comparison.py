@@ -38,7 +38,9 @@ _ROUNDING = 1e-12
 
 
 def compute_sign_flip_p(differences: Sequence[int]) -> float:
-    """Return the exact two-sided p value of a sum of differences, if plus and minus are equally likely.
+    """Return the exact two-sided p value of a sum of differences (sign-flip test).
+
+    Under the null hypothesis, each difference is positive or negative with equal probability.
 
     Args:
         differences: for each unit (a task or a name), how many more of its tasks are right in the second run
@@ -103,8 +105,9 @@ class MetricDifference:
     Attributes:
         first: the rate in the first run.
         second: the rate in the second run.
-        certainty: intervals of second minus first, in percentage points; None if no task contributes.
-        p_value: p value of the test that exchanges all tasks of a name together.
+        certainty: confidence intervals of second minus first, in percentage points; None if no task
+            contributes.
+        p_value: p value of the test that exchanges all tasks with the same name together.
         p_by_task: p value of the test that exchanges each task alone, as if all were independent.
         yes_no: whether each task contributes 0 or 1; then the test by task is McNemar's.
         only_first: tasks that only the first run gets right; empty for metrics without yes or no.
@@ -202,8 +205,8 @@ def compare_metric(first: TaskContributions, second: TaskContributions, *, yes_n
     Args:
         first: contribution of each task in the first run.
         second: contribution of each task in the second run.
-        yes_no: whether each task contributes 0 or 1. The mean over several answers to a task may be a
-            fraction.
+        yes_no: whether the metric counts a single answer as 0 or 1. With several answers to a task, the
+            contribution of the task may still be a fraction.
     """
     yes_no = yes_no and all(case.share.numerator in _WRONG_AND_RIGHT_NUMERATOR for case in (*first, *second))
     right_in_first, right_in_second = (

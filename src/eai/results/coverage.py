@@ -88,7 +88,7 @@ class TaskCoverage:
         return f"{self.answered}/{'?' if self.tasks is None else self.tasks}"
 
     def to_json(self) -> dict[str, Json]:
-        """Return the coverage as in ``summary.json``."""
+        """Return the numbers of answered and unanswered tasks, in the form of ``summary.json``."""
         return {
             "tasks": self.tasks,
             "answered": self.answered,
@@ -103,7 +103,7 @@ class TaskCoverage:
 
 
 def combine_coverage(coverages: Iterable[TaskCoverage]) -> TaskCoverage | None:
-    """Return the sum of the coverage of several suites (abilities in benchmarks), or None without suites."""
+    """Return the numbers of answered and unanswered tasks in several suites together; None without suites."""
     coverages_of_suites = tuple(coverages)
     return reduce(TaskCoverage.__add__, coverages_of_suites) if coverages_of_suites else None
 

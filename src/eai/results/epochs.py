@@ -87,7 +87,7 @@ def _normalise_json_value(value: object, answer_format: QuestionAndAnswerDeclara
         return "{" + ",".join(members if answer_format.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
         elements = [_normalise_json_value(item, answer_format) for item in value]
-        is_goal = all(isinstance(item, str) for item in value)  # such as ["inside", "rag", "bucket"]
+        is_goal = all(isinstance(item, str) for item in value)  # a goal, such as ["inside", "rag", "bucket"]
         is_set = answer_format.lists_are_sets and not is_goal
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
     return json.dumps(_normalise_spaces(value) if isinstance(value, str) else value)
@@ -107,15 +107,17 @@ SUBGOALS = "subgoals"
 
 @dataclass(frozen=True, slots=True)
 class ModelBeliefsInPrompts:
-    """Beliefs: goals or scenes as a model understands them, which questions state instead of the true ones.
+    """A model's beliefs on tasks: goals that it stated, or scenes that it perceived.
+
+    Questions state the beliefs instead of the true goals and scenes.
 
     Attributes:
         beliefs: mapping from each task to the belief that its question states.
         experiment: the options of a run with these questions, as records store them.
         missing_reason: reason why tasks without a belief have no question.
         metadata: mapping from each task to the metadata of its question, for built-in models.
-        summaries: for each task, a mapping from names of studies (variations of questions) to the values that
-            they report on the belief.
+        summaries: for each task, a mapping from names of studies (variations of questions) to values that
+            records store on the task's belief, such as its number of errors.
         look: function that simulates how a changed scene is perceived; None if questions describe the scene
             without errors.
     """
@@ -128,12 +130,12 @@ class ModelBeliefsInPrompts:
     look: ScenePerception | None = None
 
     def add_goals_from_other_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
-        """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
+        """Return beliefs with these scenes and the goals of ``goal_beliefs``.
 
         Only tasks with both a scene and goals remain.
 
         Raises:
-            InputError: this object and ``goal_beliefs`` have different values of one option of the run.
+            InputError: the two have different values of one option of the run.
         """
         shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
         return ModelBeliefsInPrompts(
@@ -192,8 +194,8 @@ def add_experiment_and_stated_beliefs(
 ) -> Record:
     """Return the record with the options of its run.
 
-    If the question stated goals or a scene as a model understood them (`ModelBeliefsInPrompts`), the record
-    also gets the values of studies on these beliefs, such as the number of errors in a scene.
+    If the question stated beliefs of a model (`ModelBeliefsInPrompts`), the record also gets the values that
+    studies report on the beliefs, such as the number of errors in a scene.
     """
     return (record if beliefs is None else beliefs.add_model_belief_to_record(record)).add_experiment(
         experiment
@@ -304,7 +306,7 @@ class SuiteResult:
         return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
 
     def map_tasks_to_epoch_of_shown_answer(self) -> dict[str, int]:
-        """Return for each task the first epoch (round of answers) with the answer in the task's record."""
+        """Return for each task the first epoch (round of answers) whose answer is the one in `records`."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.map_keys_to_records().items():

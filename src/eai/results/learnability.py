@@ -29,7 +29,7 @@ from eai.results.reward import Reward
 from eai.tasks.source import Source, TaskSet
 
 _RANDOM_SEED = "0 1 1"
-"""Seed 0, epoch 1 and attempt 1 of answers by `eai/random`, equal to those of its first answers in a run."""
+"""Seed, epoch and attempt of answers by `eai/random`, as of its first answers in a run."""
 
 
 class _TrivialBaselineRewards(NamedTuple):

@@ -317,7 +317,7 @@ def compute_executed_share(answer: AnswerLine) -> Share:
 
 
 def compute_goal_share(answer: AnswerLine) -> Share:
-    """Return the contribution of an answer with a plan or subgoals to the share of goals reached."""
+    """Return how many goals a plan or subgoals reach, and out of how many; 0 of 0 for other answers."""
     if answer.success is None:
         return EMPTY_SHARE
     met = (answer.state_met, answer.relation_met, answer.action_met)

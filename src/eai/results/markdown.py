@@ -14,7 +14,7 @@ NO_NUMBER_MARK = "–"
 def format_markdown_table(table: Table) -> str:
     """Return a table and its footnotes as Markdown.
 
-    Below a row with intervals stands a row with these intervals.
+    Intervals of a row are printed in a row of their own, below it.
     """
     columns = table.columns_with_headings
     lines = [line for row in table.rows for line in _format_row(columns, row)]

@@ -20,12 +20,12 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""Mapping from each option in old records to its study (variation of questions) and its word in tables."""
+"""Mapping from each option in old records to its study (variation of questions) and its name in tables."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Names of options in old records whose values are texts, such as the name of the prompts."""
+"""Names of the options that old records store as texts, such as `prompt_name`."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),

@@ -202,7 +202,7 @@ class ScoresOfPublishedAnswers:
     notes: tuple[str, ...] = ()
 
     def find_rates(self, model: str) -> Mapping[str, Rate]:
-        """Return a mapping from metrics to the rates of a model's answers."""
+        """Return a mapping from names of metrics to the rates that a model's answers reach."""
         return compute_rates([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
     def find_coverage(self, model: str) -> TaskCoverage:
@@ -213,7 +213,7 @@ class ScoresOfPublishedAnswers:
 
 @dataclass(frozen=True, slots=True)
 class _PublishedScores:
-    """The scores of published answers to all suites (abilities in benchmarks).
+    """The scores of published answers to all suites. A suite has the tasks of a benchmark for one ability.
 
     Attributes:
         schema: version of the format.

@@ -68,7 +68,7 @@ def read_columns(
 
 
 def _has_shared_prefixes_after_size_check(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
-    """Raise InputError if a group of rows unpacks to too many bytes.
+    """Raise InputError if a group of rows is too large after decompression.
 
     Return whether some texts are stored without the beginning that they share with the text before. Such a
     text may be much larger than its bytes in the file.

@@ -87,7 +87,7 @@ def publish_records(partial_file: Path, file: Path, totals: RunTotals) -> None:
         new_file.unlink(missing_ok=True)
         try:
             os.link(partial_file, new_file)
-        except OSError:  # the file system has no links
+        except OSError:  # the file system supports no hard links
             shutil.copyfile(partial_file, new_file)
         new_file.replace(file)
         # if both names were already links to one file, `replace` did nothing

@@ -128,22 +128,22 @@ def make_figure(width: float, height: float) -> Figure:
 
 
 def make_canvas(
-    size: tuple[float, float], across: tuple[float, float], up: tuple[float, float]
+    size: tuple[float, float], x_limits: tuple[float, float], y_limits: tuple[float, float]
 ) -> tuple[Figure, Axes]:
-    """Return an empty figure, and a panel without axes that fills it. Items in the panel need no layout.
+    """Return an empty figure, and a panel without axes that fills it, for items with given coordinates.
 
     Args:
         size: width and height of the figure, in inches.
-        across: horizontal coordinates of the left and right edge.
-        up: vertical coordinates of the lower and upper edge.
+        x_limits: horizontal coordinates of the left and right edge.
+        y_limits: vertical coordinates of the lower and upper edge.
     """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size)
     panel = figure.add_axes((0, 0, 1, 1))
     panel.set_axis_off()
-    shape = (size[1] / size[0]) * abs((across[1] - across[0]) / (up[1] - up[0]))
-    panel.set(xlim=across, ylim=up, aspect=shape, anchor="S")
+    shape = (size[1] / size[0]) * abs((x_limits[1] - x_limits[0]) / (y_limits[1] - y_limits[0]))
+    panel.set(xlim=x_limits, ylim=y_limits, aspect=shape, anchor="S")
     return figure, panel
 
 

@@ -109,7 +109,7 @@ class Record:
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
-        """Return the record with further options of its run, which replace options of the same study."""
+        """Return the record with further options of its run. They replace its options of the same study."""
         if experiment == Experiment():
             return self
         return replace(self, experiment=(self.experiment or Experiment()).replace_study_settings(experiment))

@@ -172,7 +172,7 @@ _OPTIONAL_FIELDS = frozenset({"planner", "run", "by_attempt"})
 def format_summary(
     totals: RunTotals, run: Mapping[str, Json], rates_by_attempt: Sequence[Mapping[str, Rate]]
 ) -> str:
-    """Return the content of ``summary.json``: the rates of a run, and its `RunFieldAndRatesByAttempt`."""
+    """Return the content of ``summary.json``: a run's rates, its field ``run``, and its rates by attempt."""
     first, errata = totals.first_record, totals.errata
     fields: dict[str, Json] = {
         "protocol": first.protocol.value,

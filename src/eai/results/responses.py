@@ -61,7 +61,7 @@ class Response:
 
 
 ResponseRow: TypeAlias = Response | bytes | Mapping[str, object]
-"""An answer, or an unparsed row of a file that another process will parse (`read_response`)."""
+"""An answer, or a row of a response file that is not parsed yet, for a worker to parse (`read_response`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +70,10 @@ class ResponseFile:
 
     Attributes:
         model: name of the model.
-        responses: the answers; if a task may have several, they are read from the file at each iteration.
+        responses: the answers. If a task may have several answers, each iteration reads the file again.
         skipped_rows: number of rows that are left out because the data set does not have their tasks.
-        further_epochs: the answers of further rounds, if tasks count by the mean over all rounds.
+        further_epochs: the answers of further epochs (rounds of answers), if a task counts by its mean over
+            all epochs.
     """
 
     model: str
@@ -103,7 +104,7 @@ class ResponseFile:
     def split_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
         """Group the answers by the key that a function computes from each answer's text; keep their order.
 
-        Only this file's answers are grouped. The answers of `further_epochs` are left out of the result.
+        The answers of `further_epochs` (rounds after the first) are left out.
         """
         if isinstance(self.responses, _AnswersKeptInFile):
             parts: dict[T, Collection[Response]] = {**self.responses.split_by_key(key)}

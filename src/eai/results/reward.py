@@ -59,14 +59,14 @@ class Shaping(str, Enum):
     Goals that held at the start do not count.
     """
     DIAGNOSIS = "diagnosis"
-    """The reward by ``progress``, divided by one more than the number of diagnosed faults."""
+    """The reward of ``progress``, divided by 1 plus the number of diagnosed faults."""
     REPAIR = "repair"
     """A reward that falls with the number of edits that a plan needs to succeed."""
     PARTIAL = "partial"
     """The gain in partial success up to the error that ended the answer.
 
     Partial success is the share of goal conditions that a plan meets. In abilities without partial success,
-    the reward is that by ``progress``.
+    the reward equals the reward of ``progress``.
     """
 
 
@@ -163,7 +163,7 @@ class Reward:
 
     It depends only on the task and the text of the answer. It may be called from any number of threads. It
     can be pickled, because its suite is pickled by name. Operators are compared with the gold operators and
-    never given to a planner. A planner takes seconds, and operators without preconditions would satisfy it.
+    never given to a planner. A planner takes seconds, and it would accept operators without preconditions.
 
     Args:
         suite: the tasks. Under scoring rules other than ``strict``, rewards can break the inequalities in the
@@ -185,7 +185,9 @@ class Reward:
         self.shaping = find_enum_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
-            raise InputError(f"the shaping repair is for {plans} only, not for {suite.ability.value}")
+            raise InputError(
+                f"shaping repair: expected {plans}, found {suite.ability.value}; choose another shaping"
+            )
         if not can_earn_reward(suite.ability):
             raise InputError(f"answers to {suite.ability.value} have no reward; choose another ability")
         self.limit = limit

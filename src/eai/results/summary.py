@@ -343,7 +343,7 @@ def _add_operator_shares_to_breakdown(
 
 
 _MATCH = Share(2, 2)
-"""Numerator and denominator that a right clause adds to F1, which is 2 TP / (2 TP + FP + FN)."""
+"""Numerator and denominator that a right clause (a true positive) adds to F1: 2 TP / (2 TP + FP + FN)."""
 
 
 def _sum_rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:

@@ -132,7 +132,7 @@ class RunTotals:
 
     @property
     def agent_labels(self) -> tuple[str, ...]:
-        """Harness and effort of the model, and the rules of the game, if they are not standard."""
+        """Labels of a run with other than standard settings: harness, reasoning effort and game rules."""
         experiment = self.first_record.experiment
         if experiment is None:
             return ()

@@ -49,7 +49,7 @@ def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 _PROMPTS = "prompts"
-"""Name of the study that asks questions in other words, as records store it in the options of their run."""
+"""Name of the study that rewords questions, as records store it in the options of their run."""
 
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"

@@ -141,7 +141,7 @@ class SuiteConversations:
     """Conversations in which a model has several attempts at each task of a suite; made by `open_trials`.
 
     Attributes:
-        suite: the suite, opened for the answers (`Suite.adapt_suite_to_answers`).
+        suite: the suite, adapted to the model's answers (`Suite.adapt_suite_to_answers`).
         options: number of attempts, kind of feedback, and rate of actions made to fail.
         question_writer: writes the question of each attempt.
         tasks_with_stated_goals: mapping from ids to tasks with other goals than in the data set. Questions

@@ -204,7 +204,7 @@ class WorkerPool:
         self.close()
 
     def close(self) -> None:
-        """End the workers at once, and remove their temporary files; the next stream starts new workers."""
+        """End the workers at once, and remove their temporary files; `map_batches` starts new ones."""
         workers, self._workers = self._workers, []
         for worker in workers:
             worker.connection.close()
@@ -313,7 +313,7 @@ class WorkerPool:
         if "forkserver" in methods:
             # the start of the resource tracker unblocks interrupts, so it comes before they are blocked
             resource_tracker.ensure_running()
-            with _block_interrupts():  # workers inherit from the fork server that SIGINT is blocked
+            with _block_interrupts():  # workers inherit the blocked SIGINT
                 ensure_running()
         if self._folder is None:
             self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
@@ -360,7 +360,7 @@ def split_batches(items: Iterable[T], workers: int, first_size: int, max_size: i
 
 @contextmanager
 def _block_interrupts() -> Iterator[None]:
-    """Block interrupts until the ``with`` block ends. Processes that it starts never receive interrupts."""
+    """Block interrupts until the ``with`` block ends. Processes started in the block never receive them."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
         return
