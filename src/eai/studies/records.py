@@ -102,7 +102,7 @@ class StudyRecords:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def change_to_subfolder(self, name: str) -> StudyRecords:
-        """Return a copy whose folder for results is a subfolder of the present one."""
+        """Return a copy of these records with a subfolder of their folder for results."""
         return replace(self, folder=self.folder / name)
 
 

@@ -1,4 +1,4 @@
-"""Vary runs: a study may change the content of questions, ask a model first, or retry failed answers."""
+"""Vary runs: a study changes what questions state, asks a model before them, or retries failed answers."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class StageBeforeQuestions:
     def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
     ) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
-        """Return the prompts for a model by task, and the goals or scenes (beliefs) that they state.
+        """Return a model's prompts by task, and the beliefs (goals or scenes) that they state.
 
         Tasks without a belief are left out.
 
@@ -113,8 +113,8 @@ class StageBeforeQuestions:
     ) -> dict[str, str]:
         """Ask a model, add its scored answers to the attribute `results`, and return the answers by task id.
 
-        Unanswered tasks are left out. ``further_arguments`` (`AskModel`) give the earlier stage, and the
-        number of answers per task.
+        Unanswered tasks are left out. ``further_arguments`` are arguments of `AskModel`, such as the number
+        of answers per task.
         """
         outcome = self.ask(endpoint, prompts, suite, **further_arguments)
         self.results.append(outcome)
@@ -140,7 +140,7 @@ class VariationOptions(Options):
 
     @property
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
-        """The part of a task that questions state differently, such as its goals; empty for no part."""
+        """The part of a task, such as its goals, that questions state in another version; empty if none."""
         return ""
 
     def explain_conflict(self, other: VariationOptions) -> str:
@@ -182,7 +182,7 @@ class VariationOptions(Options):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return a stage before the run's questions that asks models, or None if the study needs no stage.
+        """Return a stage of the run that obtains goals or scenes from models before the questions, or None.
 
         Args:
             library: source of the prompts.
@@ -262,7 +262,7 @@ class _OptionsOfCombinedStudies(VariationOptions):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return the last stage that asks models before the run's questions; None if no study needs a stage.
+        """Return the last of the studies' stages before the run's questions; None if no study needs a stage.
 
         If one study finds scenes and another finds goals, the stage that finds scenes comes first.
         """

@@ -87,7 +87,8 @@ def fit_logistic_regression(
     The effects have no value if the likelihood has no maximum, or if there are fewer than two clusters.
 
     Args:
-        columns: one row per observation, one column per cofactor; a constant must be a column of its own.
+        columns: one row per observation, one column per explanatory variable. A constant must be a column of
+            its own.
         success: 0 or 1 for each observation.
         clusters: the name of each observation's cluster. Observations of a cluster depend on each other.
     """

@@ -215,7 +215,7 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
 
 def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """Yield a row for each task feature (`REGRESSION_COLUMNS`) that differs between the answers.
+    """Yield a row for each task feature (`REGRESSION_COLUMNS`) that is not the same for all answered tasks.
 
     A row has the name of the feature, its effect on success alone, and its effect in a regression with all
     features. The row also has the number of answers, and the number of different task names.
@@ -276,7 +276,7 @@ def _make_predicates_table(goals: Sequence[GoalRow]) -> Iterator[Row]:
 def _compute_success_rates(
     lines: Sequence[TidyTableLine], get_names: Callable[..., tuple[str, ...]], is_success: Callable[..., bool]
 ) -> Iterator[Row]:
-    """Yield the success rate of table rows, such as steps, for each suite, model, and action or predicate."""
+    """Yield for each suite, model, and action or predicate the share of rows (such as steps) that succeed."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
             (name, make_task_contribution(line, make_rate_contribution_of_answer(is_success(line))))

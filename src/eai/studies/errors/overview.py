@@ -32,7 +32,7 @@ _WIDTH = 0.07
 """Width of a bar, as a share of the distance between columns."""
 
 _MIN_NAMED_PERCENT = 0.3
-"""Minimum share of answers with needless steps, in percent, for a label on a bar."""
+"""Minimum percentage of answers with needless steps for a label on the hatched part of a bar."""
 
 
 @make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
@@ -144,7 +144,7 @@ def _draw_flows_from_suites_to_outcomes(
 def _draw_outcome_bars(
     panel: Axes, bars: Mapping[str, _FlowBar], with_extra_steps: Mapping[str, float]
 ) -> None:
-    """Draw the bars of outcomes with their names. The hatched share has answers with needless steps."""
+    """Draw the bars of outcomes with their names. The hatched part is answers with needless steps."""
     text_top = math.inf
     for outcome, bar in bars.items():
         panel.fill_between(

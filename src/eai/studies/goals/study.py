@@ -1,4 +1,4 @@
-"""Study goals that models state rightly, miss or invent (paper, "Goal interpretation": reporting bias)."""
+"""Study goals that models state rightly, miss or invent (reporting bias; paper, "Goal interpretation")."""
 
 from __future__ import annotations
 

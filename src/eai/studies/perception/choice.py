@@ -18,7 +18,7 @@ from eai.studies.variation import VariationOptions
 from eai.tasks.options import Arguments, WebAddress
 
 STUDY = "perception"
-"""Name under which the records of a run store how its questions show the scene."""
+"""Key in the records of a run; its value has the format of the scene in the questions."""
 
 SceneFormat: TypeAlias = Literal[
     "text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"
@@ -140,12 +140,12 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.options_label}"
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None: a first stage of the run makes the scenes, and records these options itself."""
+        """Return None: the stage of the run that makes the scenes stores these options in records."""
         return None
 
     @property
     def captioner(self) -> str | None:
-        """The model that lists a predicted scene from pictures; None for other formats."""
+        """Model that describes pictures by a scene graph; None if the scene is not ``predicted``."""
         return self.scene_model
 
     @property
@@ -167,7 +167,7 @@ class SceneOptions(VariationOptions):
     def can_question_show_scene_after_actions(self) -> bool:
         """Whether a question after some actions can show the scene as these actions changed it.
 
-        Pictures of the user, and scenes that a second model listed before the run, cannot change.
+        Pictures that the user gave, and scenes that a second model listed before the run, cannot change.
         """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 

@@ -85,7 +85,7 @@ def _draw_task_pictures(parts: DomainAndNotation, task: Task) -> Sequence[tuple[
 def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that one answer adds to each rate, by name of the rate.
 
-    A predicate has rates of its own only if a fact of the scene or of the scene graph has it.
+    A predicate has rates of its own only if it occurs in the true scene or in the answer's scene graph.
     """
     shares = {
         "right": make_rate_contribution_of_answer(verdict.success),

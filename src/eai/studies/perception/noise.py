@@ -166,7 +166,7 @@ class _NoisySceneGraphMaker:
     def _draw_unnecessary_facts(
         self, visible_facts: Sequence[SceneGraphFact], listed_facts: Sequence[SceneGraphFact]
     ) -> list[SceneGraphFact]:
-        """Return untrue facts to add to a scene graph: at most one for each visible fact.
+        """Return random untrue facts for a scene graph, at most as many as there are visible facts.
 
         They use the objects of the true scene graph. No added fact is about objects in the agent's hand.
         """
@@ -238,7 +238,7 @@ class _NoisySceneGraphMaker:
         return chosen._replace(arguments=(duplicate, *chosen.arguments[1:]))
 
     def _seed_random(self, error_kind: str, fact_or_object: str) -> random.Random:
-        """Return the random generator for one possible error: its kind, and the fact or object concerned."""
+        """Return the random generator for one possible error, seeded by its kind and its fact or object."""
         digest = hashlib.sha256(f"{self._key} {error_kind} {fact_or_object}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - noise, not secrets
 

@@ -173,7 +173,7 @@ class SceneGraphVocabulary:
 
     @cached_property
     def holding_predicate_names(self) -> tuple[str, ...]:
-        """Domain names of the predicates in prompts that say which object a hand holds."""
+        """Names, in the domain, of the predicates in prompts that state which object a hand holds."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[0])
 
     @cached_property

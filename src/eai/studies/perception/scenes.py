@@ -53,7 +53,7 @@ def _make_beliefs_about_scenes(
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
 ) -> ModelBeliefsInPrompts:
-    """Return beliefs about scenes: the scenes of scene graphs, for questions to state as if they were true.
+    """Return scenes that scene graphs describe; questions state them instead of the true scenes.
 
     Args:
         label: name of the scene format, which becomes part of the run's name.
@@ -72,7 +72,7 @@ def make_scene_beliefs(
 
 
 def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> ModelBeliefsInPrompts:
-    """Read scene graphs, and return them as beliefs about scenes (`make_scene_beliefs`).
+    """Read scene graphs, and return the scenes that they describe (`make_scene_beliefs`).
 
     Args:
         label: name of the scene format, which becomes part of the run's name.
@@ -128,7 +128,7 @@ def _describe_true_scenes(
 def _perceive_scene_before_attempt(
     options: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, changed_task: Task, attempt: int
 ) -> tuple[BelievedTask, Mapping[str, str]]:
-    """Return the scene for the question of the next attempt, after actions have changed it, and metadata.
+    """Return the scene for the question of the next attempt, as actions have changed it, with metadata.
 
     With noise, errors in the scene are drawn again, and the metadata has the text of the scene graph.
     """
@@ -286,7 +286,7 @@ def _refuse_published_prompts_of_scene(options: SceneOptions, library: PromptLib
 def collect_scene_beliefs(
     options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return beliefs about scenes: the scenes that the questions of a run state.
+    """Return the scenes that the questions of a run state.
 
     The scenes of a domain are made once for all models. If a second model (the captioner) lists the scenes,
     it is first asked about all tasks of a domain. The questions to other models then state its lists.

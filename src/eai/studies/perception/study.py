@@ -46,12 +46,12 @@ if TYPE_CHECKING:
 
 
 class _PerceptionRunOptions(SceneOptions):
-    """Options for the scene in the questions of a run. They also make the stage that prepares the scenes."""
+    """Options for the scene in the questions of a run, with a method that makes the stage for the scenes."""
 
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage of a run that makes the scenes. Its modules are imported only in a run."""
+        """Return the stage that makes the scenes before a run's questions, with late imports."""
         from eai.studies.perception.scenes import collect_scene_beliefs
 
         return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))
@@ -105,7 +105,7 @@ class _TaskWithPerceptionErrors:
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def make_contribution_to_rate(self, share: Share) -> TaskContribution:
-        """Return this task with the numerator and denominator that it adds to a given rate."""
+        """Return the contribution of this task to a rate: the given numerator and denominator."""
         return self.case._replace(share=share)
 
 
@@ -131,7 +131,7 @@ class _RunsBySceneFormat:
         return [task for name in self.runs for task in self.list_tasks_with_perception_errors(name)]
 
     def list_tasks_with_perception_errors(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
-        """Return the tasks of a run whose record has perception errors, with these and the metric."""
+        """Return the tasks of a run whose records have perception errors, with their values of the metric."""
         cases = {case.task: case for case in self.list_task_contributions_to_metric(scene_format)}
         return [
             _TaskWithPerceptionErrors(perceived, cases[record.task_id])

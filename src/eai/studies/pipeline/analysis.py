@@ -1,9 +1,9 @@
 """Find why pipelines solve fewer tasks than single abilities (paper, "Pipeline-based vs modularized").
 
 Two runs are compared on the same tasks. In the modular run, questions state the goals of the task. In the
-pipeline, they state goals that a model interpreted. Tasks are grouped by the kind of these goals, such as
-right or incomplete. With right goals, nothing is lost to interpretation. A search finds the tasks that a
-perfect second stage would solve with these goals.
+pipeline, they state goals that a model gave in goal interpretation. Tasks are grouped by the kind of these
+goals, such as right or incomplete. With right goals, goal interpretation costs nothing. A search finds the
+tasks that a perfect second stage would solve with these goals.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ _FILE_ONLY_COLUMNS = ("p", "only modular", "only pipeline")
 """Names of columns that are written to files but not shown on the screen."""
 
 _GOAL_GROUPS = ("exactly right", "all, and others", "some missing", "no answer")
-"""Groups of tasks by the goals that questions state, from exactly the task's goals to no goals."""
+"""Groups of tasks by the agreement of the goals in their questions with the tasks' goals, best first."""
 
 _GOALS = "goals"
-"""Label of a pipeline whose questions state a model's goals but no subgoals."""
+"""Label of a pipeline whose questions state the goals in a model's answers, but no subgoals."""
 
 _COMPARED = ("modular", "pipeline", "difference", "p")
 _PAPER = ("paper modular", "paper pipeline")
@@ -73,7 +73,7 @@ class _ModularAndPipelineRuns:
     """Two runs of one model on one suite: a modular run and a pipeline.
 
     Questions of the modular run state the true goals of the tasks. Those of the pipeline state goals that a
-    model interpreted.
+    model gave in goal interpretation.
 
     Attributes:
         modular: the records of the modular run, at least one.
@@ -351,7 +351,7 @@ def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Ite
 def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
     """Yield an analysis of operators in answers, then of each pipeline, and of all pipelines of a suite.
 
-    A pipeline is a run whose questions state goals that a model interpreted. A suite has all tasks of a
+    A pipeline is a run whose questions state goals that a model gave before. A suite has all tasks of a
     benchmark for one ability.
 
     Args:
@@ -390,7 +390,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
 
 def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield pairs of a run whose questions state true goals, and an equal run that states a model's goals."""
+    """Yield pairs of runs that differ only in the goals in their questions: true or a model's goals."""
     plain = {run.key: run for run in runs if not _has_pipeline_options(run)}
     pipelines = [run for run in runs if _has_pipeline_options(run)]
     if not pipelines:

@@ -52,7 +52,7 @@ SUCCESS: OperatorTestOutcome = (NOWHERE, "")
 UNTRANSLATED: OperatorTestOutcome = (TRANSLATION, "no_action")
 """Outcome of a test of operators if a step of the planner's plan corresponds to no action of the world."""
 ONLY_ACTIONS_MISSED: OperatorTestOutcome = (GOAL, "only_actions")
-"""Outcome of a test of operators if the plan misses only goals that ask for actions.
+"""Outcome of a test of operators if the plan misses only action goals (actions that must be executed).
 
 The planner is not given such goals.
 """
@@ -127,7 +127,7 @@ class _OperatorTesterInWorld:
         """
         scorer, written = self.operators.scorer(task_id), read_operators(answer, self._readings)
         if not isinstance(scorer, TransitionModelingScorer):
-            raise TypeError(f"{task_id}: expected a task of transition modeling, found scorer {scorer}")
+            raise TypeError(f"{task_id}: expected a scorer of transition modeling, found {scorer}")
         by_name = {} if isinstance(written, Unreadable) else written.value
         actions = {name: item.action for name, item in by_name.items() if item.action is not None}
         plan = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
@@ -151,7 +151,7 @@ class _OperatorTesterInWorld:
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
     def _execute_plan_and_find_failed_stage(self, task_id: str, plan: str) -> OperatorTestOutcome:
-        """Execute a translated plan in the world, and return the outcome of the test of operators."""
+        """Execute a translated plan in the world. Return success, the error, or the kind of missed goals."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:
             return (EXECUTION, verdict.error.kind.value)

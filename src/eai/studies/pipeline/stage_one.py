@@ -42,7 +42,7 @@ OWN = "own"
 
 
 STUDY = "pipeline"
-"""Key in the records of a run. Its value names the model whose goals the questions stated."""
+"""Key in the records of a run. Its value names the model that gave the goals in the questions."""
 
 _PLACE = 10
 
@@ -250,7 +250,7 @@ def obtain_goals_with_subgoals_of_model(
 def add_subgoals_to_beliefs(
     goal_beliefs: ModelBeliefsInPrompts | None, subgoal_answers: Interpretations, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Add the subgoals in a model's answers to its goals. Unreadable answers add no subgoals.
+    """Return a model's goals with the subgoals from its answers; unreadable answers add no subgoals.
 
     Args:
         goal_beliefs: the model's goals by task; a task without goals gets no subgoals.

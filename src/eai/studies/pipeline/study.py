@@ -1,6 +1,6 @@
-"""Study pipelines: questions state goals that a model interpreted, instead of the task's goals.
+"""Study pipelines: questions state goals from a model's answers, instead of the task's goals.
 
-Results are compared with those of the same ability with the task's goals.
+Results are compared with results of the same ability with the task's goals.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class _PipelineOptions(VariationOptions):
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None, because the stage of the run that obtains the goals records these options."""
+        """Return None: the stage of the run that obtains the goals stores these options in records."""
         return None
 
     @property

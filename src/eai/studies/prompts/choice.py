@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.abilities.experiment import Experiment, make_settings_with_option
 
 STUDY = "prompts"
-"""Name under which the records of a run store the name of its prompts."""
+"""Key in the records of a run. Its value has the name of the run's prompts."""
 
 _PLACE = 40
 

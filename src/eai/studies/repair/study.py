@@ -37,7 +37,8 @@ def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysi
     ]
     if not tables[0].rows:
         raise InputError(
-            "no record has a repair; eai score --look-back 20000 puts one into each failed answer"
+            "expected records with repairs (edits that make a failed plan right), found none; "
+            "score the answers again by eai score --look-back 20000"
         )
     yield Analysis(tables, screen_tables=tables[:1])
 

@@ -90,7 +90,7 @@ class _ReplanningRunGroup:
 
     @property
     def experiment_without_feedback(self) -> Experiment:
-        """Options of the runs to compare with: those of these runs, but without feedback on failures."""
+        """Options of the runs to compare with: as in this group, but without feedback on failures."""
         return self.experiment.replace_study_settings(
             replace(self.options, feedback="none", form="prompt").experiment
         )
@@ -335,7 +335,7 @@ class _ReplanningRunOptions(VariationOptions):
 
     @property
     def study_option_chosen_by_user(self) -> str:
-        """Names of the options of this study, for messages; empty if the user chose none of them."""
+        """Options that switch this study on, as messages name them; empty if the user chose none of them."""
         return "replanning.replans, slip or until" if self.replanning else ""
 
     @property
@@ -402,10 +402,9 @@ class _ErrorCountingOptions(Options):
 
 
 def _analyze_replanning(records: StudyRecords, chosen: _ErrorCountingOptions) -> Iterator[Analysis]:
-    """Compare runs of one model, domain, ability and protocol (scoring rules).
+    """Compare runs with feedback on failures with the run without it (replanning.feedback=none).
 
-    They are the runs with feedback, and the run with replanning.feedback=none. The latter shows the gain of
-    feedback.
+    The runs of a comparison have the same model, domain, ability and protocol (scoring rules).
 
     Raises:
         InputError: there are no such runs.

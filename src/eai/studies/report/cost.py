@@ -33,7 +33,7 @@ each model took, so that only what a query costs can be set beside other runs, a
 
 
 _CostKey: TypeAlias = "tuple[str, str, Ability | None]"
-"""Model, domain and ability of a cost row. The row of the total has an empty domain and no ability."""
+"""Model, domain and ability of a row in the table of costs. A total has an empty domain and no ability."""
 
 
 def _make_csv_row(key: _CostKey, spent: Spending) -> dict[str, Plain]:

@@ -1,7 +1,7 @@
 """Write the report as one Markdown page: tables, certainty of main results, and agreement with the paper.
 
-Certainty is shown by intervals over names of tasks and over single tasks. Agreement is shown by differences
-between our rates and the rates in the paper for the paper's models, cell by cell.
+Certainty is shown by confidence intervals whose unit is all tasks of one name, or a single task. Agreement is
+shown by differences between our rates and the rates in the paper for the paper's models, cell by cell.
 """
 
 from __future__ import annotations
@@ -208,9 +208,9 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _list_epoch_successes_with_run_key(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
-    """Yield the key of a run and the successes of its answers, if the summary is of one epoch of the run.
+    """Yield the key of a run and the successes of its answers, if the summary covers one epoch of the run.
 
-    A run can ask every question several times; each time is an epoch. The key has no number of the epoch.
+    A run can ask every question several times; each time is an epoch. The key is without the epoch's number.
     """
     metric, model = find_success_metric(summary.key.ability), strip_epoch(summary.key.model)
     if metric is not None and model != summary.key.model:

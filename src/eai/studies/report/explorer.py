@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from eai.abilities.verdict import ConfusionCounts
 
 VERSION = 5
-"""Version of the format of the page's data."""
+"""Version of the format of the data in the explorer (page ``explorer.html``)."""
 
 _INDEX_FIELDS = frozenset({"run", "t", "o", "z", "f", "m", "k", "c", "p", "a", "h", "N"})
 """Short names of the fields by which the page lists and filters answers. All other fields are details."""
@@ -260,7 +260,7 @@ class ExplorerData:
         verdict, error = record.verdict, record.verdict.error
         explanation, background = record.explanation or Explanation(), self._background(record.domain)
         fields = _make_ability_fields(record)
-        # field q has the operators of an answer, and notes would repeat these operators
+        # field q has the operators of an answer, which the explanation's notes would repeat
         notes = () if "q" in fields else explanation.notes
         return _drop_empty_values(
             {
@@ -347,7 +347,7 @@ def _list_goals(explanation: Explanation) -> list[Json]:
 
 
 def _list_turns(record: Record) -> list[Json]:
-    """Return a list for each turn of an episode: the reached goals, and the agent's thought."""
+    """Return a pair for each turn of an episode: the reached goals, and the agent's thought."""
     turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
     is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
     written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]

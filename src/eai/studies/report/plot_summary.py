@@ -46,10 +46,10 @@ A group of columns is, for example, the runtime errors. An empty list means all 
 """
 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
-"""Lines of a panel. Each line shows one rate of a model, with a dot for each domain.
+"""Lines of a panel: a mapping from each line to its dots, one dot for each domain.
 
-The key of a line is the heading above it and the column of its rate. The value has, for each domain, the
-table and the model's row in that table.
+A line shows one rate of a model. Its key has the heading above the line and the column of the rate. A dot is
+a table and the model's row in that table.
 """
 
 _PAPERS = ("paper", "published")

@@ -2,8 +2,8 @@
 
 A ranking belongs to one domain under one protocol (scoring rules); readers see it as a `Table`. There are
 rankings for the paper's main tables, for experiments, and for the paper's other tables. These other tables
-compare a few models, or ways to ask a model. They keep the paper's order, in which compared ways follow each
-other.
+compare a few models, or ways to ask a model. They keep the paper's order: ways that
+are compared follow each other.
 
 Rows are runs, the paper's models and null models. The paper's printed numbers appear only beside runs under
 the paper's protocol. Beside runs under another protocol, the paper's models have the scores of their
@@ -47,7 +47,7 @@ from eai.studies.report.table_specs import (
 
 @dataclass(frozen=True, slots=True)
 class RankedScore(Estimate):
-    """A number of a model in a ranking.
+    """A score of a model in a ranking.
 
     Attributes:
         certainty: the interval and the effective number of tasks; None for numbers printed in the paper.
@@ -100,7 +100,7 @@ class RankedModel:
 
     @property
     def may_be_ranked(self) -> bool:
-        """Whether the row may have a rank, and its numbers may be marked as the best."""
+        """Whether the row may have a rank and marked numbers: no null model, and enough answers."""
         return self.source != "floor" and (self.coverage is None or self.coverage.is_ranked)
 
     @property
@@ -416,8 +416,8 @@ def read_rows_of_packaged_scores(
         columns: the columns.
         runs: the runs of one protocol and domain that share a table with these rows. Models without scores
             under that protocol have no rows.
-        of_null_models: whether the rows are null models (baselines such as an empty answer), instead of the
-            paper's models by scores of their published answers.
+        of_null_models: True for null models (baselines such as an empty answer), False for the paper's
+            models with the scores of their published answers.
     """
     protocol, domain, *_ = runs[0].key
     source: RowSource = "floor" if of_null_models else "published"
@@ -546,7 +546,7 @@ def _list_notes_of_rows(rows: Iterable[RankedModel]) -> list[str]:
 
 
 def _add_note_on_missing_rank(row: RankedModel, ranking_column: MetricColumn) -> RankedModel:
-    """Return the row. If it has no number to be ranked by, a footnote names the abilities without answers."""
+    """Return the row of a model. Without a number to rank by, it gets a footnote on unanswered abilities."""
     if row.scores[ranking_column].value is not None:
         return row
     lacking = [column for column, score in row.scores.items() if score.value is None]
