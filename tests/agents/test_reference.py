@@ -72,7 +72,7 @@ def test_the_recorded_reference_is_for_the_view_of_the_standard_setting() -> Non
     ("changed", "message"),
     [
         ({"shortest_plan": act("PRESS(lamp)")}, "both: the plan `shortest` does not reach"),
-        ({"shortest_plan": act("PRESS(torch)", *WON)}, "both: shortest: this recorded plan does not"),
+        ({"shortest_plan": act("PRESS(torch)", *WON)}, "both: the plan `shortest` does not"),
         ({"reference_plan": act("PRESS(lamp)")}, r"both: reference: expected to reach goals\.1"),
         (
             {"reference_plan": RECORDED.shortest_plan},
