@@ -413,21 +413,18 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _find_unmatched_end_of_list(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
-        """Return the unmatched closing bracket of a list around the parts that lacks its beginning, or None.
-
-        Return None if no bracket shows this.
-        """
+        """Return the closing bracket of a list that has no opening bracket; None if there is no such list."""
         for stray in self.strays:
             if len(pieces) > 1 or stray.start < pieces[0].start or self.text[stray.start] == "]":
                 return stray
         return None
 
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
-        """Return the values that belong to the answer. All other values count as examples.
+        """Return the values that belong to the answer. All other values are taken for examples.
 
-        A value belongs to the answer if it names something of the task (`AnswerFormat.is_certain`). So do
-        values that only punctuation or numbers separate from such a value. If there is no such value, return
-        all values.
+        A value belongs to the answer if it names something of the task (`AnswerFormat.is_certain`). Its
+        neighbours also belong to it, if only punctuation or numbers stand between. If no value names
+        something of the task, return all values.
         """
         groups: list[list[_ValueInText[T]]] = []
         for value in values:
@@ -481,7 +478,7 @@ class _AnswerReader(Generic[T]):
     def _make_spans(
         self, answer_values: Sequence[_ValueInText[T]], unread_text: _BracketedText | None = None
     ) -> tuple[AnswerSpan, ...]:
-        """Return the parts of the answer's text, each with its treatment: as read, repaired or prose.
+        """Return the parts of the answer's text, each marked as read, as repaired or as prose.
 
         Blank parts and code fences are left out.
         """
@@ -617,9 +614,9 @@ def _looks_like_part(key: str, member: object, form: AnswerFormat[T]) -> bool:
 
 
 def has_line_of_answer(key: str, text: str, is_part: Callable[[str], bool]) -> bool:
-    """Whether the text of a member of a JSON object has a line for which ``is_part`` returns True.
+    """Whether the text under a key of a JSON object has a line for which ``is_part`` returns True.
 
-    Texts whose key stands for explanations or names, such as ``reasoning`` or ``task``, are not searched.
+    A text is not searched if its key stands for explanations or names, such as ``reasoning`` or ``task``.
     """
     return _REASONING_KEY.fullmatch(key) is None and any(map(is_part, text.splitlines()))
 
@@ -662,7 +659,7 @@ def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> 
 
 
 def _yield_repaired_texts(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the text itself, then the text after each further repair, with the names of all its repairs."""
+    """Apply one repair after the other. Yield the text before and after each repair, and the names so far."""
     names: tuple[str, ...] = ()
     yield text, names
     if _UNESCAPED_QUOTE.search(text) is None and (unescaped := _unescape(text)) != text:

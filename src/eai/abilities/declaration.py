@@ -407,8 +407,8 @@ def count_faults_in_summary(verdict: PlanVerdict, kind: FaultKind) -> int:
 def count_additional_steps_in_summary(verdict: PlanVerdict) -> int:
     """Return the number of additional (needless) steps that one answer adds to the sum over many answers.
 
-    If the verdict has `SummaryCounts`, this is their number of additional steps. Otherwise it is 1 if the
-    answer has one or more additional steps, else 0.
+    If the verdict has `SummaryCounts`, these hold the number. Otherwise the number is 1 if the answer has one
+    or more additional steps, else 0.
     """
     if verdict.counted is not None:
         return count_faults_in_summary(verdict, FaultKind.ADDITIONAL_STEP)

@@ -192,7 +192,7 @@ class Experiment:
 
     @property
     def study_label(self) -> str:
-        """The label without the program around the model (`harness`) and `effort`; empty for a plain run."""
+        """The label without the settings `harness` and `effort`; empty if no other option is given."""
         return self._join_label_parts({"rules": self.rules} if self.rules is not None else {})
 
     def _join_label_parts(self, agent: Mapping[str, str]) -> str:

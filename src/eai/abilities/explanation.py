@@ -112,11 +112,11 @@ class GoalPartReport:
 
     Attributes:
         part: the part as text.
-        met_after: number of the step after which the part was first met, not before the previous part,
-            counted among all steps; 0 for the start, None if the part was not met.
+        met_after: number, among all steps, of the step after which the part was first met; 0 for the start,
+            None if the part was not met. A part cannot be met before the previous part.
         missing: formulas in the first unmet part that never held; the complete part if each formula held at
             some time, but never all together.
-        met_at: for a part about an action, the number of the action that met the part, counted among all
+        met_at: for a part about an action, the number, among all steps, of the action that met the part
             steps.
     """
 

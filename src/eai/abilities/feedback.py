@@ -33,9 +33,9 @@ Restate: TypeAlias = Callable[[BelievedTask], Prompt]
 """Function that makes the question about a task in its present state, as a model understands this state."""
 
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[BelievedTask, Mapping[str, str]]]
-"""Function that perceives the present scene of a task, before the answer with the given number.
+"""Function that perceives the present scene of a task before the model's n-th answer to it, n from 1.
 
-It returns the task as the model sees it, and metadata to store with the question.
+It takes the task and n. It returns the task as the model sees it, and metadata to store with the question.
 """
 
 
@@ -59,7 +59,7 @@ class QuestionWriter:
     perceive: ScenePerception | None = None
 
     def describe_scene_metadata(self, trial: Trial) -> Mapping[str, str]:
-        """Return metadata about the scene in the next question; empty if the scene is not new."""
+        """Return metadata about the scene in the next question; empty if it describes no new scene."""
         return (
             self._get_task_belief_and_metadata(trial)[1]
             if self.perceive is not None and _describes_state_after_attempts(trial)
@@ -167,7 +167,7 @@ class QuestionWriter:
         return self._fill_template("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
 
     def _describe_world(self, trial: Trial) -> str:
-        """Return a text on the present state of the world, and on the actions that are unreached goals."""
+        """Return a text on the present state, and on the actions that the goals still require."""
         belief = self._get_task_belief_and_metadata(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.get_goals_of_kind(GoalKind.ACTION)]
         state = write_initial_state(self.wording, belief)

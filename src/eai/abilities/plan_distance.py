@@ -31,7 +31,7 @@ NOT_TRIED = "not_tried"
 
 
 _MAX_SUCCESSIVE_UNKNOWN_DISTANCES = 3
-"""Number of successive states of a plan with unknown distances to the goals after which no more are computed.
+"""Number of successive states with unknown distances to the goals. After this number, the computation ends.
 
 Distances are computed from the last state to the first, because distances near the goals are easier to prove.
 """

@@ -32,10 +32,9 @@ equally many new objects at equally good positions.
 """
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
-"""Maximum numbers of steps that a search for the fewest edits that repair a plan tries.
+"""Limits of the search for the fewest edits that repair a plan: tried steps per plan step, and in all.
 
-The numbers are the maximum per step of the plan, and the maximum in all. A plan that needs fewer edits is
-closer to success.
+A plan that needs fewer edits is closer to success.
 """
 
 _MAX_CACHED_PLANS = 10_000
@@ -110,8 +109,8 @@ class PlanRepairer:
         """Return the closeness of a plan to success: ``1 - d / n``, or 0 if this is negative.
 
         Here d is the number of edits after which the plan succeeds, and n is a lower bound of the length of
-        plans for the task. So an empty plan has closeness 0. If the search knows only bounds of d, the upper
-        bound counts, so that a search that stops early never raises closeness. The effort grows with the
+        plans for the task. So an empty plan has closeness 0. If the search finds only bounds of d, the upper
+        bound is used, so that a search that stops early never raises closeness. The effort grows with the
         number of steps plus n. Inserted steps use only objects of the task.
 
         Args:
@@ -176,7 +175,7 @@ class PlanRepairer:
                 if edit.removed is not None and steps[edit.removed] is None and action
                 else _KIND_RANKS[kind]
             )
-            if edit.removed in needless and edit.action is not None:  # deletion alone repairs the plan
+            if edit.removed in needless and edit.action is not None:  # deleting the step is enough
                 cost = len(EDIT_KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (

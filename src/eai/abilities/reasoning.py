@@ -41,7 +41,7 @@ _CLOSING = "|".join(
     ]
 )
 _GLUED = "assistantfinal"
-"""Mark between reasoning and answer, if special tokens were removed: `analysis... assistantfinal...`."""
+"""The mark between reasoning and answer without its special tokens: `analysis... assistantfinal...`."""
 _MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>{_GLUED})")
 _HINT = re.compile(r"<[/|]?\|?[A-Za-z]|\[/?THINK|◁|\Aanalysis[A-Z]")
 
@@ -81,7 +81,7 @@ def find_thoughts(text: str) -> tuple[_Thought, ...]:
 
 
 def _find_end_of_unopened_thought(text: str) -> int:
-    """Return the position after the last closing mark without an opening mark; 0 if all have one."""
+    """Return the position after the last closing mark of a thought without an opening mark; 0 if none."""
     end, is_open = 0, False
     for mark in _MARK.finditer(text):
         if mark["closing"] is not None and not is_open:

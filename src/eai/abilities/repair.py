@@ -26,7 +26,7 @@ EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delet
 DEFAULT_EFFORT = 20_000
 """Default number of steps that a search for a repair may try.
 
-It mostly takes up to a quarter of a CPU second.
+Such a search mostly takes up to a quarter of a CPU second.
 """
 
 
@@ -122,10 +122,10 @@ def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
 
 
 def classify_and_locate_fault(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return the kind of an answer's fault, and the number of the faulty step, or None.
+    """Return the kind of an answer's fault, and the number of the faulty step or None.
 
     Each given edit is enough to repair the answer. The fault is a step (``step``) if all edits delete,
-    replace or precede one step. It is a missing action (``interval``) if all edits insert one action at
+    replace or precede one step. It is a missing action (``interval``) if all edits insert the same action, at
     different positions. Otherwise the result is ``several`` and None.
     """
     steps = [edit.step for edit in edits if edit.step is not None]

@@ -43,9 +43,9 @@ class ReplanningOptions:
 
     Attributes:
         replans: maximum number of further attempts after a failure.
-        world: the state in which a further attempt begins.
-        feedback: the feedback on earlier attempts.
-        form: the position of the feedback.
+        world: whether a further attempt begins in the initial state or in the state that was reached.
+        feedback: what the feedback says about earlier attempts.
+        form: where the feedback stands: in the prompt or in a conversation.
         slip: probability that a possible action slips: by chance, it has no effect.
         slip_seed: random seed that decides which actions slip; None if no action slips.
         notice: whether the agent notices that an action slipped.

@@ -94,9 +94,9 @@ class _FactFilter:
     def write_visible_facts(self, facts: Sequence[Fact], action_objects: Collection[int]) -> tuple[str, ...]:
         """Return the facts that the report on an action shows, as texts.
 
-        These facts are about objects that matter to the task. Reports contain a relation that holds in both
-        directions only if both objects occur in the goals or the action. Otherwise the report on an object
-        that moves would name all of its many neighbours.
+        These facts are about objects that matter to the task. A symmetric relation is among them only if
+        both objects occur in the goals or the action. Otherwise the report on an object that moves would
+        name all of its many neighbours.
         """
         meant = frozenset({*self.goals, *action_objects})
         together = frozenset(facts)
@@ -207,7 +207,7 @@ def report_goals(
 ) -> tuple[GoalReport, ...]:
     """Return a report on each goal of a task.
 
-    If there is a trajectory, the report on a missed goal over time describes how the trajectory violates the
+    If there is a trajectory, the report on a missed temporal goal describes how the trajectory violates the
     goal.
     """
     kinds = [goal.kind.value for goal in task.goals_without_hazards]
@@ -251,7 +251,7 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
 def report_goal_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[GoalPartReport, ...]:
     """Return a report on each part of a task's temporal goal; empty if there is no goal.
 
-    Reports use the domain's names.
+    Reports use the domain's names of predicates and objects.
     """
     if goal is None:
         return ()

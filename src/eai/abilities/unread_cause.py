@@ -60,10 +60,10 @@ _MAX_LOOPED = 4000
 """Maximum number of characters at the end of an answer that are searched for a loop."""
 
 _MIN_REPEATS, _MIN_LOOP = 5, 40
-"""Minimum number of repeats of the text in a loop, and minimum length of a loop in characters."""
+"""Minimum number of repeats, and of characters in all, of a text that an answer repeats in a loop."""
 
 _LONG_LOOP = 1000
-"""Minimum length, in characters, of a loop that fills less than half of the answer."""
+"""Minimum length, in characters, of all repeats together if they fill less than half of the answer."""
 
 _MAX_QUOTED = 60
 _MAX_BEFORE_REFUSAL = 200

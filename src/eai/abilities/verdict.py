@@ -66,7 +66,7 @@ UNKNOWN_ACTION = "unknown_action"
 """Id of the check that an answer fails if it names an action that does not exist."""
 
 RAISED = "raised"
-"""Id of the check that an answer fails if its scorer raises an exception."""
+"""Id of the check that is reported as failed if the scorer of an answer raises an exception."""
 
 
 class AnswerSpanKind(str, Enum):
@@ -100,11 +100,11 @@ class AnswerSpan:
 
 @dataclass(frozen=True, slots=True)
 class RewardInputs:
-    """The inputs of the reward: the results of an answer that rewards may pay for.
+    """The inputs of the reward: the properties of an answer on which its reward depends.
 
     Attributes:
-        gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals. For
-            goal interpretations and operators it is F1.
+        gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals that
+            do not hold at the start. For goal interpretations and operators it is F1.
         success: whether the answer is right in all its parts. The gain is then 1.
         ended: whether an error ended the execution or the reading of the answer: its last action could not be
             executed, or the answer could not be read.
@@ -125,10 +125,9 @@ class RewardInputs:
 
 
 def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bool]) -> float | None:
-    """Return how much of the possible gain in goals was reached, from 0 to 1; None if no goal can be gained.
+    """Return the share of the goals to reach that were reached, from 0 to 1; None if all hold at the start.
 
-    A goal that holds at the start earns nothing. If the answer undoes a goal that holds at the start, the
-    gain is reduced by one goal.
+    A goal that holds at the start earns nothing. If the answer undoes it, one reached goal less counts.
 
     Args:
         goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
@@ -140,7 +139,7 @@ def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bo
 
 
 def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share, goal_gain: float) -> float:
-    """Return the gain in met conditions divided by the possible gain, from 0 to 1.
+    """Return the rise of the share of met conditions, divided by the largest possible rise, from 0 to 1.
 
     An option is a list of conditions that together satisfy all goals. A task can have several options.
 
@@ -152,7 +151,7 @@ def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share
         conditions_met: number of met conditions and number of all conditions, of the option with the largest
             share of met conditions in the final state. No condition is met if nothing was executed.
         conditions_met_at_start: these two numbers for the initial state.
-        goal_gain: gain in goals.
+        goal_gain: the result of `compute_goal_gain`.
     """
     met, total = conditions_met
     met_at_start, total_at_start = conditions_met_at_start
@@ -169,7 +168,7 @@ def compute_plan_reward_inputs(
     ended_by_error: bool,
     faults: Mapping[FaultKind, int],
 ) -> RewardInputs | None:
-    """Return the inputs of the reward for a plan or an episode, or None if no goal can be gained.
+    """Return the inputs of the reward for a plan or an episode, or None if all goals hold at the start.
 
     Args:
         goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
@@ -393,7 +392,7 @@ class PlanVerdict(Verdict):
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Return this verdict on an empty answer, changed to the verdict on a missing answer.
+        """Return the verdict on a missing answer, made from this verdict, which is on an empty answer.
 
         No goal counts as reached, even if it holds at the start.
         """

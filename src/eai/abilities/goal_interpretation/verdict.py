@@ -59,12 +59,12 @@ class GoalVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """Mapping from table columns to the numbers of stated, of ill-formed and of hallucinated goals."""
+        """Numbers of stated, ill-formed and hallucinated goals, by table column."""
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the inputs of the reward, with F1 as the gain, or None if the task has no goals.
+        """Return the inputs of the reward, or None if the task has no goals. The reached share is the F1.
 
         Ill-formed goals and goals with unknown names count as wrong goals, and are also listed as faults.
         """

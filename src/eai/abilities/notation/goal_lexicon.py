@@ -124,7 +124,9 @@ class GoalLexicon:
                 word = self._spelling.get(predicate, predicate)
                 return WrittenGoal(word, _get_object_names(arguments), positive)
             case other:
-                raise TypeError(f"the condition {other} is not an atom, a negated atom or an action")
+                raise TypeError(
+                    f"cannot write {other} as a goal: expected an atom, a negated atom or an action"
+                )
 
 
 def _get_object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:

@@ -172,7 +172,7 @@ class GoalSections(NamedTuple):
 def make_sections_format(
     read: Callable[[GoalSections], GoalSections | None], find_flaw: Callable[[object], str | None]
 ) -> AnswerFormat[GoalSections]:
-    """Return the form of an answer that is an object with goals in sections.
+    """Return the form of an answer that is a JSON object with a list of goals under each section key.
 
     Args:
         read: returns the given sections if goals can be read from them, else None.
@@ -206,7 +206,7 @@ _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""",
 def _contains_goals_or_section_key(key: str, section: object) -> bool:
     """Whether a text under an unknown key contains goals or a section's key.
 
-    The read sections then lack goals.
+    If it does, goals are missing from the sections that were read.
     """
     if not isinstance(section, str) or key in _SECTION_OF:
         return False
@@ -216,7 +216,7 @@ def _contains_goals_or_section_key(key: str, section: object) -> bool:
 
 
 def _normalize_section_name(section_name: str) -> str:
-    """Return the key of a section as prompts spell it. An unknown key is returned unchanged."""
+    """Return the key of a section of goals as prompts spell it. Return an unknown key unchanged."""
     return _SECTION_OF.get(_NO_WORD.sub(" ", section_name).strip().lower(), section_name)
 
 
@@ -242,7 +242,7 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The goal as a `Statement`, which does not tell actions from literals.
+        """The goal as a `Statement`, which has the same form for actions and literals.
 
         An action without objects becomes a name without parentheses.
         """

@@ -39,7 +39,7 @@ STEP_FORM = "step_form"
 """Name of a repair: reading a step in a form that the benchmark does not ask for."""
 
 LETTER_CASE = "letter_case"
-"""Name of a repair: reading an action in small letters, or with only its first letter in capitals."""
+"""Name of a repair: an action was read although its letter case is wrong."""
 
 _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.)]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
@@ -50,7 +50,7 @@ _MAX_WORDS = 3
 
 _CALL = re.compile(r"(?<![\w-])([\w-]+)\s*\([^()]*\)")
 _MAX_WORDS_AROUND = 8
-"""Maximum number of words beside a step in a text that cannot be a mere remark."""
+"""Maximum number of words around a step in a line. A line with more words counts as a remark."""
 
 
 class WrittenStep(NamedTuple):
@@ -291,7 +291,7 @@ def strip_blanks_around_names(words: Iterable[str]) -> tuple[str, ...]:
 
 
 def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
-    """Return in words why the first item that is not a step is wrong, or None if all items are steps."""
+    """Return in words what is wrong with the first item that is not a step, or None if all are steps."""
     if isinstance(value, JsonObject):
         lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
         return (

@@ -99,9 +99,9 @@ def read_json_plan_or_action_lines(
 
 
 def looks_like_json(text: str, form: AnswerFormat[StepList] | None = None) -> bool:
-    """Whether an answer has brackets as in JSON outside its reasoning.
+    """Whether an answer has the brackets of JSON outside the reasoning of the model.
 
-    If a form is given, the answer must also have text that looks like a part of this form.
+    If a form is given, the answer must also have text that looks like a part of an answer in this form.
     """
     body = blank_out_thoughts(find_thoughts(text), text)
     return _JSON_LIKE.search(body) is not None and (form is None or form.is_part(body))
@@ -171,11 +171,11 @@ def read_plan_lines(
     looks_like_step: Callable[[str], bool],
     comment: re.Pattern[str] = _COMMENT,
 ) -> WrittenPlan | Unreadable | None:
-    """Return a plan with one step a line, or None if a text without steps has other lines than comments.
+    """Return a plan with one step a line, or None if the text has no steps, but lines that are no comments.
 
     A text with only comments is a plan without steps. If several code fences contain plans, the last plan
-    counts. The answer is unreadable if this plan is a single step and an earlier fence has another step, or
-    if the fence before has another plan and no words stand between.
+    counts. The answer is unreadable if this plan is a single step and an earlier fence has a different step.
+    It is also unreadable if the fence before has a different plan and no words stand between.
 
     Args:
         text: the answer.
@@ -266,7 +266,7 @@ def _split_lines(
 def _find_offset_after_code_fence(line: str, step_of: StepReader) -> int:
     """Return the position after a code fence, the name of its language, and blanks.
 
-    A step is not a language.
+    A step behind the fence is not taken for the name of a language.
     """
     for pattern in (_FENCE_MARK, _FENCE_WITH_LANGUAGE):
         mark = pattern.match(line)

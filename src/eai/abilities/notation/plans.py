@@ -123,7 +123,7 @@ _STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()\[\]{}\"][^()\[\]{}\"]*)\)\s*
 
 
 class PlanNotation(ABC):
-    """Reads and writes plans, and translates the names of operators and objects in answers to a benchmark."""
+    """Reads and writes a benchmark's plans, and translates the names in answers to names of the domain."""
 
     @abstractmethod
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:

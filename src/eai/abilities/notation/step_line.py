@@ -45,7 +45,7 @@ _WORD = re.compile(r"[\w-]+")
 _MAX_SEPARATORS = 3
 """Maximum number of separators in a line that are tried as the beginning of a remark."""
 _MAX_WORDS_AROUND = 3
-"""Maximum number of words before, and after, a step in a line that cannot be prose."""
+"""Maximum number of words before a step in its line, and after it. A line with more words is prose."""
 
 AROUND = " \t,.;!\"'“”‘’"
 """Characters that do not belong to a step if they stand before or after it in a line."""

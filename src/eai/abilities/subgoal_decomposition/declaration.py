@@ -37,10 +37,11 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
-    If the verdict has `SummaryCounts`, its errors during the execution are counted from them. Otherwise only
-    the error that ended the answer counts.
-    ``granularity`` is the number of actions that the search added, divided by the number of subgoals with
-    executed actions.
+    If the verdict has `SummaryCounts`, these hold its errors during the execution. Otherwise only the error
+    that ended the execution counts.
+
+    The metric ``granularity`` is the number of actions that the search added, divided by the number of
+    subgoals with executed actions.
     """
     category = verdict.category
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER

@@ -174,8 +174,8 @@ _PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
 def reject_misused_names(offences: Sequence[MisusedName], repairs: tuple[str, ...]) -> RejectedAnswer:
     """Return the rejection of an answer that uses names in wrong ways.
 
-    The first misused name makes the error of the answer. Unknown predicates are reported before wrong numbers
-    of arguments, and wrong numbers before unknown objects.
+    The first misused name is reported as the error of the answer. Unknown predicates come before wrong
+    numbers of arguments, and wrong numbers before unknown objects.
     """
     subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence[1].kind))
     wrong_number = worst.kind == "wrong_arity"

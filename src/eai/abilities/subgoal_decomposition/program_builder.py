@@ -55,10 +55,10 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
-"""Maximum number of literals in a test of a subgoal, and in all disjuncts of a subgoal together."""
+"""Maximum number of literals evaluated to test a subgoal once, and in all disjuncts of a subgoal together."""
 
 _InstructionNumber: TypeAlias = int
-"""Position of an instruction in the program, from 0."""
+"""Position of an instruction in the program that is compiled from the subgoals of an answer, from 0."""
 
 TOO_MUCH = f"the answer expands to more than {MAX_LITERALS:,} literals"
 
@@ -75,7 +75,7 @@ class _QuantifierRange:
         self._relevant = task.relevant
 
     def list_all_objects(self, variable: f.Variable) -> Sequence[int]:
-        """Return the objects of a variable's class. A ``forall`` requires something of all of them."""
+        """Return all objects of a variable's class, as values of a ``forall`` variable."""
         return tuple(iterate_bits(self._scene.get_category_mask(variable.category)))
 
     def list_relevant_objects(self, variable: f.Variable) -> Sequence[int]:
@@ -114,8 +114,8 @@ class _QuantifierRange:
         counts as one literal: for example, a ``forall`` over a class without objects.
 
         Raises:
-            InputError: there are more than `MAX_LITERALS` literals, or a test of the formula evaluates more
-                than `MAX_LITERALS` literals.
+            InputError: there are more than `MAX_LITERALS` literals, or more than `MAX_LITERALS` literals are
+                evaluated to test the formula once.
         """
         self.count_literals(formula)
         return _require_count_within_literal_limit(
@@ -430,8 +430,8 @@ class _SubgoalProgramBuilder:
     ) -> _InstructionNumber:
         """Add instructions that execute the actions of a conjunction in order, and then meet its conditions.
 
-        Other actions make the conditions true. The program tries them before, and after, the actions of the
-        conjunction.
+        The compiled program tries further actions to make the conditions true: before, and after, the actions
+        of the conjunction.
         """
         states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
@@ -469,9 +469,8 @@ class _SubgoalProgramBuilder:
     ) -> _InstructionNumber:
         """Add instructions that make one disjunct of a condition true, and then test the condition.
 
-        The condition is about one state. If the condition holds already, the instructions do nothing. But if
-        the condition is the complete subgoal (``is_whole_subgoal``), the subgoal then fails as an additional
-        (needless) step.
+        The condition is about one state. If it holds already, the instructions do nothing. But if it is then
+        the complete subgoal (``is_whole_subgoal``), the subgoal fails: it is an additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
         self._extent.count_literals_of_disjuncts(observed)

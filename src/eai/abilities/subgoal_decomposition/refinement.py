@@ -105,8 +105,8 @@ class SubgoalRefiner:
     ) -> SubgoalPlanner:
         """Return a planner for a subgoal that does not hold yet.
 
-        If no plan reaches the subgoal, the planner returns the plan that comes nearest, with the action that
-        fails. So the failure can be explained. If no action fails but the plan is too long, the planner
+        If no plan reaches the subgoal, the planner returns the plan that comes nearest, and its failing
+        action, so that the failure can be explained. If no action fails but the plan is too long, the planner
         returns no plan.
 
         Args:
@@ -114,7 +114,7 @@ class SubgoalRefiner:
             subgoal_holds: tests the complete subgoal in a state. It may require more than its literals.
             scene: the scene.
             objects: the objects that actions may use.
-            operators_in_goal: operators whose use matters to the goal.
+            operators_in_goal: the operators that the goal mentions.
             test_effort: cost of a test of the subgoal, in applied actions.
         """
         tests = [

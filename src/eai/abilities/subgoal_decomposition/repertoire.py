@@ -55,7 +55,7 @@ The objects of the pattern's literal have numbers from 1 on.
 _MAX_FITTING_ACTIONS = 10_000
 """Maximum number of actions of one operator that are found for one literal.
 
-The limit matters if the literal does not determine all parameters, so that other objects are tried.
+The limit matters only if the literal leaves some parameters open, for which many objects are tried.
 """
 
 
@@ -254,10 +254,10 @@ class OperatorIndex:
     def _find_possible_arguments(
         self, operator: str, decided_arguments: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
-        """Return the tuples of arguments with which an operator's checks hold that no action can change.
+        """Return the tuples of arguments for which all static checks of an operator hold.
 
-        ``decided_arguments`` has the object of each argument that is already decided, and None for all other
-        arguments.
+        No action can change the result of a static check. ``decided_arguments`` has the object of each
+        argument that is already decided, and None for all other arguments.
         """
         taken = self._taking(operator)
         scope = {

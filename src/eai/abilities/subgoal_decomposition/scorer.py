@@ -37,7 +37,7 @@ from eai.world.state import Scene
 
 
 def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
-    """Return the category of an executed answer from the result of the search."""
+    """Return the category of an answer from the result of the search that executed it."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
@@ -228,7 +228,7 @@ class SubgoalDecompositionScorer(Scorer):
         return (outcome.reported, *outcome.ended)
 
     def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
-        """Return for each goal of the task, in order, whether the actions executed in a branch reach it."""
+        """Return for each goal, in order, whether a branch (one execution of the subgoals) reaches it."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
         return self.goals.find_reached_goals(branch.state, list_executed_actions(branch), trajectory)
 
@@ -284,5 +284,5 @@ def _count_added_actions(branch: ExecutionBranch) -> int:
 
 
 def list_executed_actions(branch: ExecutionBranch) -> Sequence[str]:
-    """Return the names of the executed actions of a branch, in order."""
+    """Return the operators of the executed actions of a branch (one execution of the subgoals), in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]

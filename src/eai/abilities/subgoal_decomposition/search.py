@@ -145,7 +145,7 @@ class GoalProgress:
     def is_reached(self, parts_met: int, final_state: State) -> bool:
         """Whether the goal is reached at the end of a trajectory.
 
-        The last part of the goal may also be met by the final state.
+        If only the last part of the goal is not met yet, the final state may meet this part.
         """
         missing = len(self._parts) - parts_met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final_state, None))
@@ -240,7 +240,7 @@ def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
 def _drop_branches_with_same_future(
     branches: list[ExecutionBranch], subgoal_number: int, *, compare_executed_actions: bool
 ) -> list[ExecutionBranch]:
-    """Keep at most two branches of each group that the rest of the search would continue in the same way.
+    """Group the branches that the rest of the search would continue in the same way; keep two of each group.
 
     The two are the group's best branch if the rest of the search succeeds, and its best branch if it fails.
 
@@ -266,11 +266,11 @@ def _drop_branches_with_same_future(
 
 
 _PAST_STATES_PER_ACTION = 16
-"""Number of tests of a subgoal in past states that cost the search as much effort as one applied action."""
+"""Number of past states in which a test of a subgoal costs as much effort as applying one action."""
 
 
 _NO_SUBGOAL = -1
-"""Number of a subgoal that stands for the end of a program, after all subgoals."""
+"""Subgoal number that means the end of the program, after all subgoals."""
 
 
 def _fail_branch(

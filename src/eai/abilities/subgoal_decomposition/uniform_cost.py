@@ -32,7 +32,7 @@ _MAX_MOVEMENTS = 3
 
 
 MovementPath: TypeAlias = PlanNode
-"""A path of movements from a state: a node with the actions on the path and the state at its end."""
+"""A path of movements from a state: a search node with the movements and the state after them."""
 
 
 class PermittedActions(NamedTuple):
@@ -43,8 +43,8 @@ class PermittedActions(NamedTuple):
     Attributes:
         achievers: actions that may make parts true.
         helping: actions that may make achievers possible.
-        moving: movement that itself may make parts true.
-        movement: movement that prepares other actions.
+        moving: movements that themselves may make parts true.
+        movement: movements that only prepare other actions.
         touched: mask of the parts that movement can change.
     """
 
@@ -116,7 +116,7 @@ def find_plans(
 
 
 class _MovementFinder:
-    """Finds paths of movements from states. Paths are explored only as far as other actions need.
+    """Finds paths of movements from states. A path is explored only when an action may need it.
 
     Args:
         moves: actions that move the agent.
@@ -390,8 +390,8 @@ class _FailedSearch:
     def find_failed_plan_nearest_to_goal(self) -> _NearestAttempt | None:
         """Return the failed plan that comes nearest to the goal, or None if no plan makes progress.
 
-        A failing action is left out if at least as many literals hold in some visited state as after the
-        action. Such an action does not explain the failure.
+        A failing action is not considered if at least as many literals hold in some visited state as after
+        the action. Such an action does not explain the failure.
         """
         best: _TriedAction | None = None
         distance: _DistanceToSubgoal = (0, 0, 0)
@@ -449,7 +449,7 @@ class _FailedSearch:
         return failures_unfixable_by_movement or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Try an action at a node, after a movement if fewer checks then fail. Return the attempt."""
+        """Try an action in a node's state, and return the attempt. Move first if fewer checks then fail."""
         self.effort += 1
         failing = candidate.find_indices_of_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)

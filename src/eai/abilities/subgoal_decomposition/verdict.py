@@ -29,8 +29,8 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome of the answer.
-        goals_elsewhere: whether the goals count that another execution of the subgoals reaches, because the
-            reported execution reaches fewer goals.
+        goals_elsewhere: whether the verdict counts the goals that a different execution of the subgoals
+            reaches, because the reported execution reaches fewer goals.
         errors: kinds of all errors in the reported execution of the subgoals, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.

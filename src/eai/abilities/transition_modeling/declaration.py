@@ -43,7 +43,7 @@ LITERALS = "literals"
 """Prefix of the names of rates that count literals, and so give partial credit for partly right clauses."""
 
 WORKS = "Plan works"
-"""Heading of the column with the rate of plans that also work with the data set's operators."""
+"""Heading of the rate of plans found with the answer's operators that also work with the gold operators."""
 
 _PARTS = (*CATEGORIES, OVERALL)
 _PLANNER_SUCCESS = f"{OVERALL}.planner_success"

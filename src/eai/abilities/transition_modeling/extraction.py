@@ -139,7 +139,7 @@ class WrittenOperator:
 
 
 OperatorCache: TypeAlias = ResultCache[str, WrittenOperator | PddlFinding]
-"""A cache of operators by their text. For a text with wrong parentheses, it holds the defect."""
+"""A cache of operators by their text. For a text with wrong parentheses, it holds the error."""
 
 
 def read_operators(

@@ -172,8 +172,8 @@ class OperatorScoringRules(ABC):
         """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
 
         Return the planner's results by operator name. All other operators of a planning task are gold
-        operators. The result is None for an operator that the answer lacks. The mapping is empty for an
-        answer that statistics leave out.
+        operators. The result is None for an operator that the answer lacks. The mapping is empty if the
+        answer is excluded from all rates.
         """
 
     @property
@@ -274,8 +274,8 @@ class PaperOperatorRules(OperatorScoringRules):
         """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
 
         Return the planner's results by operator name. All other operators of a planning task are gold
-        operators. The result is None for an operator that the answer lacks. The mapping is empty for an
-        answer that statistics leave out.
+        operators. The result is None for an operator that the answer lacks. The mapping is empty if the
+        answer is excluded from all rates.
         """
         written = read_operators(answer, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value

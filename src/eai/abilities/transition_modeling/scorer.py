@@ -37,8 +37,8 @@ def count_matches_by_category(
     Args:
         side_matches: matched, additional and missing clauses of preconditions, or of effects.
         predicates_of_clauses: mapping from the text of a clause to its predicates.
-        count_clauses: whether clauses are counted: each counts once in each category of its predicates,
-            including `OTHER`, and once in `ALL`. If False, predicates with a category are counted instead.
+        count_clauses: True to count clauses, False to count predicates with a category. A clause counts once
+            in each category of its predicates, including `OTHER`, and once in `ALL`.
     """
     counts: dict[str, list[int]] = {}
     for side in side_matches:
@@ -84,8 +84,8 @@ class TransitionModelingScorer(Scorer):
         """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
 
         Return the planner's results by operator name. All other operators of a planning task are gold
-        operators. The result is None for an operator that the answer lacks. The mapping is empty for an
-        answer that statistics leave out.
+        operators. The result is None for an operator that the answer lacks. The mapping is empty if the
+        answer is excluded from all rates.
         """
         return self._rules.plan_with_each_operator_of_answer(self.task, answer, replaced_part)
 

@@ -26,7 +26,7 @@ from eai.world.fault import FaultKind
 
 
 class OperatorStatus(str, Enum):
-    """Whether an operator of the task or the answer was compared, or the reason why it was not."""
+    """Whether an operator was compared with the gold operator, or why it was not."""
 
     COMPARED = "compared"
     MISSING = "missing"
@@ -78,7 +78,7 @@ def find_predicates_and_their_categories(
 ) -> PredicatesInClause:
     """Return the predicates of a clause and their categories.
 
-    The clause is PDDL or the name of a predicate.
+    The clause is a PDDL text, or only the name of a predicate.
     """
     names = sorted(find_predicates_in_text(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]
@@ -138,9 +138,9 @@ class OperatorVerdict(Verdict):
         return None if decided or self.planner is None else self.planner.value
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the inputs of the reward; the gain is the F1 of all clauses in preconditions and effects.
+        """Return the inputs of the reward, or None if the required operators have no clauses.
 
-        Return None if the required operators have no clauses.
+        The reached share (`RewardInputs.gain`) is the F1 of all clauses in preconditions and effects.
         """
         return compute_reward_inputs_of_parts(
             sum_counts(count_clauses_by_category(self)), self.error, self._count_faults()
@@ -187,5 +187,5 @@ def count_clauses_by_category(verdict: OperatorVerdict) -> dict[str, ConfusionCo
 
 
 def sum_counts(counts_by_category: Mapping[str, ConfusionCounts]) -> ConfusionCounts:
-    """Return the sum of the counts over all categories. A clause of several categories counts once."""
+    """Return the counts of all categories together. A clause that is in several categories counts once."""
     return counts_by_category.get(ALL) or add_confusions(counts_by_category.values())
