@@ -88,7 +88,7 @@ def circle(name: str, other: str) -> DefinedPredicate:
             lambda: press(checks=(missing_step(LIT(X), "{lamp} is dark"),), parameters=(Variable("lamps"),)),
             "operator PRESS: a reason mentions lamp, which is no parameter; did you mean lamps?",
         ),
-        (lambda: missing_step(LIT(X), ""), "a check of missing_step has an empty reason"),
+        (lambda: missing_step(LIT(X), ""), "a check for missing_step has an empty reason"),
         (
             lambda: Check(LIT(X), FaultKind.PARSING, "no"),
             "check 'no' has the fault parsing: expected uncategorised, additional_step, affordance or",

@@ -134,33 +134,35 @@ class QuestionWriter:
     ) -> Iterator[str]:
         """Yield the reasons why an answer failed: needless and failed steps, the error, and missed goals."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
-        explains = options.feedback == "explained"
+        gives_reason = options.feedback == "explained"
         for number, step in enumerate(explanation.steps):
             if step.outcome == FaultKind.ADDITIONAL_STEP.value:
-                yield self._describe_step(FaultKind.ADDITIONAL_STEP, number, step, explains=explains)
+                yield self._describe_step(FaultKind.ADDITIONAL_STEP, number, step, gives_reason=gives_reason)
             elif step.outcome == FaultKind.SLIP.value and options.notice == "detected":
-                yield self._describe_step(FaultKind.SLIP, number, step, explains=False)
+                yield self._describe_step(FaultKind.SLIP, number, step, gives_reason=False)
         if error is not None and error.kind is not FaultKind.SLIP:
-            yield self._explain_error(error, explanation.steps, explains=explains)
+            yield self._explain_error(error, explanation.steps, gives_reason=gives_reason)
         told = [goal for goal in goals if goal.kind != HIDDEN_HAZARD]
         missed = [f"  {goal.kind}: {goal.goal}" for goal in told if not goal.satisfied]
         if missed and (error is None or error.kind not in NOT_EXECUTED):
             yield self._fill_template("goals", goals="\n".join(missed))
 
-    def _explain_error(self, error: ErrorReport, steps: Sequence[StepReport], *, explains: bool) -> str:
+    def _explain_error(self, error: ErrorReport, steps: Sequence[StepReport], *, gives_reason: bool) -> str:
         if error.check == RAISED:
             return self._read_template("raised")
         if error.step is not None and error.kind not in NOT_EXECUTED:
-            return self._describe_step(error.kind, error.step, steps[error.step], explains=explains)
+            return self._describe_step(error.kind, error.step, steps[error.step], gives_reason=gives_reason)
         number = "" if error.step is None else str(error.step + 1)
         meaning = self._fill_template(error.kind.value, step=number)
-        if not explains and error.kind is not FaultKind.ARGUMENT_NUMBER:
+        if not gives_reason and error.kind is not FaultKind.ARGUMENT_NUMBER:
             return meaning
         return self._fill_template("explained", meaning=meaning, reason=error.detail)
 
-    def _describe_step(self, kind: FaultKind, step_number: int, step: StepReport, *, explains: bool) -> str:
+    def _describe_step(
+        self, kind: FaultKind, step_number: int, step: StepReport, *, gives_reason: bool
+    ) -> str:
         meaning = self._fill_template(kind.value, step=str(step_number + 1), action=step.action)
-        if not explains or not step.reason:
+        if not gives_reason or not step.reason:
             return meaning
         if not step.earlier:
             return self._fill_template("explained", meaning=meaning, reason=step.reason)

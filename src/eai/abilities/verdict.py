@@ -127,7 +127,8 @@ class RewardInputs:
 def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bool]) -> float | None:
     """Return the share of the goals to reach that were reached, from 0 to 1; None if all hold at the start.
 
-    A goal that holds at the start earns nothing. If the answer undoes it, one reached goal less counts.
+    A goal that holds at the start earns nothing. If the answer undoes it, the number of
+    reached goals is reduced by one.
 
     Args:
         goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.

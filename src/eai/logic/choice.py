@@ -90,9 +90,9 @@ def build_and_or_tree(formula: f.Formula, objects: ObjectsByCategory) -> AndOrTr
     """Return the and-or tree of a closed formula. Negation is pushed inwards to the conditions.
 
     ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n objects) the body must
-    become true for n objects, and may also be true for others. For ``forpairs`` the body must become true for
-    as many pairs of objects as the smaller category has objects. Both rules follow the package ``bddl``
-    (``condition_evaluation.py``). No object is paired with itself.
+    become true for n objects, and may also be true for others. For ``forpairs`` each object of the smaller
+    category needs its own partner: the body must become true for the pair. Both rules follow the package
+    ``bddl`` (``condition_evaluation.py``). No object is paired with itself.
 
     Raises:
         InputError: a variable is not bound; or a part has no finite tree: a temporal operator other than
@@ -210,9 +210,9 @@ def count_dnf_terms(formula: f.Formula, objects: ObjectsByCategory) -> int:
     return count_dnf_terms_of_tree(build_and_or_tree(formula, objects))
 
 
-def generate_dnf_terms_of_tree(choice: AndOrTree) -> Iterator[DnfTerm]:
+def generate_dnf_terms_of_tree(tree: AndOrTree) -> Iterator[DnfTerm]:
     """Yield the DNF terms of an and-or tree, each as a tuple of conditions; later choices vary fastest."""
-    match choice:
+    match tree:
         case AndOrTreeLiteral(literal):
             yield (literal,)
         case AllOf(parts):
@@ -226,12 +226,12 @@ def generate_dnf_terms_of_tree(choice: AndOrTree) -> Iterator[DnfTerm]:
             for pairs in _generate_pairings(count, cells):
                 yield from _combine_dnf_terms_of_parts(pairs)
         case _:
-            assert_never(choice)
+            assert_never(tree)
 
 
-def count_dnf_terms_of_tree(choice: AndOrTree) -> int:
+def count_dnf_terms_of_tree(tree: AndOrTree) -> int:
     """Count the DNF terms of an and-or tree without generating them."""
-    match choice:
+    match tree:
         case AndOrTreeLiteral():
             return 1
         case AllOf(parts):
@@ -246,7 +246,7 @@ def count_dnf_terms_of_tree(choice: AndOrTree) -> int:
             ]
             return _count_dnf_terms_of_pairing(count, numbers)
         case _:
-            assert_never(choice)
+            assert_never(tree)
 
 
 def _combine_dnf_terms_of_parts(parts: Sequence[AndOrTree]) -> Iterator[DnfTerm]:
@@ -305,9 +305,9 @@ def _count_dnf_terms_of_pairing(pair_count: int, cell_counts: Sequence[Sequence[
 
 
 def _count_dnf_terms_of_pairing_by_row(pair_count: int, cell_counts: Sequence[Sequence[int]]) -> int:
-    """Compute the number of `_count_dnf_terms_of_pairing` row by row.
+    """Compute the result of `_count_dnf_terms_of_pairing` row by row.
 
-    It keeps one partial sum for each set of columns that the cells chosen so far occupy.
+    One partial sum is kept for each set of columns that the chosen cells of earlier rows occupy.
     """
     sums = {0: 1}
     for line in cell_counts:
@@ -431,7 +431,7 @@ def _make_dnf_term_finder_for_pairing(
 
 
 def _conjoin_scored_dnf_terms(parts: Iterable[_ScoredDnfTerm | None]) -> _ScoredDnfTerm | None:
-    """Merge one DNF term of each part into one DNF term; None if any part has no DNF term."""
+    """Merge one DNF term of each conjunct into one DNF term; None if any conjunct has no DNF term."""
     score = conditions = 0
     for part in parts:
         if part is None:

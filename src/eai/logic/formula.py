@@ -60,7 +60,7 @@ class Atom(_InfixOperators):
 
 @dataclass(frozen=True, slots=True)
 class Occurs(_InfixOperators):
-    """A proposition that is true at a position if this action is taken there with these objects."""
+    """A proposition that is true at a position of a trace if this action is taken there on these objects."""
 
     action: str
     arguments: tuple[Term, ...] = ()

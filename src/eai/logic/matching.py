@@ -116,8 +116,8 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # No cell of weight 0 is taken: without it, the matching would have its previous size but more weight.
-    # The previous matching was already the heaviest of its size.
+    # A step never adds a cell of weight 0. Without this cell, the matching would have the size of the
+    # matching before the step, but more weight. The matching before was already the heaviest of its size.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())

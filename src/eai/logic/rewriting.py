@@ -15,7 +15,7 @@ L = TypeVar("L", bound=f.Leaf)
 
 
 def map_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
-    """Return a leaf (atom, action or equation) whose terms are replaced by ``change(term)``."""
+    """Return a leaf (atom, action or equation) in which ``change(term)`` replaces each term."""
     if isinstance(leaf, f.Equals):
         return replace(leaf, left=change(leaf.left), right=change(leaf.right))
     return replace(leaf, arguments=tuple([change(term) for term in leaf.arguments]))
@@ -44,7 +44,7 @@ def rewrite_leaves(
         case f.Atom() | f.Occurs() | f.Equals():
             return change(formula, bound)
         case f.Next() | f.Eventually() | f.Always() | f.Until():
-            raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals: use then")
+            raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals: use `then`")
     inner = bound.union([variable.name for variable in get_bound_variables(formula)])
     return map_subformulas(formula, lambda part: rewrite_leaves(part, change, inner))
 

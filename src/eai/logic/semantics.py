@@ -144,9 +144,9 @@ class _TraceEvaluator:
     def _find_segment_starts_before(
         self, formula: f.Formula, binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of starts of segments of the trace that satisfy the formula.
+        """Return the mask of the positions at which a segment that satisfies the formula starts.
 
-        Each segment ends just before a position of the mask ``next_starts``.
+        Each segment of the trace ends just before a position of the mask ``next_starts``.
         """
         ends = next_starts >> 1
         # A formula that stays true when a segment is extended is tested only on the longest segment.
@@ -163,7 +163,7 @@ class _TraceEvaluator:
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
     def _find_satisfying_one_state_segments(self, formula: f.Formula, binding: Binding) -> PositionMask:
-        """Return the mask of positions at which the formula holds on a trace of this one position."""
+        """Return the mask of the positions that satisfy the formula as a trace of one position."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding)
         match formula:
@@ -277,7 +277,7 @@ class _TraceEvaluator:
     def _find_arguments_on_trace(
         self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
-        """Return the arguments of an action on the trace; for an atom None, which means any object."""
+        """Return the values of an argument of an action on the trace; for an atom None: any object."""
         return (
             self._trace.find_values_of_argument(leaf.action, argument_index)
             if isinstance(leaf, f.Occurs)
@@ -369,9 +369,9 @@ def find_values_for_truth(
     wanted_truth: bool,
     find_arguments: FindPossibleArguments,
 ) -> Set[str] | None:
-    """Return a set with all values of a variable for which a formula can have the truth ``wanted_truth``.
+    """Return all values of a variable for which a formula can have the truth ``wanted_truth``.
 
-    The set may contain more values.
+    The result may also contain values for which the formula cannot have this truth.
 
     Args:
         formula: the formula.
@@ -459,10 +459,10 @@ class _TruthWithExplanation:
 
     Attributes:
         holds: whether the formula holds.
-        positions: for a state formula, every position at which the formula holds. For ``then``, the position
-            at which each part was first completed after the previous part, up to the first part that was not
-            completed. For other formulas, every position from which the rest of the trace satisfies the
-            formula.
+        positions: for a state formula, every position at which the formula holds. For ``then``, for each
+            part, the position at which it was first completed after the previous part. The list ends before
+            the first part that was not completed. For other formulas, the start of every suffix of the trace
+            that satisfies the formula.
         failed: the smallest parts that make the formula false. For a conjunction, the conjuncts that never
             hold, or the conjunction if its conjuncts hold only at different positions. For ``then``, the
             first part that is not completed after the previous part. Otherwise the formula itself.

@@ -48,7 +48,7 @@ class _UnboundVariable(NamedTuple):
 
 
 class _BindingProcedure(NamedTuple):
-    """A procedure that finds values for an effect's open variables, which its atom does not determine.
+    """A procedure that finds values for an effect's open variables: variables that are not in its atom.
 
     Attributes:
         first: the conditions that must hold and that mention no open variables.
@@ -87,8 +87,8 @@ class Achiever:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
         with_parameter_subgoals: whether conditions that mention any parameters of the operator become
-            subgoals, which other actions may establish. If false, only conditions become subgoals that
-            mention no variables except those of the atom.
+            subgoals, which other actions may establish. If false, a condition becomes a subgoal only if it
+            mentions no variables except those of the atom.
 
     Attributes:
         schema: the effect.
@@ -120,7 +120,7 @@ class Achiever:
         self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """Return the objects of variables with which the effect's atom has these arguments, or None."""
+        """Return the objects of the variables that give the effect's atom these arguments, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def generate_complete_bindings(
@@ -181,7 +181,7 @@ class Achiever:
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
     def get_operator_arguments(self, binding: Sequence[int]) -> tuple[int, ...]:
-        """Return the arguments of the operator's action in a binding."""
+        """Return the arguments of the ground action that a binding of the operator's variables stands for."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
     def _make_binding_procedure(
@@ -449,7 +449,7 @@ _MAX_CACHED_ACTIONS = 60_000
 """Maximum number of ground actions whose conditions are cached for all states of a search."""
 
 _MAX_BINDINGS = 100_000
-"""Maximum number of values tried for variables to find all ways in which an effect changes a ground atom."""
+"""Maximum number of variable values that are tried to find all ways in which an effect changes an atom."""
 
 
 class _GroundAction:
@@ -563,7 +563,7 @@ class _PartlyBoundAchiever:
     ) -> Iterator[FrameBinding]:
         """Yield the complete bindings of the achiever's variables in a state.
 
-        Bindings meet the conditions that the search does not make true by actions.
+        A binding meets all conditions of the effect except those that other actions may establish.
         """
         return (
             generate_complete_bindings(state, self._partial, usable_mask, effort)
@@ -579,7 +579,7 @@ class _PartlyBoundAchiever:
         return failing >= min_count
 
     def make_candidate_actions(self, state: State, usable_mask: int, effort: SearchEffort) -> GroundActions:
-        """Return the ground actions that may have the achiever's effect in a state.
+        """Return the ground actions that may have the effect of this achiever in a state.
 
         Args:
             state: the state.
@@ -681,7 +681,7 @@ class _AtomAchieverFinder:
         return matches
 
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
-        """Return an achiever for each named operator. Its ground actions are all actions of the operator."""
+        """Return for each named operator an achiever whose ground actions are all actions of the operator."""
         matches = []
         for achiever in self._achievers.get_achievers_for_executing_operators(operator_names):
             if achiever not in self._operators:

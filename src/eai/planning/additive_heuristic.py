@@ -205,7 +205,7 @@ class _SubgoalSplitter:
     def _find_objects_meeting_a_conjunct(
         self, variable: f.Variable, body: f.Formula, scope: Scope
     ) -> list[int]:
-        """Return the values of a variable for which at least one conjunct of the body holds.
+        """Return the values of a quantified variable for which at least one conjunct of the body holds.
 
         Values are objects that actions may use. If no conjunct holds for any value, return all values.
         """
@@ -380,8 +380,8 @@ class CostEstimates:
     ) -> _CheapestAction:
         """Return the first of the cheapest actions that cost less than the action ``best``, else ``best``.
 
-        ``target`` is an atom with the truth that the action must give to it, or the names of the action's
-        possible operators.
+        ``target`` is an atom with the truth that the action must give to the atom, or the names of the
+        operators that the action may execute.
         """
         matches = (
             self._matches.find_achievers_of_atom(target, with_parameter_subgoals=with_parameter_subgoals)
@@ -432,7 +432,7 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _must_not_be_computed(self, key: _Key) -> bool:
-        """Whether a cost must not be computed: its computation is under way, or too many are nested."""
+        """Whether a cost must not be computed: its computation is under way, or is nested too deeply."""
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
     def _compute_cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
@@ -460,7 +460,7 @@ class CostEstimates:
     def _sum_costs(self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float) -> float:
         """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit.
 
-        A condition comes with its atom if it is an atom of a stored predicate, otherwise with None.
+        Each condition is given with its atom if it is an atom of a stored predicate, otherwise with None.
         """
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:

@@ -37,7 +37,7 @@ ChangeSet: TypeAlias = frozenset[FactChange]
 """Set of changes of facts: at least one of them must happen. If the set is empty, no change can help."""
 
 UndoesWantedChange: TypeAlias = bool
-"""True if a step makes the opposite of a wanted change of a fact."""
+"""A truth value: whether a step makes the opposite of a wanted change of a fact."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 """A condition, and a mapping from its free variables to objects."""
@@ -116,7 +116,7 @@ class FactChangeFinder:
         self._effects.clear()
 
     def find_actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
-        """Return the actions that may make any of the changes, as keys of a mapping, in a fixed order."""
+        """Return the actions that may make any of the changes, in a fixed order, as keys of a dict."""
         return dict.fromkeys(
             action
             for change in sorted(changes, key=make_change_sort_key)
@@ -124,7 +124,7 @@ class FactChangeFinder:
         )
 
     def find_actions_making(self, change: FactChange) -> tuple[Action, ...]:
-        """Return all actions that may change a fact, except actions that the unchanging facts rule out."""
+        """Return all actions that may change a fact. Actions that static facts rule out are left out."""
         all_makers = self._writers.get(change)
         if all_makers is None:
             unread = [
@@ -174,8 +174,7 @@ class FactChangeFinder:
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
         """Yield each effect schema that makes a change of a fact.
 
-        Each schema comes with its actions, and with a mapping from the variables that the change determines
-        to objects.
+        Each schema comes with its actions, and with the objects of the variables that the change determines.
         """
         for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
             scope = match_atom(schema.atom, change.arguments, self._find_object)
@@ -268,7 +267,7 @@ class FactChangeFinder:
         """Return changes of facts that may improve a step, and whether the step undoes a wanted change.
 
         A step undoes a change if it makes the opposite change. The returned changes must happen before the
-        step. With these changes, the step may make the wanted change, or may no longer undo this change.
+        step. Then the step may make the wanted change, or may no longer undo this change.
 
         Args:
             step: the step.
@@ -401,8 +400,8 @@ class FactChangeFinder:
     ) -> ChangeSet:
         """Return changes; one of them must happen before a compound condition can have the value ``truth``.
 
-        If all parts must have this value, the changes are for one failing part: the part whose changes fewest
-        actions make. Otherwise they are the changes for all parts.
+        If all parts must have this value, return the changes for one failing part: the part whose changes the
+        fewest actions make. Otherwise return the changes for all parts.
         """
         if not all_needed:
             return frozenset().union(

@@ -225,9 +225,9 @@ def find_changes_towards(
     vocabulary: Vocabulary,
     find_object: FindObject,
 ) -> list[FactChange]:
-    """Return the changes of stored facts that may make a condition true, or (not ``truth``) false.
+    """Return the changes of stored facts that may make a condition true, or false if ``truth`` is False.
 
-    A variable with None in ``scope`` may be any object. A derived predicate is replaced by the stored
+    A variable that ``scope`` maps to None may be any object. A derived predicate is replaced by the stored
     predicates that define it.
     """
     return _replace_changes_of_derived_predicates(

@@ -32,7 +32,7 @@ from eai.world.effect import ANYTHING
 from eai.world.state import State
 
 _MAX_PAIRS = 64
-"""Maximum number of pairs of facts in a proof of exclusion. Further pairs count as not exclusive."""
+"""Maximum number of pairs in a proof that facts exclude each other. Further pairs count as not exclusive."""
 
 _MAX_CACHED_ANSWERS = 4096
 """Maximum number of cached answers to whether facts hold in the initial state of one episode."""
@@ -108,7 +108,7 @@ class ExclusionRules:
         self.lemmas: dict[tuple[_Facts, tuple[int, ...]], list[_Lemma]] = {}
 
     def make_fact_exclusion_prover(self, initial: State) -> _FactExclusionProver:
-        """Return the object that proves which facts exclude each other in the episode from a state on."""
+        """Return the object that proves which facts exclude each other in episodes from an initial state."""
         return _FactExclusionProver(self, initial)
 
     def _map_to_possibly_exclusive_predicates(self, domain: Domain) -> dict[str, set[str]]:
@@ -166,7 +166,7 @@ class _FactExclusionProver:
         )
 
     def _is_exclusive(self, pair: _Facts) -> bool:
-        """Whether it is proved that a pair of facts excludes each other in this episode."""
+        """Whether it is proved that the two facts of a pair exclude each other in this episode."""
         arguments = [i for fact in pair for i in fact.arguments if isinstance(i, int)]
         objects = [*dict.fromkeys([*self.index.values(), *arguments])]
         numbers = {index: number for number, index in enumerate(objects)}
@@ -223,8 +223,8 @@ class _InductionProof:
 
     Pairs are assumed exclusive until a proof fails.
 
-    Every proof has its own pairs of facts. So no answer depends on earlier questions, and several threads
-    may ask at once.
+    Every proof has its own pairs of facts. So no result depends on earlier proofs, and several threads may
+    prove at once.
 
     Args:
         prover: the prover of the episode, which holds the rules and the initial facts.
@@ -467,7 +467,7 @@ class _HypotheticalState:
     def _list_values_of_quantified_variable(
         self, variable: f.Variable, scope: _ArgumentScope, *, is_existential: bool, is_assumed_true: bool
     ) -> list[_FactArgument]:
-        """Return the values for which the body of a quantified formula is examined. None is any object.
+        """Return the values for which the body of a quantified formula is examined. None means any object.
 
         If an existential formula is assumed true, its body holds for one new unknown object. If a universal
         formula is assumed true, its body holds for None, unless its variable has a category. Otherwise the

@@ -1,8 +1,8 @@
 """Greedy best-first search: the state with the lowest estimated cost is expanded next.
 
 A state is expanded by its preferred operators (Hoffmann and Nebel 2001): the applicable actions on the
-cheapest estimated path to a condition (see `additive_heuristic`). If this leads to no goal, a thorough search
-tries every applicable action.
+cheapest estimated path to a condition (see `additive_heuristic`). If these actions lead to no goal, a
+thorough search tries every applicable action.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from eai.world.derived import DefinedPredicate
 _STEP_COST = 0.2
 """Cost of each action on the path so far. Each action that is estimated to follow costs 1.
 
-This cost is just high enough to make the search give up long detours.
+A lower cost would let the search follow long detours.
 """
 
 _UNEXPANDED, _EXPANDED = 0, 1
-"""Ranks of states in the queue: states that no action has expanded yet come first."""
+"""Ranks of states in the queue: states that are not expanded yet come first."""
 
 
 class GreedySearch:
@@ -57,7 +57,7 @@ class GreedySearch:
 
     @property
     def is_over(self) -> bool:
-        """Whether any limit of all searches together is reached."""
+        """Whether all searches together have reached a limit."""
         return self.effort.is_used_up or self._looks.is_limit_exceeded or self.bindings.is_limit_exceeded
 
     def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> CostEstimates:
@@ -196,7 +196,7 @@ class _PreferredActions:
 
     Args:
         heuristic: the heuristic of the domain.
-        estimates: the estimates from the state.
+        estimates: the estimated costs of conditions from the state.
 
     Attributes:
         actions: the collected actions, each once, in order.
@@ -217,7 +217,7 @@ class _PreferredActions:
             self._collect_preferred_actions(goal)
 
     def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
-        """Collect an action if it is applicable, otherwise the actions that lead to its prerequisites."""
+        """Collect an action without prerequisites, otherwise the actions that lead to the prerequisites."""
         if action is not None and not prerequisites:
             self.actions[action] = None
         for condition in prerequisites:

@@ -37,7 +37,7 @@ _MAX_CONDITIONS = 30_000
 """Maximum number of conditions in a `_RelaxationGraph`; further conditions are assumed to hold."""
 
 _MAX_VALUES = 60
-"""Maximum number of values of a quantified variable if `_RelaxationGraph` has a condition for each value."""
+"""Maximum number of values of a quantified variable for which `_RelaxationGraph` has a condition each."""
 
 _MAX_BRANCHES = 200
 """Maximum number of branches of the search for a smallest set with an action of every landmark.
@@ -53,7 +53,7 @@ A landmark is a set of actions; every plan that succeeds has at least one action
 """
 
 _CONDITIONS_PER_EFFORT = 20
-"""Number of conditions in the graph that count as one operation in each search for a landmark (`Cut`)."""
+"""Number of nodes of the graph that count as one operation in each search for a landmark (`Cut`)."""
 
 
 class _RelaxationGraph:
@@ -102,7 +102,7 @@ class _RelaxationGraph:
 
     @property
     def size(self) -> int:
-        """Number of conditions and changes in the graph."""
+        """Number of nodes in the graph: conditions, and changes of facts."""
         return len(self._parts)
 
     def find_cut_avoiding_actions(self, actions: Collection[Action]) -> list[Action] | None:
@@ -237,7 +237,7 @@ class _RelaxationGraph:
         key = id(formula), tuple([scope[name] for name in self._change_finder.names(formula)]), truth
         number = self._numbers.get(key)
         if number is None:
-            self._formulas.append(formula)  # the entry keeps the formula alive, so that its id stays unique
+            self._formulas.append(formula)  # keeps the formula alive, so that its id stays unique
             number = self._numbers[key] = self._add_condition_node(formula, scope, truth)
         return number
 
@@ -399,7 +399,7 @@ class Landmarks:
             self._hits[action] = self._hits.get(action, 0) | bit
 
     def get_mask_of_cuts_with_action(self, action: Action | None) -> int:
-        """Return the landmarks (see `Cut`) with an action, as a bit mask; 0 for a deleted step (None)."""
+        """Return the landmarks (see `Cut`) that contain an action, as a bit mask; 0 for no action (None)."""
         return 0 if action is None else self._hits.get(action, 0)
 
     def find_missed_cuts_mask(self, actions: Iterable[Action]) -> int:
@@ -410,7 +410,7 @@ class Landmarks:
         return missed
 
     def count_min_actions_for_cuts(self, cuts_mask: int) -> int:
-        """Return the minimum size of a set of actions that contains an action of each landmark in a mask."""
+        """Return the minimum number of actions that together hit each landmark (see `Cut`) in a bit mask."""
         return self._get_min_hitting_set(cuts_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:

@@ -105,7 +105,7 @@ class Planner:
         self._allowed: Callable[[State], bool] | None = None
 
     def restrict_states(self, allowed: Callable[[State], bool]) -> Planner:
-        """Return a planner with the same caches, whose plans lead only through allowed states."""
+        """Return a planner that shares the caches, but whose plans lead only through allowed states."""
         other = copy(self)
         other._allowed = allowed
         return other

@@ -26,7 +26,7 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of operations to find the possible facts; number of operations that each action counts as.
+"""Maximum number of operations to find the possible facts, and number of operations for each action.
 
 An object that is tried as an argument of an action counts as one operation.
 """
@@ -143,7 +143,7 @@ class PossibleFacts:
     def _may_literal_hold_cached(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         """Whether a literal may ever hold.
 
-        True is cached for good, since no literal becomes impossible again.
+        The result True is cached for good, since a possible literal never becomes impossible.
         """
         literal = predicate, arguments, truth
         if literal in self._proved or literal in self._denied:

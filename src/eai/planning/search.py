@@ -103,7 +103,7 @@ class SearchEndReason(str, Enum):
     UNREACHABLE = "unreachable"
     """The search proved that the permitted actions lead to no goal."""
     STATES = "states"
-    """The search reached a limit, of states or of other operations, without a plan or a proof."""
+    """The search reached its limit of states or of other operations, without a plan or a proof."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

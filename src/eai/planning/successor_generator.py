@@ -27,8 +27,8 @@ class SuccessorGenerator:
     Args:
         domain: the domain.
         objects: the objects that actions may use, by index.
-        goals: the goals to execute operators: a plan must contain these operators, one after the other. Each
-            entry lists the names of alternative operators.
+        goals: operators that a plan must contain, one after the other. Each entry lists the names of
+            alternative operators.
         allowed: function that tests whether an action may lead to a state; None allows all states.
     """
 
@@ -45,7 +45,7 @@ class SuccessorGenerator:
         self.goals = goals
 
     def make_successor(self, node: PlanNode, action: Action) -> PlanNode | None:
-        """Return the node after an action; None if the action is impossible or leads to a forbidden state."""
+        """Return the search node after an action; None for an impossible action or a forbidden state."""
         compiled = self._domain.compiled_operators[action.operator]
         binding = compiled.bind(node.state, action.arguments)
         if not compiled.is_possible(node.state, binding):
@@ -59,7 +59,7 @@ class SuccessorGenerator:
     def generate_applicable_actions(
         self, node: PlanNode, binding_effort: SearchEffort | None = None
     ) -> Iterator[Action]:
-        """Yield all actions that are possible in a node, until ``binding_effort`` exceeds its limit."""
+        """Yield all actions that are possible in a node's state, up to the limit of ``binding_effort``."""
         for operator in self._domain.operators:
             yield from generate_applicable_actions_of_operator(
                 self._domain, operator, node.state, self.objects, binding_effort

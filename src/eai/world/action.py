@@ -1,4 +1,4 @@
-"""Ground actions, and faults, the reasons why steps were not executed."""
+"""Ground actions, and faults: the reasons why steps were not executed."""
 
 from __future__ import annotations
 

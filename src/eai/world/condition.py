@@ -251,7 +251,7 @@ class ConditionCompiler:
         return filter_objects
 
     def _compile_matching_test(self, formula: f.ForPairs, scope: SlotByVariable) -> ConditionTest:
-        """Compile a formula with `ForPairs` to a test that finds a maximum matching of objects in pairs."""
+        """Compile a `ForPairs` formula to a test that searches a maximum matching for enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.add_slot()
         partners = self._compile_value_finder(second, formula.body, {**scope, first.name: slot})
@@ -341,7 +341,7 @@ def _map_parameters_to_slots(derived: DefinedPredicate, slots: tuple[int, ...]) 
 
 def _make_lookup_value_finder(lookup: LookupPredicate, slots: Sequence[int]) -> _ValueFinder:
     values = lookup.values
-    if len(slots) == 1:  # without a loop, because this makes scoring of some benchmarks a tenth faster
+    if len(slots) == 1:  # a case without a loop makes scoring of some benchmarks a tenth faster
         (only,) = slots
         return lambda state, binding: values(state, (binding[only],))
     return lambda state, binding: values(state, tuple([binding[s] for s in slots]))

@@ -33,7 +33,7 @@ from eai.world.state import State, compare_states
 from eai.world.vocabulary import Vocabulary
 
 _Defect: TypeAlias = str
-"""Text that says which rule of execution an operator or the domain breaks."""
+"""Text that says which rule an operator or the domain breaks when actions are executed."""
 
 
 def check_domain(
@@ -131,7 +131,7 @@ def _find_effects_made_true(domain: Domain, before: State, action: Action, after
 
 
 def _compute_facts_hash(state: State) -> int:
-    """Compute the hash of a state's facts again, which shows whether the state was changed in place."""
+    """Compute the hash of a state's facts anew. A new hash shows that the state was changed in place."""
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 

@@ -45,8 +45,8 @@ class Simulator(Protocol):
 
         Returns:
             The state after the action, in which its intended effects (changes that it always makes) hold; or
-            a fault if the action failed and changed nothing. The fault may have a check that the domain does
-            not declare.
+            a fault if the action failed and changed nothing. The failed check in the fault may be one that
+            the domain does not declare.
         """
 
 

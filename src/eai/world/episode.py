@@ -166,7 +166,7 @@ class Episode:
 
 
 def _lower_state_number_of_fault(step: Step, offset: int) -> Step:
-    """Return a step whose fault counts states from number ``offset`` on: `Fault.earlier` is reduced."""
+    """Return the step with ``offset`` subtracted from the state number in its fault (`Fault.earlier`)."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

@@ -42,7 +42,7 @@ class _CompiledOperatorAlternative(NamedTuple):
 
 
 class CheckFailure(NamedTuple):
-    """A failed check, all checks tested with it, and the indices of the action's objects.
+    """A failed check, the list of checks that contains it, and the indices of the action's objects.
 
     The checks belong to an operator, or to one of the operator's alternatives (ways to act).
     """
@@ -137,7 +137,7 @@ class CompiledOperator:
     def find_failed_alternatives_still_attempted(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedOperatorAlternative, ...]:
-        """Return the failed alternatives (ways to act) whose conditions still hold after the action."""
+        """Return the alternatives (ways to act) that failed and would be attempted again after the action."""
         failed_tries = []
         for attempt, compiled in zip(self.operator.alternatives, self.alternatives, strict=True):
             if compiled.is_attempted(before, binding) and compiled.is_attempted(after, binding):
@@ -192,17 +192,18 @@ Spend: TypeAlias = Callable[[], bool]
 """Function that counts one tried value of a parameter, and returns whether the limit is exceeded."""
 
 ApplicableArgumentFinder: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
-"""Function that yields the arguments for which no check of an operator fails, like `itertools.product`.
+"""Function that yields the arguments for which no check of an operator fails.
 
-The function stops early when it has tried too many values of parameters.
+Their order is that of `itertools.product`. The function stops early when it has tried too many values of
+parameters.
 """
 
 
 def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> ApplicableArgumentFinder:
     """Return a function that finds the arguments for which no check of an operator fails.
 
-    A check of one parameter is evaluated once, for all objects at once. A check of several parameters is
-    evaluated once all but the last of them have values, for all values of the last at once. The
+    A check of one parameter is evaluated for all objects at once. A check of several parameters waits until
+    only its last parameter has no value; it is then evaluated for all values of this parameter at once. The
     operator's alternatives (other ways to act) are not evaluated.
     """
     names = [parameter.name for parameter in operator.parameters]

@@ -49,7 +49,7 @@ class Check:
 
     def __post_init__(self) -> None:
         if not self.reason:
-            raise DomainError(f"a check of {self.fault.value} has an empty reason: describe the failure")
+            raise DomainError(f"a check for {self.fault.value} has an empty reason: describe the failure")
         if self.fault not in FAULT_PRECEDENCE or self.fault is FaultKind.WRONG_ORDER:
             expected = join_with_or(
                 [kind.value for kind in FAULT_PRECEDENCE if kind is not FaultKind.WRONG_ORDER]
@@ -83,7 +83,7 @@ def affordance(condition: Formula, reason: str) -> Check:
 
 
 def additional_step(condition: Formula, reason: str) -> Check:
-    """Return a check that the action is still needed. If it fails, the action is an additional step."""
+    """Return a check that fails if the action is needless; the action is then an additional step."""
     return Check(condition, FaultKind.ADDITIONAL_STEP, reason)
 
 

@@ -106,7 +106,9 @@ class Vocabulary:
         for derived in self.derived:
             for read in derived.reads:
                 if read not in names:
-                    raise DomainError(f"derived predicate {derived.name} reads {read}, which is not declared")
+                    raise DomainError(
+                        f"derived predicate {derived.name} reads {read}, which is not declared: declare it"
+                    )
         for kind in self.parents:
             if kind in self.list_kind_with_ancestors(kind)[1:]:
                 raise DomainError(f"parents: the kind {kind} contains itself: remove a parent from the cycle")

@@ -235,8 +235,8 @@ def read_plan_lines(
     return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
 
 
-def _blank_out(sign: re.Match[str]) -> str:
-    return " " * len(sign[0])
+def _blank_out(match: re.Match[str]) -> str:
+    return " " * len(match[0])
 
 
 def _split_lines(

@@ -140,7 +140,7 @@ class OperatorVerdict(Verdict):
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the inputs of the reward, or None if the required operators have no clauses.
 
-        The reached share (`RewardInputs.gain`) is the F1 of all clauses in preconditions and effects.
+        The gain (`RewardInputs.gain`) is the F1 of all clauses in preconditions and effects.
         """
         return compute_reward_inputs_of_parts(
             sum_counts(count_clauses_by_category(self)), self.error, self._count_faults()

@@ -26,7 +26,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""Moment of a plan: the number of a state, and the number of operators of `PlanningGoal.actions` executed."""
+"""Moment of a plan: number of the state, and number of executed operators of `PlanningGoal.actions`."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
 """Moments of a plan, one before each entry of the plan up to the first impossible step.
@@ -146,7 +146,7 @@ class PlanStateCache:
         return failed + len(self.find_unmet_goals(number)) + len(self.goal.actions) - taken
 
     def plan_succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
-        """Whether all steps of a plan with this path (see `compute_path`) succeed and its goals are met."""
+        """Whether all steps of a plan with a path (see `compute_path`) succeed and its goals are met."""
         number, taken = path[-1]
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 
@@ -165,7 +165,7 @@ The action None stands for the deletion of the entry at the position.
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 """Function from an edited plan and its `PlanPath` to edits.
 
-Every repair of the plan makes one of the edits.
+Every repair of the plan makes at least one of the edits.
 """
 
 
@@ -210,7 +210,7 @@ class _HelpingEditFinder:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _get_cached_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
-        """Return changes of facts that may make an impossible step possible, or needless and so skipped."""
+        """Return changes of facts that may make an impossible step possible, or needless and thus skipped."""
         changes = self._fatal.get((state_number, action))
         if changes is None:
             changes = self._fatal[state_number, action] = self._find_changes_to_enable_step(
@@ -297,8 +297,8 @@ class _HelpingEditFinder:
         """Return changes of facts that may let a step make more of the wanted changes, or undo fewer of them.
 
         The returned changes must happen before the step. If the operator of a skipped step is in
-        ``operator_names``, the step is improved if it is executed. The second returned value is whether the
-        step undoes any wanted change.
+        ``operator_names``, they also include the changes that let the step be executed. The second returned
+        value is whether the step undoes any wanted change.
         """
         state, executed = (
             self._states.by_number[state_number],

@@ -161,8 +161,7 @@ def count_edits_or_infinity(plan: EditedPlan | None) -> float:
 def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion costs no further edit.
 
-    Just before such a step, the plan has more insertions than deletions. So the deletion turns an insertion
-    into a replacement.
+    Such a step follows unpaired insertions. So its deletion turns an insertion into a replacement.
     """
     surplus = 0
     for position, entry in enumerate(plan):
@@ -172,7 +171,7 @@ def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
 
 
 _END = EditedPlanStep(0, Action("", ()))
-"""Unchanged step that is appended to a plan when its edits are counted.
+"""Sentinel: an unchanged step that is appended to a plan when its edits are counted.
 
 It closes the last group of insertions and deletions.
 """
@@ -213,7 +212,7 @@ def put_insertions_before_deletions(plan: EditedPlan) -> EditedPlan:
 def insert_or_delete_step(
     plan: EditedPlan, position: int, inserted: Action | None
 ) -> tuple[EditedPlan, FirstChangedPosition]:
-    """Return a plan after one more edit, and the index of its first entry that differs.
+    """Return a plan after one more edit, and the index of the first entry that the edit changed.
 
     Between unchanged steps, inserted steps come before deleted steps. If ``inserted`` is None, the entry at
     ``position`` is deleted.

@@ -59,7 +59,7 @@ _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to complete a plan."""
 
 _START_FACTOR = 3
-"""Factor that raises the limit of actions that the planner tests, for its plan from the initial state.
+"""Factor by which the planner may test more actions for the plan from the initial state.
 
 The limit may be higher because this plan is made only once per task.
 """
@@ -81,7 +81,7 @@ _MAX_CACHED_STATES = 50_000
 """Maximum number of cached states that are kept when the repair of the next plan begins."""
 
 _EASY_EFFORT = 60
-"""Effort up to which a search for repairs finds no landmarks (`Cut`), since many plans need only one edit."""
+"""Effort up to which a search for repairs uses no landmarks (`Cut`), since many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one operation of the search."""
@@ -485,7 +485,7 @@ class _RepairSearch:
     def _push_node(self, node: _RepairNode) -> None:
         """Put a plan into the queue. A plan can be in the queue twice: before and after its execution."""
         number_before = len(self._seen)
-        self._seen.add((node.plan, node.first_unknown < 0))  # computes the hash of a long plan only once
+        self._seen.add((node.plan, node.first_unknown < 0))  # `add` hashes a plan once
         if len(self._seen) > number_before:
             self._add_to_queue(node)
 
