@@ -95,6 +95,16 @@ def test_an_action_that_undoes_a_protected_condition_costs_more() -> None:
     away = subgoal(named("at", "robot", "shed"))
     assert CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(robot_in_hall)]).estimate(away) == 2
     assert CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(something_in_hall)]).estimate(away) == 1
+    for protected, cost in ((robot_in_hall, INFINITE), (something_in_hall, 1)):
+        estimates = CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(protected)], keep_protected=True)
+        assert estimates.estimate(away) == cost
+
+
+def test_an_estimate_is_infinite_at_its_maximum() -> None:
+    lit = subgoal(named("lit", "lamp"))
+    estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
+    assert estimates.estimate(lit, 2.0) == INFINITE
+    assert estimates.estimate(lit, 3.0) == 2.0
 
 
 def test_a_condition_is_reduced_to_its_cheapest_parts() -> None:

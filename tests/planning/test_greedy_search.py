@@ -25,7 +25,7 @@ FIXED = subgoal("at", "lamp", "hall")
 
 
 def agenda(*goals: Subgoal, states: int = 1_000) -> _GoalAgenda:
-    return _GoalAgenda(GreedySearch(HEURISTIC, SUCCESSORS, Limits(states)), goals)
+    return _GoalAgenda(GreedySearch(HEURISTIC, SUCCESSORS, Limits(states)), goals, START.state.scene)
 
 
 def steps_to(node: PlanNode | None) -> list[str]:

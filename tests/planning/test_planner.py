@@ -1,15 +1,23 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from random import Random
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEndReason, SearchResult
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
+from eai.tasks.planning import find_plan
+from eai.tasks.source import Source
 from eai.world.action import Action
 from eai.world.execution import attempt_action, execute_plan
 from eai.world.history import History
@@ -158,3 +166,50 @@ def test_a_plan_is_found_if_and_only_if_the_goal_is_reachable(
         assert all(toy.DOMAIN.holds(c, trajectory.final_state) for c in conditions)
         for i in range(len(found.plan)):
             assert not reaches([*found.plan[:i], *found.plan[i + 1 :]], goal)
+
+
+BLOCKS = Path(__file__).parents[1] / "pddl" / "domains" / "blocksworld" / "domain.pddl"
+
+
+def restack(folder: Path, towers: Sequence[Sequence[str]], goal: Sequence[str]) -> SearchResult[Action]:
+    """Plan for a tower of blocks that stand in other towers; blocks are listed from the bottom."""
+    initial = ["(hand-empty)"]
+    for tower in towers:
+        initial += [f"(on-table {tower[0]})", f"(clear {tower[-1]})"]
+        initial += [f"(on {upper} {lower})" for lower, upper in pairwise(tower)]
+    conditions = [f"(on {upper} {lower})" for lower, upper in pairwise(goal)]
+    Random(0).shuffle(conditions)
+    problem = folder / "problem.pddl"
+    problem.write_text(
+        f"(define (problem tower) (:domain blocksworld) (:objects {' '.join(sorted(goal))})"
+        f" (:init {' '.join(initial)}) (:goal (and {' '.join(conditions)})))"
+    )
+    benchmark = find_benchmark(f"pddl:{BLOCKS},{problem}")
+    return find_plan(benchmark.tasks(Source())["tower"], Planner(benchmark.domain))
+
+
+@pytest.mark.parametrize("size", [8, 16, 24])
+@pytest.mark.parametrize("start", ["reversed", "shuffled", "two towers", "on the table"])
+def test_a_tower_takes_few_states_for_each_block(size: int, start: str, tmp_path: Path) -> None:
+    goal = [f"b{number:02}" for number in range(size)]
+    blocks = Random(1).sample(goal, size)
+    towers = {
+        "reversed": [goal[::-1]],
+        "shuffled": [blocks],
+        "two towers": [blocks[: size // 2], blocks[size // 2 :]],
+        "on the table": [[name] for name in blocks],
+    }
+    found = restack(tmp_path, towers[start], goal)
+    assert found.end is SearchEndReason.SOLVED
+    assert found.states <= 12 * size
+    assert len(found.plan) <= 5 * size
+
+
+def test_a_goal_that_holds_too_early_is_undone(tmp_path: Path) -> None:
+    found = restack(tmp_path, [["b", "a"], ["c"]], ["c", "b", "a"])
+    assert [action.operator for action in found.plan] == [
+        *("unstack", "put-down"),
+        *("pick-up", "stack"),
+        *("pick-up", "stack"),
+    ]
+    assert found.states < 20

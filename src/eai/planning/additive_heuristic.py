@@ -80,7 +80,7 @@ OPAQUE_COST = 2.0
 The cost is a guess, because only the predicates that the function reads are known.
 """
 
-_HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
+_HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, INFINITE)
 """Limits of the cost of actions, tried in this order so that actions of low cost are found first."""
 
 
@@ -255,6 +255,7 @@ class CostEstimates:
             are invalid.
         previous: earlier estimates of the same search. Their tests of actions are used again if no fact that
             the conditions of an action read has changed.
+        keep_protected: whether actions that make a condition in ``protected`` false are left out.
 
     Attributes:
         state: the state.
@@ -271,8 +272,11 @@ class CostEstimates:
         looks: SearchEffort | None = None,
         bindings: SearchEffort | None = None,
         previous: CostEstimates | None = None,
+        *,
+        keep_protected: bool = False,
     ) -> None:
         self.state = state
+        self._keep_protected = keep_protected
         self.objects = objects
         self.bindings = bindings or SearchEffort(Limits().bindings)
         self._heuristic = heuristic
@@ -293,11 +297,14 @@ class CostEstimates:
         self._undone: dict[Action, int] = {}
         self._open: set[_Key] = set()
 
-    def estimate(self, subgoal: Subgoal) -> float:
-        """Estimate the number of actions until a condition holds; infinite if no action can establish it."""
+    def estimate(self, subgoal: Subgoal, max_cost: float = INFINITE) -> float:
+        """Estimate the number of actions until a condition holds.
+
+        The estimate is infinite if no action can establish the condition, or if it is not below ``max_cost``.
+        """
         if self.holds(subgoal):
             return 0.0
-        costs = (self._compute_cost(subgoal, limit) for limit in _HORIZONS)
+        costs = (self._compute_cost(subgoal, limit) for limit in _HORIZONS if limit <= max_cost)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
     def find_cheapest_action_of_operators(self, operator_names: Sequence[str]) -> _CheapestAction:
@@ -524,6 +531,8 @@ class CostEstimates:
 
     def _find_cheapest_candidate(self, candidates: GroundActions, best: _CheapestAction) -> _CheapestAction:
         for candidate in candidates:
+            if self._keep_protected and self._count_protected_conditions_broken_by(candidate.action):
+                continue
             tests = self._kept_tests if candidate.is_test_kept else self._other_tests
             failing = tests.get(candidate)
             if failing is None:

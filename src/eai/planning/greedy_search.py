@@ -60,14 +60,24 @@ class GreedySearch:
         """Whether all searches together have reached a limit."""
         return self.effort.is_used_up or self._looks.is_limit_exceeded or self.bindings.is_limit_exceeded
 
-    def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> CostEstimates:
+    def make_estimates(
+        self, node: PlanNode, protected: Sequence[Subgoal] = (), *, keep_protected: bool = False
+    ) -> CostEstimates:
         """Return cost estimates from a node's state.
 
-        Actions that make a condition in ``protected`` false cost more.
+        Actions that make a condition in ``protected`` false cost more. If ``keep_protected`` is true, there
+        are no such actions.
         """
         objects = self.successors.objects
         self._last = CostEstimates(
-            self.heuristic, node.state, objects, protected, self._looks, self.bindings, self._last
+            self.heuristic,
+            node.state,
+            objects,
+            protected,
+            self._looks,
+            self.bindings,
+            self._last,
+            keep_protected=keep_protected,
         )
         return self._last
 

@@ -1,7 +1,8 @@
 """The planner on declared domains. Plans take required operators in order and reach required conditions.
 
 The goals are reached one after the other, each by a greedy best-first search (`greedy_search`). The search is
-guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). If no goal can be
+guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). A goal that must be
+undone for another goal comes after the other goal (`_ReasonableOrder`). If no goal can be
 reached without undoing another goal, a single search looks for all goals together. All actions of a plan are
 applicable. A number of states limits the effort, never time. So equal input gives equal output.
 """
@@ -9,20 +10,20 @@ applicable. A number of states limits the effort, never time. So equal input giv
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from eai.logic.formula import Formula
+from eai.logic.formula import Atom, Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.search import Limits, SearchEndReason, SearchNode, SearchResult
-from eai.planning.subgoal import Subgoal, make_subgoals
+from eai.planning.subgoal import GroundAtom, Subgoal, find_argument_indices, make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.state import State
+from eai.world.state import Scene, State
 
 _FIRST_LIMITS = Limits(50, thorough=False)
 """Limits of the first search for one goal."""
@@ -38,6 +39,9 @@ _MAX_DIRECT_COST = 12.0
 
 For a costlier goal, the conditions that must hold before it are reached first.
 """
+
+_MAX_KEPT_COST = 18.0
+"""Cost at which a goal counts as unreachable without undoing another goal."""
 
 _NEXT_ACTION = -1
 """Index that stands for the goal to execute the next operator of `PlanningGoal.actions`.
@@ -178,7 +182,7 @@ def _search_plan(
         return node.met == len(goal.actions) and all(holds(c, {}, node.state) for c in goal.conditions)
 
     goals = make_subgoals(goal.conditions, start.state.scene)
-    agenda = _GoalAgenda(search, goals)
+    agenda = _GoalAgenda(search, goals, start.state.scene)
     node, allowed, effort = start, _FIRST_LIMITS, search.effort
     while not is_goal_reached_at_node(node):
         further = agenda.reach_next_goal(node, allowed)
@@ -198,8 +202,128 @@ def _search_plan(
     return SearchResult(SearchEndReason.SOLVED, last_node.list_actions(), effort.used)
 
 
+class _ReasonableOrder:
+    """The reasonable order of goals (Koehler and Hoffmann 2000).
+
+    If a goal must be undone to reach another goal, the other goal comes first. The search learns the order
+    from states in which one goal of a pair holds. Only literals with a common object are tested. All pairs
+    with equal predicates, object categories and common arguments have the same order.
+
+    Args:
+        search: the searches and estimates.
+        goals: closed conditions.
+        scene: the objects.
+    """
+
+    def __init__(self, search: GreedySearch, goals: Sequence[Subgoal], scene: Scene) -> None:
+        self._search = search
+        self._goals = goals
+        self._scene = scene
+        self._literals = [self._make_literal(goal) for goal in goals]
+        self._related_goals = self._find_related_goals()
+        self._held: Set[int] = frozenset()
+        self._must_precede: dict[tuple[object, ...], bool] = {}
+
+    def _find_related_goals(self) -> list[list[int]]:
+        """Return a list for each goal: the numbers of the goals with a common object."""
+        goals_of_object: dict[int, list[int]] = {}
+        for i, literal in enumerate(self._literals):
+            for index in literal.arguments:
+                goals_of_object.setdefault(index, []).append(i)
+        return [
+            list(dict.fromkeys([j for index in literal.arguments for j in goals_of_object[index]]))
+            for literal in self._literals
+        ]
+
+    @property
+    def is_known(self) -> bool:
+        """Whether any goal must come after another goal."""
+        return any(self._must_precede.values())
+
+    def find_late_goals(self, pending: Sequence[int]) -> Set[int]:
+        """Return the goals that must come after pending goals; no goals if the order is circular."""
+        late = set[int]()
+        waiting = [i for i in pending if i != _NEXT_ACTION] if self.is_known else []
+        while waiting:
+            earlier = waiting.pop()
+            for later in self._related_goals[earlier]:
+                if later not in late and self._must_precede.get(self._make_key(earlier, later)):
+                    late.add(later)
+                    waiting.append(later)
+        return set() if late.issuperset(pending) else late
+
+    def forget(self) -> None:
+        """Give up the order, because a goal that should come first seems unreachable."""
+        self._must_precede = dict.fromkeys(self._must_precede, False)
+
+    def learn(self, node: PlanNode, estimates: CostEstimates, held: Set[int]) -> None:
+        """Learn from a node in which the goals ``held`` hold, some of them for the first time."""
+        for later in sorted(held - self._held):
+            for earlier in self._related_goals[later]:
+                if earlier not in held and self._make_key(earlier, later) not in self._must_precede:
+                    self._test_pair(node, estimates, earlier, later)
+        self._held = held
+
+    def _make_literal(self, goal: Subgoal) -> GroundAtom:
+        """Return a goal as a literal of a stored predicate; for another goal, a literal without objects."""
+        formula, scope, truth = goal
+        if not isinstance(formula, Atom) or formula.predicate in self._search.heuristic.derived:
+            return GroundAtom("", (), truth)
+        return GroundAtom(formula.predicate, find_argument_indices(formula, scope, self._scene), truth)
+
+    def _make_key(self, earlier: int, later: int) -> tuple[object, ...]:
+        pair = self._literals[earlier], self._literals[later]
+        arguments = [index for literal in pair for index in literal.arguments]
+        categories = [self._scene.objects[index].category for index in arguments]
+        signature = [(literal.predicate, literal.truth) for literal in pair]
+        return (*signature, *categories, *map(arguments.index, arguments))
+
+    def _test_pair(self, node: PlanNode, estimates: CostEstimates, earlier: int, later: int) -> None:
+        """Find out whether one goal can be reached without undoing the other, which holds in a node.
+
+        A pair stays open if only other objects of the same categories are the reason to undo a goal.
+        """
+        goal = self._goals[earlier]
+        if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
+            return
+        own = self._literals[earlier].arguments
+        undoing = {*self._find_undoing_actions(goal, own, self._goals[later], estimates)}
+        must_precede = False
+        if True in undoing:
+            kept = self._search.make_estimates(node, (self._goals[later],), keep_protected=True)
+            must_precede = kept.estimate(goal, _MAX_KEPT_COST) == INFINITE
+        if must_precede or False not in undoing:
+            self._must_precede[self._make_key(earlier, later)] = must_precede
+
+    def _find_undoing_actions(
+        self, condition: Subgoal, own: tuple[int, ...], kept: Subgoal, estimates: CostEstimates
+    ) -> Iterator[bool]:
+        """Yield an item for each action on the cheapest path to a condition that undoes the goal ``kept``.
+
+        The item is true if the conditions from that action on are about the objects ``own``, or about objects
+        of other categories.
+        """
+        heuristic, objects = self._search.heuristic, self._scene.objects
+        for literal in estimates.split_into_cheapest_literals(condition):
+            if not isinstance(literal.formula, Atom) or estimates.holds(literal):
+                continue
+            atom = estimates.atom(literal.formula, literal)
+            if atom.predicate in heuristic.derived:
+                continue
+            others = {objects[index].category for index in atom.arguments if index not in own}
+            is_own = others.isdisjoint([objects[index].category for index in own])
+            action, prerequisites = estimates.find_supporter(atom)[1:]
+            if action is not None:
+                after = heuristic.domain.apply(estimates.state, action)
+                if heuristic.readings.holds(*kept[:2], after) != kept.truth:
+                    yield is_own
+            for part in prerequisites:
+                for is_own_path in self._find_undoing_actions(part, own, kept, estimates):
+                    yield is_own and is_own_path
+
+
 class _GoalAgenda:
-    """Reaches the goals of one task one by one. Each search keeps the goals that were reached before.
+    """Reaches the goals of one task one by one. Each search keeps the goals that were reached in order.
 
     Goals that can be reached in this way are called serialisable (Korf 1987). The goal with the lowest
     estimated cost comes first. If a goal is a disjunction, the parts of its cheapest disjunct are reached one
@@ -208,30 +332,38 @@ class _GoalAgenda:
     Args:
         search: the searches and estimates.
         goals: closed conditions.
+        scene: the objects.
     """
 
-    def __init__(self, search: GreedySearch, goals: Sequence[Subgoal]) -> None:
+    def __init__(self, search: GreedySearch, goals: Sequence[Subgoal], scene: Scene) -> None:
         self._search = search
         self._goals = goals
+        self._order = _ReasonableOrder(search, goals, scene)
+        self._undoing: set[int] = set()
         self._costs: dict[int, float] = {}
         self._hard: set[int] = set()
         self._failed: set[int] = set()
 
     def reach_next_goal(self, node: PlanNode, limits: Limits) -> PlanNode | None:
         """Return a node in which one more goal is reached; None if the search for each single goal fails."""
-        holds = self._search.make_estimates(node).holds
-        reached = tuple([goal for goal in self._goals if holds(goal)])
-        pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
+        estimates = self._search.make_estimates(node)
+        held = {i for i, goal in enumerate(self._goals) if estimates.holds(goal)}
+        pending = [i for i in range(len(self._goals)) if i not in held]
+        self._order.learn(node, estimates, held)
+        late = self._order.find_late_goals(pending)
+        reached = tuple([self._goals[i] for i in sorted(held - late)])
         if node.met < len(self._search.successors.goals):
             pending.append(_NEXT_ACTION)
-        for i in self._generate_goals_by_cost(node, pending):
+        for i in self._generate_goals_by_cost(node, [i for i in pending if i not in late]):
             if i == _NEXT_ACTION:
                 further = self._search_subgoals(node, reached, node.met + 1, limits)
             else:
-                further = self._reach_goal_by_parts(node, self._goals[i], reached, limits)
+                protected = () if self._must_undo_goals(node, i, reached) else reached
+                further = self._reach_goal_by_parts(node, self._goals[i], protected, limits)
             if further is not None:
                 return further
-        self._failed = set(pending)
+        self._failed = set(pending) - late
+        self._order.forget()
         return None
 
     def mark_failed_goals_as_hard(self) -> bool:
@@ -242,6 +374,16 @@ class _GoalAgenda:
         new = self._failed - self._hard
         self._hard |= new
         return bool(new)
+
+    def _must_undo_goals(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
+        """Whether a goal seems unreachable without undoing reached goals; True at most once a goal."""
+        if not self._order.is_known or goal in self._undoing:
+            return False
+        kept = self._search.make_estimates(node, reached, keep_protected=True)
+        if kept.estimate(self._goals[goal]) < INFINITE:
+            return False
+        self._undoing.add(goal)
+        return True
 
     def _generate_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
         """Yield the indices of goals by their estimated cost, hard goals first.
