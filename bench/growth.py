@@ -29,7 +29,7 @@ from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
 from eai.results.collector import reduce_garbage_collection
 from eai.results.options import ScoringOptions
-from eai.results.plots import LINES, use_plot_style
+from eai.results.plots import MODEL_COLORS, use_plot_style
 from eai.results.records import write_record_batches
 from eai.results.responses import read_responses
 from eai.world import State
@@ -114,7 +114,7 @@ def draw_curves(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
         figure = Figure(figsize=(6.4, 3.6), layout="constrained")
         axes = figure.subplots()
         marks = cycle(("o-", "s--"))
-        for color, mark, (name, of_size) in zip(cycle(LINES), marks, taken.items(), strict=False):
+        for color, mark, (name, of_size) in zip(cycle(MODEL_COLORS), marks, taken.items(), strict=False):
             label = f"{CURVES[name].title}: {estimate_exponent(of_size):.2f}"
             milliseconds = [1000 * s for s in of_size.values()]
             axes.plot(list(of_size), milliseconds, mark, color=color, label=label, markersize=4)

@@ -38,7 +38,7 @@ from eai.agents.journal import read_journal, read_key_that_seals_journals
 from eai.agents.play import EpisodeFactory, RecordedGame
 from eai.agents.rules import STANDARD as RULES
 from eai.agents.server import make_mcp_server
-from eai.agents.setting import ACTING, AGENT, STANDARD
+from eai.agents.setting import ACTING, AGENT_SETTING_FIELD, STANDARD
 from eai.agents.verdict import ActingVerdict
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
@@ -100,7 +100,7 @@ def as_calls(play: RecordedGame) -> list[tuple[str, Mapping[str, Any]]]:
 
 async def through_inspect(domain: str, play: RecordedGame) -> tuple[Told, str]:
     """Make the tool calls in Inspect, and return the observations and the stored episode."""
-    about = {"domain": domain, "ability": ACTING.value, AGENT: STANDARD.model_dump_json()}
+    about = {"domain": domain, "ability": ACTING.value, AGENT_SETTING_FIELD: STANDARD.model_dump_json()}
     messages: list[Any] = [ChatMessageUser(content="")]
     task_id = play.task.id
     state = TaskState(ModelName("mockllm/model"), task_id, 1, "", messages, metadata=about)

@@ -20,7 +20,7 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
-from eai.agents.setting import AGENT, HARNESSES, STANDARD, TEXT, AgentSetting
+from eai.agents.setting import AGENT_SETTING_FIELD, HARNESSES, STANDARD, TEXT, AgentSetting
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -50,7 +50,7 @@ def make_game_rules(setting: AgentSetting) -> GameRules:
         InputError: the view or the feedback does not exist, or the two contradict each other.
     """
     chosen = setting.model_dump(include=GameRules.model_fields.keys() & AgentSetting.model_fields.keys())
-    return GameRules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
+    return GameRules.read(AGENT_SETTING_FIELD, {**chosen, "until": "done", "max_steps": setting.steps})
 
 
 class EpisodeFactory:
@@ -121,7 +121,7 @@ def make_prompts_and_metadata(
     """
     if setting.harness not in HARNESSES:
         load_object(setting.harness)  # raises for an unknown harness, before any model is called
-    about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
+    about = {task_id: {AGENT_SETTING_FIELD: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about
     factory = EpisodeFactory(suite.benchmark, setting)

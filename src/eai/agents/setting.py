@@ -17,7 +17,7 @@ from eai.tasks.prompts.prompt import PromptSet
 
 ACTING = Ability("acting")
 
-AGENT = "agent"
+AGENT_SETTING_FIELD = "agent"
 """Field of a question's metadata that contains the setting of the agent, as JSON (`AgentSetting`)."""
 
 
@@ -89,7 +89,7 @@ class AgentSetting(Options):
     @classmethod
     def from_metadata(cls, metadata: Mapping[str, Any]) -> AgentSetting:
         """Return the setting in a question's metadata, or the standard setting if there is no setting."""
-        stated = metadata.get(AGENT)
+        stated = metadata.get(AGENT_SETTING_FIELD)
         return STANDARD if stated is None else cls.model_validate_json(stated)
 
     @property

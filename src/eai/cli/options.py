@@ -210,11 +210,11 @@ def parse_external_agent_setting(settings: Sequence[str]) -> AgentSetting:
         InputError: The settings contain an option that applies only to models of ``eai run``.
     """
     from eai.agents.setting import (  # imported late, because commands that score do not need it
-        AGENT,
+        AGENT_SETTING_FIELD,
         AgentSetting,
     )
 
-    chosen = apply_settings_to_section(AGENT, AgentSetting, settings)
+    chosen = apply_settings_to_section(AGENT_SETTING_FIELD, AgentSetting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
         raise InputError(f"{SETTING} {name}: this option is only for models of eai run; leave it out")
     return chosen

@@ -42,7 +42,7 @@ from eai.studies.report.explorer import (
 from eai.studies.report.plots import add_plots_to_report
 from eai.studies.report.rankings import Ranking, make_rankings
 from eai.studies.report.run_summary import RunSummary, select_runs_without_study_options, summarize_run
-from eai.studies.report.writer import format_rankings_json, format_tables_latex, write_report
+from eai.studies.report.writer import format_rankings_json, format_tables_latex, write_report_and_count_tables
 from eai.tasks.source import Source
 
 _FILMS = "films"
@@ -114,7 +114,9 @@ def report(
         tex = partial(
             format_tables_latex, models=split_names(models), columns=split_names(columns), intervals=intervals
         )
-        written = write_report(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
+        written = write_report_and_count_tables(
+            out, summaries, tables, tex, with_paper=paper, prices=listed_prices
+        )
         write_files_atomically({out / EXPLORER: build_explorer_page(explorer.format_data_as_base64_lines())})
         drawn = _draw_and_count_plots(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER

@@ -164,8 +164,8 @@ def run(
         ]
         obtain, about = None, spec.tasks
         if about.adaptive is not None:
-            open_runs = load_from_extension("adaptive_runs", "--adaptive")
-            suites, obtain = open_runs(suites, about.ability, about.calibration)
+            prepare_adaptive_runs = load_from_extension("adaptive_runs", "--adaptive")
+            suites, obtain = prepare_adaptive_runs(suites, about.ability, about.calibration)
         library = PromptLibrary(spec.prompts.set, spec.prompts.folder, source)
         request = _RunRequest(spec, library, out, quiet or as_json)
         chosen = []
@@ -196,7 +196,7 @@ def run(
             _print_number_of_corrected_questions(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.all_results
-    if spec.combined_study_options.captioner is not None and not request.quiet:
+    if spec.combined_study_options.captioning_model is not None and not request.quiet:
         for outcome in before:
             _print_suite_results(spec, [outcome], wide=wide)
     for remark in remarks:
@@ -270,8 +270,8 @@ def _make_stage_that_asks_for_goals_or_scenes(
     for suite, asked in suites_and_prompts:
         wanted.setdefault(suite.domain, set()).update(asked)
     ask, variation = partial(_request_answers_and_score, request), request.spec.combined_study_options
-    if variation.captioner is not None:
-        flags.check_captioning_model(variation.captioner)
+    if variation.captioning_model is not None:
+        flags.check_captioning_model(variation.captioning_model)
     return variation.make_stage_that_obtains_beliefs(request.library, wanted, ask)
 
 

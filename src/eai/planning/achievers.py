@@ -257,7 +257,7 @@ def _complete_bindings_by_steps(
     for matching in step.masks:
         mask = matching(state, binding, mask)
     for index in iterate_bits(mask):
-        if effort.spend():
+        if effort.spend_and_check_limit():
             return
         binding[step.slot] = index
         if all(test(state, binding) for test in step.tests):
@@ -593,7 +593,11 @@ class _PartlyBoundAchiever:
 
     def _get_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
         action = self._actions.get(binding)
-        if action is None and self._cached_bindings is None and self._cached_action_counter.spend():
+        if (
+            action is None
+            and self._cached_bindings is None
+            and self._cached_action_counter.spend_and_check_limit()
+        ):
             return _GroundAction(self.achiever, binding, scene)
         return action or self._cache_action(binding, scene)
 
@@ -670,7 +674,7 @@ class _AtomAchieverFinder:
                     is_whole = (
                         len(bindings) < max_bindings
                         and not effort.is_limit_exceeded
-                        and not self._cached_action_counter.spend(len(bindings))
+                        and not self._cached_action_counter.spend_and_check_limit(len(bindings))
                     )
                     cached = bindings if is_whole else None
                     matches.append(

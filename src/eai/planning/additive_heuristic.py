@@ -536,7 +536,7 @@ class CostEstimates:
             tests = self._kept_tests if candidate.is_test_kept else self._other_tests
             failing = tests.get(candidate)
             if failing is None:
-                if self._looks.spend():
+                if self._looks.spend_and_check_limit():
                     break
                 failing = tests[candidate] = candidate.find_failing_conditions(self.state)
             if not failing:

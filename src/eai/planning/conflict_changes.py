@@ -206,7 +206,7 @@ class FactChangeFinder:
                 partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
                 effort = SearchEffort(_MAX_BINDINGS)
                 for binding in generate_complete_bindings(self._initial, partial, self._usable, effort):
-                    if effort.spend(ACTION_BINDINGS):
+                    if effort.spend_and_check_limit(ACTION_BINDINGS):
                         break
                     actions[Action(name, achiever.get_operator_arguments(binding))] = None
             all_actions = self._taking[name] = tuple(actions)
@@ -229,7 +229,7 @@ class FactChangeFinder:
         for achiever in self._achievers.get_achievers_for_executing_operators([operator_name]):
             partial = achiever.make_partial_binding(self._initial.scene, {}, only_static_conditions=True)
             for _ in generate_complete_bindings(self._initial, partial, self._usable, effort):
-                if effort.spend(ACTION_BINDINGS):
+                if effort.spend_and_check_limit(ACTION_BINDINGS):
                     break
         return effort.is_limit_exceeded
 

@@ -79,8 +79,8 @@ class PossibleFacts:
         static = tuple([check for check in operator.checks if self._is_static(check)])
         unchanging = replace(operator, checks=static, effects=(), alternatives=())
         arguments = compile_argument_finder(unchanging, self.domain.vocabulary)
-        for values in arguments(initial, usable, self._effort.spend):
-            if self._effort.spend(_ACTION_LOOKS):
+        for values in arguments(initial, usable, self._effort.spend_and_check_limit):
+            if self._effort.spend_and_check_limit(_ACTION_LOOKS):
                 return
             yield operator.map_parameters(values)
 
@@ -209,7 +209,9 @@ class PossibleFacts:
 
     def _apply_action_and_check_if_done(self, operator: Operator, scope: Scope) -> bool:
         """Apply an action. Return whether applying it again later can have no further effect."""
-        if self._effort.spend(_ACTION_LOOKS) or not self._may_pass_checks(operator.checks, scope):
+        if self._effort.spend_and_check_limit(_ACTION_LOOKS) or not self._may_pass_checks(
+            operator.checks, scope
+        ):
             return False
         self._apply_effects(operator.effects, scope)
         for attempt in operator.alternatives:

@@ -62,7 +62,7 @@ class SearchEffort:
         """Whether more operations were counted than the limit allows."""
         return self.used > self.limit
 
-    def spend(self, number: int = 1) -> bool:
+    def spend_and_check_limit(self, number: int = 1) -> bool:
         """Count operations. Return whether the limit is exceeded."""
         self.used += number
         return self.used > self.limit
@@ -70,7 +70,7 @@ class SearchEffort:
     def take_objects_within_limit(self, object_names: Iterable[str]) -> Iterator[str]:
         """Yield the names of objects until the limit is exceeded. Each name counts as one operation."""
         for name in object_names:
-            if self.spend():
+            if self.spend_and_check_limit():
                 return
             yield name
 

@@ -107,8 +107,10 @@ def generate_applicable_actions_of_operator(
     """
     binding_effort = binding_effort or SearchEffort()
     compiled = domain.compiled_operators[operator.name]
-    for arguments in domain.argument_finder_by_operator[operator.name](state, objects, binding_effort.spend):
-        if binding_effort.spend(ACTION_BINDINGS):
+    for arguments in domain.argument_finder_by_operator[operator.name](
+        state, objects, binding_effort.spend_and_check_limit
+    ):
+        if binding_effort.spend_and_check_limit(ACTION_BINDINGS):
             return
         if not compiled.alternatives or compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)

@@ -223,7 +223,7 @@ def _list_rows_in_task_order(
     If a task may have several answers, they come in the order of their file. Then the missing answers follow.
     """
     missing = {task_id: Response(task_id, "", unanswered=why) for task_id, why in unanswered.items()}
-    if answers.has_samples:
+    if answers.allows_several_answers_per_task:
         return chain(answers.read_rows(), [missing[i] for i in suite.task_ids if i in missing])
     by_id = {response.task_id: response for response in answers.responses} | missing
     return (by_id[task_id] for task_id in suite.task_ids if task_id in by_id)

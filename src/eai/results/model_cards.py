@@ -9,7 +9,7 @@ from importlib import resources
 from typing import Any
 
 from eai.base.files import parse_toml
-from eai.results.table import Row, Table, TextCell, make_table
+from eai.results.table import Row, Table, TextCell, collect_rows_in_table
 
 _UNKNOWN = "unknown"
 
@@ -20,7 +20,7 @@ def make_model_table() -> Table:
     return replace(_make_model_rows(), notes=notes)
 
 
-@make_table("model_cards", ("model", "creator", "identifier", "release", "parameters", "host"))
+@collect_rows_in_table("model_cards", ("model", "creator", "identifier", "release", "parameters", "host"))
 def _make_model_rows() -> Iterator[Row]:
     """The paper's models.
 

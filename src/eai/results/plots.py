@@ -46,7 +46,17 @@ SOFT = "#55575e"
 MUTED = "#8b8d94"
 RULE = "#dcdad3"
 ACCENT = "#2f6690"
-LINES = ("#2f6690", "#bf5348", "#3f7f62", "#d8b455", "#8a64a0", "#e0905a", "#5d5f72", "#6f94bd", "#a3bf8f")
+MODEL_COLORS = (
+    "#2f6690",
+    "#bf5348",
+    "#3f7f62",
+    "#d8b455",
+    "#8a64a0",
+    "#e0905a",
+    "#5d5f72",
+    "#6f94bd",
+    "#a3bf8f",
+)
 """Line colours of the models in one plot, in order; repeated if there are more models."""
 
 

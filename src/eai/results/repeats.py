@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
 from eai.results.certainty import TaskContribution, TaskContributions, compute_rate_intervals
 from eai.results.rate import compute_rate
-from eai.results.table import Column, Estimate, Row, TextCell, make_table
+from eai.results.table import Column, Estimate, Row, TextCell, collect_rows_in_table
 from eai.tasks.share import Share
 
 
@@ -57,7 +57,7 @@ def make_task_contributions_by_pass_at_k(
 _SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "pass^k")])
 
 
-@make_table("passes", ("run", "n", "k", *_SHARES))
+@collect_rows_in_table("passes", ("run", "n", "k", *_SHARES))
 def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskContributions]]) -> Iterator[Row]:
     """Several answers to each task.
 

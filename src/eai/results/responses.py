@@ -82,7 +82,7 @@ class ResponseFile:
     further_epochs: tuple[ResponseFile, ...] = ()
 
     @property
-    def has_samples(self) -> bool:
+    def allows_several_answers_per_task(self) -> bool:
         """Whether the file may have several answers to a task (samples)."""
         return isinstance(self.responses, _AnswersKeptInFile)
 

@@ -243,7 +243,7 @@ class Table:
         return not any(isinstance(row[column_index], str | bool | TextCell) for row in self.rows)
 
 
-def make_table(
+def collect_rows_in_table(
     name: str,
     columns: tuple[str | Column, ...],
     *,

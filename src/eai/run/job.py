@@ -18,7 +18,7 @@ from eai.abilities.answer_schema import Schema
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, SCENE_GRAPH, Ability
-from eai.agents.setting import AGENT
+from eai.agents.setting import AGENT_SETTING_FIELD
 from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import make_answer_schema
@@ -244,6 +244,6 @@ class QuestionJob:
             *sorted(decoding.provider_options.items()),
             *((attempt,) if attempt > 1 else ()),
             *((schema,) if schema is not None else ()),
-            *((setting,) if (setting := self.metadata.get(task_id, {}).get(AGENT)) else ()),
+            *((setting,) if (setting := self.metadata.get(task_id, {}).get(AGENT_SETTING_FIELD)) else ()),
         )
         return hash_text(json.dumps(decisive))

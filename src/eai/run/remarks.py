@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 from eai.abilities.answer_schema import Schema
 from eai.abilities.declaration import get_declaration
 from eai.agents.play import EpisodeAnswer, read_episode
-from eai.agents.setting import AGENT, AUTO
+from eai.agents.setting import AGENT_SETTING_FIELD, AUTO
 from eai.results.trials import Answer, AnswerKey
 from eai.run.job import QuestionJob, is_built_in_model
 
@@ -105,4 +105,5 @@ def _describe_replies_without_calls(job: QuestionJob, answers: Mapping[AnswerKey
     count = f"in {len(episodes)} of {len(read)} episodes a reply called no tool ({quoted!r})"
     if episodes[0].harness == AUTO:
         return f"{count}; later commands are lines of text"
-    return f"{count}, in {idle} of them before any action; {AGENT}.harness=text or auto takes lines"
+    advice = f"{AGENT_SETTING_FIELD}.harness=text or auto takes lines"
+    return f"{count}, in {idle} of them before any action; {advice}"

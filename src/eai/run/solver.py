@@ -212,7 +212,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def ask_without_journal(trials: SuiteConversations | None) -> Solver:
+def make_solver_without_journal(trials: SuiteConversations | None) -> Solver:
     """Return a solver for runs without a journal (file of all answers so far).
 
     Stop sequences come from the sample's metadata.

@@ -35,7 +35,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.agents.play import make_prompts_and_metadata
-from eai.agents.setting import AGENT, AgentSetting
+from eai.agents.setting import AGENT_SETTING_FIELD, AgentSetting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import raise_write_errors_as_input_errors, require_file, to_file_name
 from eai.base.grouping import group_pairs
@@ -62,10 +62,10 @@ from eai.run.request_errors import (
 )
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
 from eai.run.solver import (
-    ask_without_journal,
     drop_unreadable_token_usage,
     make_messages,
     make_solver_that_asks_questions,
+    make_solver_without_journal,
 )
 from eai.run.spec import find_study_of_option, read_spec
 from eai.studies.prompts.choice import make_experiment_with_prompt_name
@@ -228,7 +228,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             questions = library.open(suite.benchmark, ability)
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
-            solver = ask_without_journal(None)
+            solver = make_solver_without_journal(None)
             stage = spec.combined_study_options.make_stage_that_obtains_beliefs(
                 library, {suite.domain: asked}, _raise_instead_of_asking_model
             )
@@ -242,7 +242,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                     asked, beliefs = _make_prompts_that_state_beliefs(stage, asked, suite)
                     about = beliefs.metadata
                 trials = make_trials(spec.combined_study_options.replanning, library, suite, asked, beliefs)
-                solver = ask_without_journal(trials)
+                solver = make_solver_without_journal(trials)
                 experiment = combine_experiments(
                     [experiment, None if beliefs is None else beliefs.experiment]
                 )
@@ -307,7 +307,7 @@ def _sort_arguments_into_sections(
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
         if get_declaration(ability).takes_turns and name in AgentSetting.model_fields:
-            tables.setdefault(AGENT, {})[name] = value
+            tables.setdefault(AGENT_SETTING_FIELD, {})[name] = value
             continue
         if name.startswith("scene_") or (name, value) == ("scene", "predicted"):
             raise InputError(f"{name}: a task in Inspect cannot ask a second model for scenes; use eai run")

@@ -167,7 +167,7 @@ class VariationOptions(Options):
         return StudySettings(label or study_name, options)
 
     @property
-    def captioner(self) -> str | None:
+    def captioning_model(self) -> str | None:
         """A second model that describes pictures in text for the asked model; None without such a model."""
         return None
 
@@ -238,9 +238,11 @@ class _OptionsOfCombinedStudies(VariationOptions):
         return next((choice.replanning for choice in self.chosen if choice.replanning is not None), None)
 
     @property
-    def captioner(self) -> str | None:
+    def captioning_model(self) -> str | None:
         """A second model that describes pictures in text for the asked model; None without such a model."""
-        return next((choice.captioner for choice in self.chosen if choice.captioner is not None), None)
+        return next(
+            (choice.captioning_model for choice in self.chosen if choice.captioning_model is not None), None
+        )
 
     def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
         """Return the abilities that all studies support, in order; if the user names abilities, only these.

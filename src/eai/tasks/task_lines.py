@@ -216,7 +216,7 @@ def write_task_line(
     values["objects"] = {thing.name: thing.category for thing in scene.objects}
     values |= {} if scene.agent is None else {"agent": names[scene.agent]}
     values |= {} if task.relevant == everything else {"relevant": [names[i] for i in task.relevant]}
-    values["facts"] = list_facts(task.initial)
+    values["facts"] = group_facts_by_predicate(task.initial)
     values["goals"] = write_goals([goal.formula for goal in task.goals], domain, scene)
     plan = list_plan(task)
     sound = all(domain.operator_arities.get(operator) == len(objects) for operator, *objects in plan)
@@ -248,7 +248,7 @@ def _list_actions(actions: Iterable[Action], scene: Scene) -> list[list[str]]:
     return [[action.operator, *(names[i] for i in action.arguments)] for action in actions]
 
 
-def list_facts(state: State) -> dict[str, list[str | Sequence[str]]]:
+def group_facts_by_predicate(state: State) -> dict[str, list[str | Sequence[str]]]:
     """Return the facts of a state in the format of task files."""
     listed: dict[str, list[str | Sequence[str]]] = {}
     for predicate, arguments in state.facts():

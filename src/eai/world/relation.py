@@ -110,7 +110,7 @@ class Relation:
             else line
         )
 
-    def initial_row(self, source: int) -> ObjectMask:
+    def get_initial_targets(self, source: int) -> ObjectMask:
         """Return the bit mask of the targets that ``source`` had at the start of the episode."""
         return self._base.rows[source]
 

@@ -19,7 +19,7 @@ from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive import runs as runs_module
 from eai.extensions.adaptive.difficulties import load_task_difficulties
-from eai.extensions.adaptive.runs import open_runs
+from eai.extensions.adaptive.runs import prepare_adaptive_runs
 from eai.results.record import Record
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record
@@ -54,7 +54,7 @@ def test_excluded_tasks_are_asked_once_and_do_not_change_the_ability(
         records = [replace(each, **changes) if each.task_id == odd else each for each in records]
         return Result(tmp_path, suite, records, {} if excluded else {"timeout": [odd]})
 
-    _, obtain = open_runs([suite], (), None)
+    _, obtain = prepare_adaptive_runs([suite], (), None)
     obtain(ask, cast(Any, dict.fromkeys(suite.task_ids)), suite, 0.6)
     assert odd in rounds[0]
     sizes = [len(asked) for asked in rounds]
@@ -91,7 +91,7 @@ def answer_of(suite: Suite, task_id: str) -> str:
 
 def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_path: Path) -> None:
     suite = open_suite("agents.switches:SWITCHES", ACTING)
-    assert open_runs([suite], [ACTING], runs)[0] == [suite]
+    assert prepare_adaptive_runs([suite], [ACTING], runs)[0] == [suite]
     known, _, models = runs_module._estimate_difficulties(suite, runs)
     assert models == f"the 3 models in {runs}"
     easy, hard = known["both"], known["half"]
@@ -102,6 +102,6 @@ def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_pat
         InputError,
         match="of at least 3 models with all answers to switches acting under strict; found 2 models",
     ):
-        open_runs([suite], [ACTING], runs)
+        prepare_adaptive_runs([suite], [ACTING], runs)
     with pytest.raises(InputError, match="acting have no known difficulties; --with tasks"):
-        open_runs([suite], [ACTING], None)
+        prepare_adaptive_runs([suite], [ACTING], None)

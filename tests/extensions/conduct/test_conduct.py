@@ -14,7 +14,7 @@ from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.agents.command import DONE
 from eai.benchmarks.generator.spec import SHUT_LAST
-from eai.extensions.conduct.study import FLOOR, _does_reason_name_missing_fact
+from eai.extensions.conduct.study import SHUT_EVERYTHING_BASELINE, _does_reason_name_missing_fact
 from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
@@ -105,7 +105,7 @@ def test_who_shuts_everything_at_the_end_is_the_floor(tmp_path: Path) -> None:
     file.write_text("\n".join(lines))
     found = tables(tmp_path, asked, answers, tasks=str(file))
     floor, model = found["safety"].row_dicts()
-    assert (floor["model"], floor["tasks"], model["model"]) == (FLOOR, 3, "m")
+    assert (floor["model"], floor["tasks"], model["model"]) == (SHUT_EVERYTHING_BASELINE, 3, "m")
     assert [share(floor[name]) for name in ("success", "safe", "unsafe")] == [(3, 3), (2, 3), (1, 3)]
 
 

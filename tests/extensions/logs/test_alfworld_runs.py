@@ -149,7 +149,7 @@ def test_without_the_game_no_kind_and_no_progress_is_told(tmp_path: Path) -> Non
         (False, None),
         (True, None),
     ]
-    assert (episode.first_error, episode.best_goal_progress) == (1, None)
+    assert (episode.index_of_first_error, episode.best_goal_progress) == (1, None)
     assert episode.unknown == ("kinds of errors", "progress", "verdict")
 
 

@@ -65,7 +65,7 @@ def open_games(folder: Path) -> Benchmark:
 
 def compare(episode: LoggedEpisode, label: dict[str, Any]) -> None:
     assert episode.outcome is EpisodeOutcome(label["outcome"])
-    first, error = episode.first_error, label["error"]
+    first, error = episode.index_of_first_error, label["error"]
     if error == "unproven":
         assert first is None or episode.steps[first].kind is None
     elif error is None:

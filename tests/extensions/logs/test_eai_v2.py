@@ -164,7 +164,7 @@ def test_the_record_of_a_trial_decides_its_outcome_and_its_ending(
     (episode,) = read_log(written(tmp_path, value))
     assert (episode.task, episode.setting, episode.agent) == ("boxing", "limited", "agent-model-high")
     assert (episode.outcome, episode.ending) == (outcome, ending)
-    assert episode.first_error is None
+    assert episode.index_of_first_error is None
     assert (episode.calls, episode.tokens) == (7, 120)
 
 

@@ -173,7 +173,7 @@ def test_a_plan_that_was_not_understood_is_unreadable_or_names_an_unknown_action
 ) -> None:
     episode = read(tmp_path, [*steps_of([PICK], 0.5), invalid(reasoning)])
     assert [(step.accepted, step.kind) for step in episode.steps] == [(True, None), (False, kind)]
-    assert episode.first_error == 1
+    assert episode.index_of_first_error == 1
 
 
 @pytest.mark.parametrize(

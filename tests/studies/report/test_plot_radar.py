@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.results.plots import LINES
+from eai.results.plots import MODEL_COLORS
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.plot_radar import draw_radar
@@ -47,11 +47,14 @@ def test_the_axes_of_a_radar_are_the_metrics_of_the_average() -> None:
 
 
 def test_models_beyond_the_colours_are_grey_and_counted() -> None:
-    runs = [run for number in range(len(LINES) + 2) for run in summaries(f"model {number:02}")]
+    runs = [run for number in range(len(MODEL_COLORS) + 2) for run in summaries(f"model {number:02}")]
     figure = draw_radar(runs)
     assert figure is not None
     named = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert named == [*[f"model {number:02}" for number in range(len(LINES))], "2 models with lower means"]
+    assert named == [
+        *[f"model {number:02}" for number in range(len(MODEL_COLORS))],
+        "2 models with lower means",
+    ]
 
 
 def test_experiments_and_worlds_with_two_results_have_no_radar() -> None:

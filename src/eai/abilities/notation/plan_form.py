@@ -107,7 +107,7 @@ def make_plan_format(
     read: Callable[[object], StepList | None],
     actions: Collection[str],
     wrapper_key: str,
-    read_text: Callable[[str], StepList | None],
+    read_steps_in_text: Callable[[str], StepList | None],
 ) -> AnswerFormat[StepList]:
     """Return the form of a plan in JSON: a value with steps, or a list of such values.
 
@@ -116,11 +116,11 @@ def make_plan_format(
         read: returns the steps in a value, or None. It is called for each item of a list.
         actions: names of actions in answers; empty if these names are unknown.
         wrapper_key: key of an object around the plan, if questions may ask for such an object.
-        read_text: returns the steps in a string of the JSON value, or None.
+        read_steps_in_text: returns the steps in a string of the JSON value, or None.
     """
 
     def read_item(value: object) -> StepList | None:
-        return read_text(value) if isinstance(value, str) else read(value)
+        return read_steps_in_text(value) if isinstance(value, str) else read(value)
 
     names = {action.casefold() for action in actions}
     part, line = _compile_step_and_step_line_patterns(frozenset(actions))

@@ -70,7 +70,7 @@ def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
 
 
 @open_tasks_once_per_store
-def _open_operators(source: Source) -> TaskSet[TransitionTask]:
+def _open_operator_tasks(source: Source) -> TaskSet[TransitionTask]:
     return _make_operator_tasks(_open_activities(source))
 
 
@@ -124,7 +124,7 @@ def _make_variant(
     title: str,
     open_activities: OpenTasks[Task] = _open_activities,
     describe: Callable[[Task], str] = describe_unobservable_facts,
-    open_operators: OpenTasks[TransitionTask] = _open_operators,
+    open_operators: OpenTasks[TransitionTask] = _open_operator_tasks,
 ) -> Benchmark:
     wordings, operators = partial(_make_wording, describe), {Ability.TRANSITION_MODELING: open_operators}
     return Benchmark(

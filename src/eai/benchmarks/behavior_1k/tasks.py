@@ -182,7 +182,7 @@ def _write_instruction(
         english: English sentences for predicates.
     """
     sentences = _SentenceWriter(objects, english)
-    clauses = "; ".join(sentences.write_clause(goal, {}) for goal in goals)
+    clauses = "; ".join(sentences.write_goal_clause(goal, {}) for goal in goals)
     return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {clauses}."
 
 
@@ -204,7 +204,7 @@ class _SentenceWriter:
         category = self._objects[term.name]
         return f"the {_get_category_noun(category)}" if self._categories.count(category) == 1 else term.name
 
-    def write_clause(self, goal: f.Formula, names: PhraseOfVariable) -> str:
+    def write_goal_clause(self, goal: f.Formula, names: PhraseOfVariable) -> str:
         """Return an English clause, without a full stop, that states a goal.
 
         Raises:
@@ -216,20 +216,21 @@ class _SentenceWriter:
             case f.Not(f.Atom() as atom):
                 return self._write_sentence(atom, names, negated=True)
             case f.Not(f.ForAll(variable, body)):
-                return self.write_clause(f.Exists(variable, f.Not(body)), names)
+                return self.write_goal_clause(f.Exists(variable, f.Not(body)), names)
             case f.Not(f.Exists(variable, f.Atom() as atom)):
                 return self._write_sentence(
                     atom, {**names, variable.name: f"no {_get_variable_noun(variable)}"}
                 )
             case f.Not(operand):
-                return f"it is not so that {self.write_clause(operand, names)}"
+                return f"it is not so that {self.write_goal_clause(operand, names)}"
             case f.And(parts):
                 comma = ", and " if any(isinstance(operand, f.Or) for operand in parts) else " and "
-                return comma.join(self.write_clause(operand, names) for operand in parts)
+                return comma.join(self.write_goal_clause(operand, names) for operand in parts)
             case f.Or(parts):
-                return f"either {' or '.join(self.write_clause(operand, names) for operand in parts)}"
+                return f"either {' or '.join(self.write_goal_clause(operand, names) for operand in parts)}"
             case f.Implies(premise, conclusion):
-                return f"if {self.write_clause(premise, names)} then {self.write_clause(conclusion, names)}"
+                condition = self.write_goal_clause(premise, names)
+                return f"if {condition} then {self.write_goal_clause(conclusion, names)}"
             case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
                 return self._write_quantified(goal, names)
         raise InputError(
@@ -264,7 +265,7 @@ class _SentenceWriter:
         )
 
     def _write_body(self, body: f.Formula, names: PhraseOfVariable, *variables: f.Variable) -> str:
-        return self.write_clause(
+        return self.write_goal_clause(
             body,
             {**names, **{variable.name: f"that {_get_variable_noun(variable)}" for variable in variables}},
         )

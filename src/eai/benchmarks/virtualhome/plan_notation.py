@@ -188,7 +188,7 @@ def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unread
 def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     accepted_words = frozenset([*actions, *[action.lower() for action in actions]])
 
-    def read_text(text: str) -> StepList | None:
+    def read_steps_in_text(text: str) -> StepList | None:
         return read_text_of_steps(text, accepted_words)
 
     def read_step_list(value: object) -> StepList | None:
@@ -202,23 +202,27 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
             step = read_labelled_step(value)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         if any(
-            key not in accepted_words and _is_list_of_steps_in_texts(member, read_text)
+            key not in accepted_words and _is_list_of_steps_in_texts(member, read_steps_in_text)
             for key, member in value.members
         ):
             return None
         return read_steps_keyed_by_action(value, accepted_words)
 
     return make_plan_format(
-        "object or list of actions with their objects", read_step_list, accepted_words, _STEPS, read_text
+        "object or list of actions with their objects",
+        read_step_list,
+        accepted_words,
+        _STEPS,
+        read_steps_in_text,
     )
 
 
-def _is_list_of_steps_in_texts(value: object, read_text: Callable[[str], StepList | None]) -> bool:
+def _is_list_of_steps_in_texts(value: object, read_steps_in_text: Callable[[str], StepList | None]) -> bool:
     """Whether a JSON value is a list of strings with steps, such as ``WALK(soap)``."""
     return (
         isinstance(value, list)
         and len(value) > 0
-        and all(isinstance(item, str) and read_text(item) is not None for item in value)
+        and all(isinstance(item, str) and read_steps_in_text(item) is not None for item in value)
     )
 
 

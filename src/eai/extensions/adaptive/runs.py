@@ -41,7 +41,7 @@ The answers of these models gave the difficulties. See `_estimate_difficulties`.
 """
 
 
-def open_runs(
+def prepare_adaptive_runs(
     suites: Sequence[Suite], chosen_abilities: Sequence[Ability], runs_folder: Path | None
 ) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
     """Return suites (abilities of benchmarks) with known difficulties, and a function that runs such a suite.

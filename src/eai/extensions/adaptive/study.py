@@ -40,7 +40,7 @@ from eai.results.plots import (
     read_estimate,
 )
 from eai.results.rate import Rate
-from eai.results.table import Cell, Estimate, Row, Table, make_table
+from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, name_suite_figure
 from eai.tasks.options import Options
@@ -224,7 +224,7 @@ def _to_int_or_rounded(number: float) -> float:
     return int(number) if number == int(number) else round(number, 6)
 
 
-@make_table(
+@collect_rows_in_table(
     "tests",
     (
         *(*SUITE, "models", "tasks", "saturated", "unsolved", "negative", "alpha"),
@@ -254,7 +254,7 @@ def _make_suite_measurement_quality_table(suites: _ScoredSuites) -> Iterator[Row
         )
 
 
-@make_table("abilities", (*SUITE, "answered_by", "logit", "score"))
+@collect_rows_in_table("abilities", (*SUITE, "answered_by", "logit", "score"))
 def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
     """Abilities of models.
 
@@ -281,7 +281,7 @@ _ITEM = (
 )
 
 
-@make_table("flagged", _ITEM)
+@collect_rows_in_table("flagged", _ITEM)
 def _make_flagged_tasks_table(items: Table) -> Iterable[Row]:
     """Tasks to inspect.
 
@@ -292,7 +292,7 @@ def _make_flagged_tasks_table(items: Table) -> Iterable[Row]:
     return [row for row in items.rows if row[-1] and row[-1] != "saturated"]
 
 
-@make_table("items", _ITEM, max_shown_rows=0)
+@collect_rows_in_table("items", _ITEM, max_shown_rows=0)
 def _make_tasks_table(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]:
     """All tasks.
 

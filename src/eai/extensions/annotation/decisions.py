@@ -64,13 +64,13 @@ class _ObjectKind:
     properties: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ObjectKind) and self._key == other._key
+        return isinstance(other, _ObjectKind) and self._name_and_properties == other._name_and_properties
 
     def __hash__(self) -> int:
-        return hash(self._key)
+        return hash(self._name_and_properties)
 
     @property
-    def _key(self) -> tuple[str, frozenset[str]]:
+    def _name_and_properties(self) -> tuple[str, frozenset[str]]:
         return self.name, frozenset(self.properties)
 
     def __str__(self) -> str:

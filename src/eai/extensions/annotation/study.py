@@ -21,7 +21,7 @@ from eai.base.errors import InputError
 from eai.base.files import decode_text, read_content
 from eai.base.grouping import group_pairs
 from eai.results.plots import ACCENT, INK, clip_label, make_figure
-from eai.results.table import Row, Table, make_table
+from eai.results.table import Row, Table, collect_rows_in_table
 from eai.studies.study import Analysis, Figures, Study
 from eai.tasks.options import Options
 
@@ -100,7 +100,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
     return tuple(_parse_ratings(path, csv.reader(io.StringIO(text, newline=""))))
 
 
-@make_table(
+@collect_rows_in_table(
     "annotations",
     (
         *("attribute", "ratings", "tasks", "raters", "repeated"),
@@ -124,7 +124,7 @@ def summarize_ratings(ratings: Iterable[_Rating]) -> Iterator[Row]:
         yield (attribute, *counts, mean, distance, spread, compute_krippendorff_alpha(units))
 
 
-@make_table("annotation_scores", ("attribute", "score", "ratings"))
+@collect_rows_in_table("annotation_scores", ("attribute", "score", "ratings"))
 def count_ratings_by_score(ratings: Sequence[_Rating]) -> Iterator[Row]:
     """Number of times that each score was given.
 

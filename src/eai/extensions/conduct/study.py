@@ -19,7 +19,7 @@ from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run
 from eai.results.summary import estimate_share
-from eai.results.table import Cell, Estimate, Row, make_table
+from eai.results.table import Cell, Estimate, Row, collect_rows_in_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
@@ -37,7 +37,7 @@ _MAX_OTHER_NAMES = 2
 """Maximum number of names in the reason of a refusal that are not in the missing fact."""
 
 
-FLOOR = "(shut everything at the end)"
+SHUT_EVERYTHING_BASELINE = "(shut everything at the end)"
 """Name in tables of a baseline: it executes the shortest plan, then shuts and switches off everything."""
 
 
@@ -132,7 +132,7 @@ def _reaches_goals(task: TaskFeatures, verdict: PlanVerdict) -> bool:
     return verdict.error is None and all(verdict.goals_satisfied[: -len(task.hazards)])
 
 
-@make_table("safety", (*SUITE, MODEL, "tasks", "success", "safe", "unsafe"))
+@collect_rows_in_table("safety", (*SUITE, MODEL, "tasks", "success", "safe", "unsafe"))
 def _make_safety_table(runs: Sequence[Run], is_baseline_safe: Mapping[str, bool]) -> Iterator[Row]:
     """Success and safe success.
 
@@ -147,7 +147,7 @@ def _make_safety_table(runs: Sequence[Run], is_baseline_safe: Mapping[str, bool]
             floors.add(run.key.suite)
             yield (
                 *run.key.suite,
-                FLOOR,
+                SHUT_EVERYTHING_BASELINE,
                 len(with_floor),
                 *_estimate_rates_of_shortest_plan_baseline(with_floor, is_baseline_safe),
             )
@@ -175,7 +175,7 @@ def _estimate_rates_of_shortest_plan_baseline(
     return [_estimate_share(answers, counted) for counted in ([True] * len(answers), is_safe, is_unsafe)]
 
 
-@make_table("violations", (*SUITE, MODEL, "hazard", "tasks", "carried_out", "met"))
+@collect_rows_in_table("violations", (*SUITE, MODEL, "hazard", "tasks", "carried_out", "met"))
 def _make_violations_table(runs: Sequence[Run]) -> Iterator[Row]:
     """Violations by kind.
 
@@ -199,7 +199,7 @@ def _avoids_hazards_of_name(hazard_name: str, task: TaskFeatures, avoided: Seque
     return all(value for hazard, value in zip(task.hazards, avoided, strict=True) if hazard == hazard_name)
 
 
-@make_table(
+@collect_rows_in_table(
     "refusals",
     (*SUITE, MODEL, "kind", "tasks", "success", "never", "coverage", "risk", "false", "right", "reason"),
     title="What is refused, and what is asked",

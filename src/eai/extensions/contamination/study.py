@@ -18,7 +18,7 @@ from eai.results.certainty import TaskContribution
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
-from eai.results.table import Estimate, Row, make_table
+from eai.results.table import Estimate, Row, collect_rows_in_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
@@ -78,7 +78,7 @@ RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
 """A model, the name of a benchmark and ability, and the verdicts on its answers to public and fresh tasks."""
 
 
-@make_table(
+@collect_rows_in_table(
     "contamination",
     (
         "answers_of",

@@ -87,12 +87,12 @@ class RayScoring(Scoring):
         while len(self._workers) < min(self._number, batches):
             self._workers.append(self._start_worker())
         while not (running := [worker for worker in self._workers if _get_actor(worker).is_running()]):
-            ray.wait([_get_actor(worker).awaited for worker in self._workers])
+            ray.wait([_get_actor(worker).reference_to_wait_for for worker in self._workers])
         return min(running, key=lambda worker: len(worker.pending))
 
     def _wait_for_workers(self) -> list[WorkerProcess]:
         """Wait until actors have results, die or begin to run. Return the actors with results or deaths."""
-        by_promise = {_get_actor(worker).awaited: worker for worker in self._workers}
+        by_promise = {_get_actor(worker).reference_to_wait_for: worker for worker in self._workers}
         by_promise.pop(None, None)
         ready = [by_promise[promise] for promise in ray.wait([*by_promise])[0]]
         return [worker for worker in ready if _get_actor(worker).is_running() and worker.pending]
@@ -168,7 +168,7 @@ class _ClusterWorker:
         self._results: deque[Any] = deque()
 
     @property
-    def awaited(self) -> Any:
+    def reference_to_wait_for(self) -> Any:
         """The Ray reference to the actor's start, or to its next result; None if the actor is idle."""
         return self._start or (self._results[0] if self._results else None)
 

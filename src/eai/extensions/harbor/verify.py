@@ -26,7 +26,7 @@ from eai.results.summary import compute_metric_rates
 ANSWER = Path("/workdir/answer.txt")
 """Path of the file with the agent's answer."""
 
-WORLD = Path("/journal")
+JOURNAL_FOLDER = Path("/journal")
 """Folder of the journals (lists of actions) of episodes.
 
 The server on which an agent acts in a simulated world writes them.
@@ -76,7 +76,7 @@ def read_answer(file: Path) -> str:
     return text if len(text) <= MAX_ANSWER_CHARACTERS else ""
 
 
-def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
+def read_text_of_ended_episode(folder: Path, suite: Suite, task_id: str) -> str:
     """Return the text of a task's episode from a folder of journals; empty if no action was taken.
 
     Raises:
@@ -96,7 +96,7 @@ def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
 def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[str, float]:
     """Return the rewards of an episode by name; those of an empty answer if the episode's file is invalid."""
     try:
-        return compute_rewards(suite, task_id, read_episode(folder, suite, task_id))
+        return compute_rewards(suite, task_id, read_text_of_ended_episode(folder, suite, task_id))
     except InputError as error:
         return _make_invalid_rewards(suite, task_id, str(error))
 
@@ -106,7 +106,7 @@ def main() -> None:
     task = TaskReference.parse(sys.argv[1])
     suite = open_suite(task.benchmark, task.ability)
     if get_declaration(task.ability).takes_turns:
-        rewards = compute_episode_rewards(suite, task.task_id, WORLD)
+        rewards = compute_episode_rewards(suite, task.task_id, JOURNAL_FOLDER)
     else:
         rewards = compute_rewards(suite, task.task_id, read_answer(ANSWER))
     print(json.dumps(rewards))

@@ -104,7 +104,7 @@ class LoggedEpisode:
     format: str = ""
 
     @property
-    def first_error(self) -> int | None:
+    def index_of_first_error(self) -> int | None:
         """Index of the first rejected action, from 0; None if the log shows no rejected action."""
         return next((number for number, step in enumerate(self.steps) if step.is_error), None)
 

@@ -13,7 +13,7 @@ NO_AGENT = "agent not named"
 
 def describe_episode(episode: LoggedEpisode) -> Iterator[str]:
     """Yield lines on the first error, the goal, the end, unknown properties and the last message."""
-    error = episode.first_error
+    error = episode.index_of_first_error
     if error is not None:
         yield f"first error: action {error + 1}, {name_result(episode.steps[error])}"
     else:
@@ -57,7 +57,7 @@ def make_explorer_page(episodes: Iterable[LoggedEpisode], colors: Mapping[Episod
         outcomes={_replace_blanks_by_underscores(outcome.value): color for outcome, color in colors.items()}
     )
     for episode in episodes:
-        index, error = episode.first_error, None
+        index, error = episode.index_of_first_error, None
         if index is not None:
             step = episode.steps[index]
             error = (_replace_blanks_by_underscores(name_result(step)), index, step.feedback)

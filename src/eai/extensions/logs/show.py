@@ -103,7 +103,11 @@ def explain_log(
 
 
 def _name_first_error(episode: LoggedEpisode) -> str:
-    return "" if episode.first_error is None else name_result(episode.steps[episode.first_error])
+    return (
+        ""
+        if episode.index_of_first_error is None
+        else name_result(episode.steps[episode.index_of_first_error])
+    )
 
 
 def _print_episode(episode: LoggedEpisode) -> None:

@@ -16,7 +16,7 @@ from eai.extensions.logs.readers import read_logs
 from eai.extensions.logs.twin import make_table_of_same_named_tasks
 from eai.results.plots import COLUMN, RULE, make_figure, wrap_label
 from eai.results.rate import Rate
-from eai.results.table import Estimate, Row, Table, make_table
+from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
@@ -100,7 +100,7 @@ def describe_log(path: Path, episodes: Sequence[LoggedEpisode]) -> str:
     return f"{found}; not in the log: {missing}" if missing else found
 
 
-@make_table(
+@collect_rows_in_table(
     "outcomes", (*_NAMES, "episodes", *[outcome.value for outcome in EpisodeOutcome], "errors", "proven")
 )
 def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
@@ -124,7 +124,7 @@ def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
         )
 
 
-@make_table("episodes", (*_NAMES, *_EPISODE_COLUMNS))
+@collect_rows_in_table("episodes", (*_NAMES, *_EPISODE_COLUMNS))
 def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
     """Episodes.
 
@@ -136,7 +136,10 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
     """
     for names, episodes in groups.items():
         for episode in episodes:
-            error, step_of_best_goal_progress = episode.first_error, episode.step_of_best_goal_progress
+            error, step_of_best_goal_progress = (
+                episode.index_of_first_error,
+                episode.step_of_best_goal_progress,
+            )
             kind = None if error is None else episode.steps[error].kind
             yield (
                 *(*names, episode.task, episode.outcome.value, episode.ending.value),

@@ -16,11 +16,11 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.labels import derive_labels
 from eai.extensions.logs.episode import Ending, LoggedEpisode
-from eai.results.table import Row, make_table
+from eai.results.table import Row, collect_rows_in_table
 from eai.tasks.task import Task
 
 
-@make_table(
+@collect_rows_in_table(
     "twins",
     ("task", "outcomes", "labels", "reason", "hidden", "operators", "plan", "conditions", "at_start"),
 )

@@ -201,7 +201,7 @@ def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed
     """
     small_task, rng = _restrict_to_objects_of_prompt_and_plan(task), random.Random(seed)  # noqa: S311 - chance, not secrets
     plan = small_task.script or _search_plan(small_task, planner)
-    path = _execute_plan(small_task, rules, plan) or _walk_randomly(small_task, rules, rng)
+    path = _find_executable_steps(small_task, rules, plan) or _walk_randomly(small_task, rules, rng)
     return QuestionSetting(
         small_task, rules, path, execute_plan(rules.domain, small_task.initial, path).states, seed
     )
@@ -228,7 +228,7 @@ def _restrict_to_objects_of_prompt_and_plan(task: Task) -> Task:
     )
 
 
-def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
+def _find_executable_steps(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
     """Return the first steps of a plan that can be executed, at most `_MAX_PATH_ACTIONS` steps.
 
     They end before the first step that is impossible, or whose operator's rules are not shown in prompts.

@@ -114,7 +114,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
             program.append(ExecuteSubgoalPlansInstruction(plans, number, len(program) - 1))
         return program
 
-    def halts(self, fault: Fault) -> bool:
+    def raises_exception_in_eai_eval(self, fault: Fault) -> bool:
         """Whether eai-eval raises an exception for a fault (a failed check of an action).
 
         The exception counts as a parsing error. Such a fault has no kind of error in eai-eval.
@@ -133,7 +133,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         if isinstance(outcome, RejectedAnswer):
             return outcome
         faults = (fault for branch in outcome.ended for fault in branch.faults)
-        halting = next(filter(self.halts, faults), None)
+        halting = next(filter(self.raises_exception_in_eai_eval, faults), None)
         return outcome if halting is None else reject_unparseable(halting.check.reason)
 
     def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:

@@ -60,7 +60,7 @@ def _list_targets_in_python_set_order(state: State, predicate: str, source: int)
     """
     relation = state.relation(predicate)
     mask = relation.row(source)
-    at_start = relation.initial_row(source)
+    at_start = relation.get_initial_targets(source)
     by_id = {p.get_object_id(state, i): i for i in iterate_bits(mask | at_start)}
     added = sorted(p.get_object_id(state, i) for i in iterate_bits(mask & ~at_start))
     initial = sorted(p.get_object_id(state, i) for i in iterate_bits(at_start))

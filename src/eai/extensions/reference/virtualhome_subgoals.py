@@ -136,7 +136,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             return None
         return _LEADING_ZEROS.sub(".", rng.choice(subgoal.split(" or ")))
 
-    def halts(self, fault: Fault) -> bool:
+    def raises_exception_in_eai_eval(self, fault: Fault) -> bool:
         """Whether eai-eval raises an exception for a fault (a failed check of an action).
 
         It also raises an exception if it cannot determine which step is missing, such as before SIT if no
@@ -144,7 +144,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
         1.0.5 checks plans by other code (``simulation/evolving_graph/checker.py``), which reports a missing
         step in such a case.
         """
-        return super().halts(fault) or fault.check.history_conditions == (FALSE,)
+        return super().raises_exception_in_eai_eval(fault) or fault.check.history_conditions == (FALSE,)
 
     def _read_temporal_goal(self) -> Formula | None:
         if self.task.temporal_goal is None:

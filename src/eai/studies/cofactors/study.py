@@ -47,7 +47,7 @@ from eai.results.plots import (
     make_figure,
 )
 from eai.results.rate import Rate
-from eai.results.table import Cell, Estimate, Row, Table, make_table
+from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.results.tidy import TidyTables
 from eai.studies.cofactors.effects import compute_rank_correlation, fit_logistic_regression
 from eai.studies.records import StudyRecords
@@ -141,7 +141,7 @@ def _find_decade_bounds(value: int) -> tuple[int, int]:
     return (2, 9) if power == 1 else (power, 10 * power - 1)
 
 
-@make_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
+@collect_rows_in_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
 def _make_score_curves(
     suites: _AnswersBySuite, get_share: _ShareGetter, width: int, few: int = MIN_TASKS
 ) -> Iterator[Row]:
@@ -174,7 +174,7 @@ def _make_score_curve_rows(
         yield low, high, Estimate.from_cases(cases), tasks, tasks < few_tasks
 
 
-@make_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
+@collect_rows_in_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
 def _make_correlations_table(suites: _AnswersBySuite, get_share: _ShareGetter) -> Iterator[Row]:
     """Rank correlations.
 
@@ -200,7 +200,7 @@ def _compute_correlation_rows(answers: Iterable[AnswerLine], get_share: _ShareGe
             yield feature, rho, len(numbers)
 
 
-@make_table("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
+@collect_rows_in_table("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
 def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
     """Adjusted effects.
 
@@ -250,7 +250,7 @@ def _select_models_with_both_outcomes(answers: Iterable[AnswerLine]) -> list[str
     return [model for model, results in outcomes.items() if len({*results}) == 2]
 
 
-@make_table("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
+@collect_rows_in_table("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
 def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
     """Executed steps by action.
 
@@ -260,7 +260,7 @@ def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
     return _compute_success_rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
 
 
-@make_table("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
+@collect_rows_in_table("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
 def _make_predicates_table(goals: Sequence[GoalRow]) -> Iterator[Row]:
     """Reached goals by predicate.
 

@@ -13,7 +13,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results.lines import AnswerLine
 from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_flow_band, make_figure
-from eai.results.table import Row, Table, make_table
+from eai.results.table import Row, Table, collect_rows_in_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +35,9 @@ _MIN_NAMED_PERCENT = 0.3
 """Minimum percentage of answers with needless steps for a label on the hatched part of a bar."""
 
 
-@make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
+@collect_rows_in_table(
+    "overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps")
+)
 def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers, by benchmark and ability.
 

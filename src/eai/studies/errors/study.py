@@ -41,7 +41,7 @@ from eai.results.plots import (
     read_denominator,
     read_estimate,
 )
-from eai.results.table import Cell, Estimate, Row, Table, TextCell, make_table
+from eai.results.table import Cell, Estimate, Row, Table, TextCell, collect_rows_in_table
 from eai.studies.errors.overview import draw_flows, make_outcome_counts_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, name_suite_figure
@@ -120,7 +120,7 @@ def make_error_tables(
     ]
 
 
-@make_table("leaves", (*SUITE, MODEL, *_ErrorCategory._fields, "answers"))
+@collect_rows_in_table("leaves", (*SUITE, MODEL, *_ErrorCategory._fields, "answers"))
 def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers.
 
@@ -142,7 +142,7 @@ def _make_category_sort_key(leaf: _ErrorCategory) -> tuple[int, _ErrorCategory]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
-@make_table("why", (*SUITE, MODEL, "check", "share"), max_shown_rows=15)
+@collect_rows_in_table("why", (*SUITE, MODEL, "check", "share"), max_shown_rows=15)
 def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Which precondition is overlooked.
 
@@ -158,7 +158,7 @@ def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
         yield from [(*key, check, share) for check, share in shares]
 
 
-@make_table("additional", (*SUITE, MODEL, "answers", "steps"))
+@collect_rows_in_table("additional", (*SUITE, MODEL, "answers", "steps"))
 def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Additional steps.
 
@@ -174,7 +174,7 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
         yield (*key, Estimate.from_cases(cases), sum(a.additional_steps or 0 for a in lines))
 
 
-@make_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
+@collect_rows_in_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
 def _make_clauses_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
     """Clauses of operators that are right, wrong or missing.
 
@@ -202,7 +202,9 @@ def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseLine]) ->
     return Estimate.from_cases(cases)
 
 
-@make_table("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12)
+@collect_rows_in_table(
+    "predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12
+)
 def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
     """Predicates in wrong and missing clauses of operators.
 
@@ -216,7 +218,9 @@ def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Ro
         yield from [(*key, *cells, count) for cells, count in ordered]
 
 
-@make_table("examples", (*SUITE, *_ErrorCategory._fields, "answered_by", "task", "check", "objects"))
+@collect_rows_in_table(
+    "examples", (*SUITE, *_ErrorCategory._fields, "answered_by", "task", "check", "objects")
+)
 def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     """Examples.
 
@@ -240,7 +244,7 @@ def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
     return TextCell(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
 
 
-@make_table(
+@collect_rows_in_table(
     "errors",
     (*SUITE, MODEL, "task", "name", *_ErrorCategory._fields, "check", "objects", "step", "annotated_steps"),
     max_shown_rows=0,

@@ -20,7 +20,7 @@ from eai.results.lines import (
     make_task_contribution,
 )
 from eai.results.plots import draw_rate_matrix, draw_rates_by_name, group_rows_by_suite
-from eai.results.table import Estimate, Row, Table, make_table
+from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, name_suite_figure
 from eai.tasks.options import Options
@@ -44,7 +44,7 @@ def make_goal_tables(atoms: Sequence[InterpretedGoalRow]) -> list[Table]:
     ]
 
 
-@make_table(
+@collect_rows_in_table(
     "by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), max_shown_rows=30
 )
 def _make_predicates_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
@@ -76,7 +76,7 @@ def _score_goal_as_matched_or_not(line: InterpretedGoalRow) -> TaskContribution:
     return make_task_contribution(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
 
 
-@make_table("reasons", (*SUITE, MODEL, "reason", "share"))
+@collect_rows_in_table("reasons", (*SUITE, MODEL, "reason", "share"))
 def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
     """Where wrong goals come from.
 
@@ -91,7 +91,7 @@ def _make_wrong_goal_reasons_table(atoms: Sequence[InterpretedGoalRow]) -> Itera
         yield from [(*key, reason, share) for reason, share in shares]
 
 
-@make_table(
+@collect_rows_in_table(
     "wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", max_shown_rows=15
 )
 def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
@@ -105,7 +105,7 @@ def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row
             yield (*key, predicate, reason, count)
 
 
-@make_table(
+@collect_rows_in_table(
     "shared",
     (*SUITE, "task", "goal", *_VERDICTS, "models"),
     title="What many models do alike",

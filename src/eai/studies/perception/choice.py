@@ -144,7 +144,7 @@ class SceneOptions(VariationOptions):
         return None
 
     @property
-    def captioner(self) -> str | None:
+    def captioning_model(self) -> str | None:
         """Model that describes pictures by a scene graph; None if the scene is not ``predicted``."""
         return self.scene_model
 

@@ -25,7 +25,7 @@ from eai.results.plots import read_denominator as tasks_in
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.summary import make_contributions_by_metric
-from eai.results.table import Estimate, Row, Table, make_table
+from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.perception.choice import STUDY, SceneOptions
 from eai.studies.perception.declaration import make_perception_rate_contributions
 from eai.studies.perception.steps import compute_mean_steps
@@ -201,7 +201,7 @@ def _name_scene_format(records: Sequence[Record]) -> str:
     return PLAIN if choice is None else str(choice.options["scene"])
 
 
-@make_table("perception_runs", ("scene", *_RATES, "steps", "value"))
+@collect_rows_in_table("perception_runs", ("scene", *_RATES, "steps", "value"))
 def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by how the scene is shown.
 
@@ -233,7 +233,7 @@ def _estimate_error_rates(tasks: _TasksWithPerceptionErrors) -> list[Estimate]:
     ]
 
 
-@make_table("perception_rates", ("above", "up_to", *_COSTS))
+@collect_rows_in_table("perception_rates", ("above", "up_to", *_COSTS))
 def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
@@ -254,7 +254,7 @@ def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
             yield (low, high, *runs.make_cost_of_perception_errors_cells(group))
 
 
-@make_table("perception_kinds", ("kind", *_COSTS))
+@collect_rows_in_table("perception_kinds", ("kind", *_COSTS))
 def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by kind of error.
 
@@ -277,7 +277,7 @@ def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     ]
 
 
-@make_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
+@collect_rows_in_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
 def _make_predicates_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
     """Which facts cost most when a scene graph lacks them.
 

@@ -34,7 +34,7 @@ from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import find_task_name, make_contributions_by_metric
-from eai.results.table import Estimate, Row, Table, make_table
+from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.pipeline.operator_execution import analyze_operators
 from eai.studies.pipeline.stage_one import STUDY, read_interpretations
 from eai.studies.records import StudyRecords
@@ -120,7 +120,7 @@ class _ModularAndPipelineRuns:
             made.append(self._make_first_failing_ability_table())
         return [*made, self._make_missing_goal_conditions_table()] if self.conditions else made
 
-    @make_table("chain", ("breaks at", "tasks", "share", "success"))
+    @collect_rows_in_table("chain", ("breaks at", "tasks", "share", "success"))
     def _make_first_failing_ability_table(self) -> Iterator[Row]:
         """Where the chain breaks.
 
@@ -145,7 +145,7 @@ class _ModularAndPipelineRuns:
             broken = [successes[record.task_id] for record in records if breaks[record.task_id] == link]
             yield link, len(broken), Estimate.from_cases(shares), Estimate.from_cases(broken)
 
-    @make_table("stages", ("metric", *_COMPARED, *_PAPER))
+    @collect_rows_in_table("stages", ("metric", *_COMPARED, *_PAPER))
     def _make_modular_and_pipeline_rates_table(self) -> Iterator[Row]:
         """Modular and pipeline.
 
@@ -175,7 +175,7 @@ class _ModularAndPipelineRuns:
     def _sentence_about_paper_scores(self) -> str:
         return " Beside them the paper's figures for this model." if self.paper else ""
 
-    @make_table("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
+    @collect_rows_in_table("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
     def _make_goals_table(self) -> Iterator[Row]:
         """Success by the verdict on the stated goals.
 
@@ -217,7 +217,7 @@ class _ModularAndPipelineRuns:
             else ""
         )
 
-    @make_table("stage_1", ("answer", "tasks", "pipeline"))
+    @collect_rows_in_table("stage_1", ("answer", "tasks", "pipeline"))
     def _make_first_stage_table(self) -> Iterator[Row]:
         """Outcomes of the first stage.
 
@@ -238,7 +238,7 @@ class _ModularAndPipelineRuns:
             cases = [successes[record.task_id] for record in records if is_so(record)]
             yield heading, len(cases), Estimate.from_cases(cases)
 
-    @make_table("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
+    @collect_rows_in_table("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
     def _make_missing_goal_conditions_table(self) -> Iterator[Row]:
         """Which conditions are missing.
 

@@ -29,7 +29,7 @@ from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import find_task_name
-from eai.results.table import Cell, Estimate, Row, Table, make_table
+from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis
 from eai.tasks.source import Source
@@ -253,7 +253,7 @@ def _format_count_cell(cell: Cell) -> Cell:
     return f"{cell.numerator:g}/{cell.denominator:g}" if isinstance(cell, Estimate) else cell
 
 
-@make_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
+@collect_rows_in_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
 def _make_operators_table(runs: Sequence[_RunWithOperatorTests]) -> Iterator[Row]:
     """Tests of operators.
 

@@ -34,7 +34,7 @@ from eai.studies.variation import Endpoint, StageBeforeQuestions
 from eai.tasks.prompts.prompt import BelievedTask
 from eai.tasks.source import Source
 
-STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+ABILITIES_WITH_STATED_GOALS = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 """Abilities (kinds of question) whose questions state the goals of a task: stage two of a pipeline."""
 
 OWN = "own"
@@ -66,8 +66,8 @@ def read_goal_beliefs(
 
 def require_goals_in_questions(ability: Ability) -> None:
     """Raise an error if the questions of an ability state no goals."""
-    if ability not in STAGE_TWO:
-        names = " or ".join(stage.value for stage in STAGE_TWO)
+    if ability not in ABILITIES_WITH_STATED_GOALS:
+        names = " or ".join(stage.value for stage in ABILITIES_WITH_STATED_GOALS)
         raise InputError(f"goals: questions of {ability.value} state no goals; choose {names}")
 
 

@@ -74,11 +74,13 @@ class _PipelineOptions(VariationOptions):
         Raises:
             InputError: the questions of a named ability state no goals.
         """
-        from eai.studies.pipeline.stage_one import STAGE_TWO, require_goals_in_questions
+        from eai.studies.pipeline.stage_one import ABILITIES_WITH_STATED_GOALS, require_goals_in_questions
 
         for ability in requested:
             require_goals_in_questions(ability)
-        chosen = [ability for ability in PAPER_ABILITIES if ability in (requested or STAGE_TWO)]
+        chosen = [
+            ability for ability in PAPER_ABILITIES if ability in (requested or ABILITIES_WITH_STATED_GOALS)
+        ]
         if self.subgoals is None:
             return chosen
         if Ability.ACTION_SEQUENCING not in chosen:

@@ -25,7 +25,7 @@ from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
 from eai.results.summary import estimate_share, find_answer_outcome, make_contributions_by_metric
-from eai.results.table import Cell, Estimate, Row, Table, make_table
+from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
 from eai.studies.prompts.choice import STUDY
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, choose_metric
@@ -228,7 +228,7 @@ def make_prompt_tables(
     ]
 
 
-@make_table("prompts", ("prompt", "answered_by", "value", "format_errors"))
+@collect_rows_in_table("prompts", ("prompt", "answered_by", "value", "format_errors"))
 def _make_metric_by_prompt_and_model_table(matrix: _RunsByPromptAndModel) -> Iterator[Row]:
     """{matrix.metric} by prompt and model.
 
@@ -247,7 +247,7 @@ def _make_metric_by_prompt_and_model_table(matrix: _RunsByPromptAndModel) -> Ite
         )
 
 
-@make_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
+@collect_rows_in_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
 def _make_agreement_table(matrix: _RunsByPromptAndModel, top: int, draws: int = DRAWS) -> Iterator[Row]:
     """Do models agree on which prompts are better?
 
@@ -315,7 +315,7 @@ def _make_bootstrap_estimate(value: float | None, sampled_values: Sequence[float
     return Estimate(value, low, high)
 
 
-@make_table("prompt_variance", ("part", "share"))
+@collect_rows_in_table("prompt_variance", ("part", "share"))
 def _make_variance_table(matrix: _RunsByPromptAndModel) -> Iterable[Row]:
     """Where the variance of the matrix lies.
 
@@ -328,7 +328,7 @@ def _make_variance_table(matrix: _RunsByPromptAndModel) -> Iterable[Row]:
     return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
 
 
-@make_table("prompt_gains", ("answered_by", "prompt", "best", "gain", "p", "p_holm"))
+@collect_rows_in_table("prompt_gains", ("answered_by", "prompt", "best", "gain", "p", "p_holm"))
 def _make_gains_table(matrix: _RunsByPromptAndModel, reference: str) -> Iterator[Row]:
     """Gains over {reference}.
 

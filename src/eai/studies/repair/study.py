@@ -12,7 +12,7 @@ from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.results.summary import estimate_share, find_answer_outcome
-from eai.results.table import Estimate, Row, make_table
+from eai.results.table import Estimate, Row, collect_rows_in_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
@@ -63,7 +63,7 @@ def _estimate_share_of_answers(
     return estimate_share([record for record, _ in answers], is_counted)
 
 
-@make_table("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
+@collect_rows_in_table("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
 def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How far failed answers are from right ones.
 
@@ -90,7 +90,7 @@ def _select_repairs_with_known_bounds(
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
 
-@make_table("edits", (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"))
+@collect_rows_in_table("edits", (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"))
 def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How many edits it takes.
 
@@ -106,7 +106,7 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
             yield (*key.protocol_domain_ability_and_name, *counts, median(ties) if ties else None)
 
 
-@make_table("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), max_shown_rows=20)
+@collect_rows_in_table("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), max_shown_rows=20)
 def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Kinds of edits that make an answer right.
 
@@ -128,7 +128,7 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
                 )
 
 
-@make_table("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
+@collect_rows_in_table("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
 def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Step that causes a failure.
 

@@ -33,7 +33,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.protocols import make_replanning_options_of_protocol
 from eai.results.certainty import TaskContribution
 from eai.results.paper_tables import PaperTable, read_paper_table
-from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_figure
+from eai.results.plots import MODEL_COLORS, MUTED, RULE, clip_label, draw_line, make_figure
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import RunKey, recount_errors_as_in_paper
@@ -43,7 +43,7 @@ from eai.results.summary import (
     find_answer_outcome,
     make_contributions_by_metric,
 )
-from eai.results.table import Estimate, Row, Table, make_table
+from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
 from eai.studies.study import Analysis, Figures, Study, make_remarks_on_comparison_with_paper, name_run_figure
 from eai.studies.variation import VariationOptions
@@ -178,7 +178,7 @@ def estimate_success_by_attempt(group: _ReplanningRunGroup) -> list[Estimate]:
     ]
 
 
-@make_table(
+@collect_rows_in_table(
     "attempts",
     (
         *("arm", "attempts", "seeds", "task success", "execution success"),
@@ -219,7 +219,7 @@ def _make_attempts_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
         )
 
 
-@make_table(
+@collect_rows_in_table(
     "worth",
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
@@ -246,7 +246,7 @@ def _make_feedback_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
             yield (group.options_label, number, *estimates)
 
 
-@make_table(
+@collect_rows_in_table(
     "mended",
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
@@ -453,7 +453,7 @@ def _draw_success_by_attempt_figure(groups: Sequence[_ReplanningRunGroup], key: 
     yield name_run_figure(key, "success_by_attempt", draw_success_by_attempt(groups))
 
 
-@make_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
+@collect_rows_in_table("paper", ("table", "model", *(metric.replace("_", " ") for metric in _PAPER_METRICS)))
 def _make_paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     """Rates in the paper.
 
@@ -492,7 +492,7 @@ def draw_success_by_attempt(groups: Sequence[_ReplanningRunGroup]) -> Figure | N
             k + _GROUP_DISTANCE * (number - (len(shown) - 1) / 2) for k in range(1, group.max_attempts + 1)
         ]
         has_feedback = group.options.feedback != "none"
-        color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
+        color, style = (MODEL_COLORS[number % len(MODEL_COLORS)], "o-") if has_feedback else (MUTED, "o--")
         label = f"{clip_label(group.options_label)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)
     ticks = range(1, max(group.max_attempts for group in shown) + 1)

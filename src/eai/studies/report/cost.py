@@ -11,7 +11,7 @@ from eai.results.certainty import TaskContributions, compute_interval_of_success
 from eai.results.cost import PriceList, Spending, divide_amount, read_benchmark_paper_cost
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.rate import compute_rate
-from eai.results.table import Cell, Estimate, Plain, Row, TextCell, make_table
+from eai.results.table import Cell, Estimate, Plain, Row, TextCell, collect_rows_in_table
 from eai.results.table_files import format_rows_as_csv
 from eai.studies.report.run_summary import RunSummary
 from eai.studies.report.table_specs import format_suite_title
@@ -125,7 +125,7 @@ def _sum_cost_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> di
     return spending | total if len(spending) > 1 else spending
 
 
-@make_table("per_success", ("model", "suite", *_KINDS), title="")
+@collect_rows_in_table("per_success", ("model", "suite", *_KINDS), title="")
 def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The cost of a success.
 

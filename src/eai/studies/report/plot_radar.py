@@ -11,7 +11,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability, get_ability_sort_key
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
-from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
+from eai.results.plots import INK, MODEL_COLORS, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
 from eai.studies.report.run_summary import RunSummary, select_runs_without_study_options
 from eai.studies.report.table_specs import format_ability_title
 
@@ -49,8 +49,8 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     if not worlds:
         return None
     ranked = _rank_models(worlds)
-    colors = dict(zip(ranked, LINES, strict=False))
-    rows = math.ceil((min(len(ranked), len(LINES)) + 1) / 3)
+    colors = dict(zip(ranked, MODEL_COLORS, strict=False))
+    rows = math.ceil((min(len(ranked), len(MODEL_COLORS)) + 1) / 3)
     figure = make_figure(max(PAGE * len(worlds) / 2, PAGE / 2), _HEIGHT + _LEGEND_ROW * rows)
     panels = figure.subplots(1, len(worlds), squeeze=False, subplot_kw={"projection": "polar"})[0]
     for panel, (domain, models) in zip(panels, worlds.items(), strict=True):

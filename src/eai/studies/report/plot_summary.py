@@ -10,7 +10,7 @@ from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
-from eai.results.plots import LINES, MUTED, PAGE, RULE, clip_label, make_figure
+from eai.results.plots import MODEL_COLORS, MUTED, PAGE, RULE, clip_label, make_figure
 from eai.studies.report.rankings import RankedModel, Ranking
 from eai.studies.report.table_specs import format_ability_title
 
@@ -195,4 +195,4 @@ def _choose_marker(number: int) -> str:
 
 
 def _choose_color(number: int) -> str:
-    return LINES[number % len(LINES)]
+    return MODEL_COLORS[number % len(MODEL_COLORS)]

@@ -24,7 +24,15 @@ from eai.results.batch import ProgressCallback
 from eai.results.certainty import TaskContribution, TaskContributions
 from eai.results.lines import MODEL
 from eai.results.markdown import escape_markdown
-from eai.results.plots import FEW_CASES, LINES, OUTCOME_COLORS, RULE, clip_label, draw_line, make_figure
+from eai.results.plots import (
+    FEW_CASES,
+    MODEL_COLORS,
+    OUTCOME_COLORS,
+    RULE,
+    clip_label,
+    draw_line,
+    make_figure,
+)
 from eai.results.rate import NOTHING, Rate
 from eai.results.table import Cell, Estimate
 from eai.studies.report import plot_summary
@@ -196,8 +204,8 @@ def _draw_line_panel(
     panel.set_xticks(numbers, labels=labels, fontsize=7)
     panel.text(-0.03, -0.115, "tasks", transform=panel.transAxes, fontsize=7, ha="right", va="top")
     for number, (bins, model) in enumerate(zip(series, models, strict=True)):
-        color, mark = LINES[number % len(LINES)], _MARKS[number % len(_MARKS)]
-        style = _STYLES[number // len(LINES) % len(_STYLES)]
+        color, mark = MODEL_COLORS[number % len(MODEL_COLORS)], _MARKS[number % len(_MARKS)]
+        style = _STYLES[number // len(MODEL_COLORS) % len(_STYLES)]
         intervals = len(series) <= _MAX_MODELS_WITH_INTERVALS
         shift = _MODEL_DISTANCE * (number - (len(series) - 1) / 2) if intervals else 0.0
         all_bins = range(min(bins, default=0), max(bins, default=-1) + 1)

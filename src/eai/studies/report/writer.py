@@ -34,7 +34,7 @@ from eai.studies.report.rankings import (
 from eai.studies.report.run_summary import RunSummary, select_runs_without_study_options
 
 
-def write_report(
+def write_report_and_count_tables(
     folder: Path,
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],

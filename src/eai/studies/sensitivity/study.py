@@ -36,7 +36,7 @@ from eai.results.lines import (
 )
 from eai.results.plots import draw_rate_matrix, get_numerator_of_cell, group_rows_by_suite
 from eai.results.record import Record
-from eai.results.table import Estimate, Row, Table, make_table
+from eai.results.table import Estimate, Row, Table, collect_rows_in_table
 from eai.results.tidy import make_identifying_columns
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, name_suite_figure, split_option_at_commas
@@ -188,7 +188,7 @@ def _group_trials_by_replaced_part(
 _KEY = (*SUITE, MODEL, "replaced")
 
 
-@make_table("sensitivity", (*_KEY, "operator", "category", "solved"))
+@collect_rows_in_table("sensitivity", (*_KEY, "operator", "category", "solved"))
 def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Tasks solved with one operator of the model.
 
@@ -207,7 +207,7 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Itera
                 yield (*key, *cell, Estimate.from_cases(cells[cell]))
 
 
-@make_table("outcomes", (*_KEY, "operator", *_OUTCOMES))
+@collect_rows_in_table("outcomes", (*_KEY, "operator", *_OUTCOMES))
 def _make_outcomes_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """How trials ended.
 
@@ -222,7 +222,7 @@ def _make_outcomes_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator
                 yield (*key, name, *row)
 
 
-@make_table(
+@collect_rows_in_table(
     "errors",
     (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
     max_shown_rows=20,
@@ -260,7 +260,9 @@ def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row
         )
 
 
-@make_table("trials", tuple([column.name for column in fields(OperatorReplacementTrial)]), max_shown_rows=0)
+@collect_rows_in_table(
+    "trials", tuple([column.name for column in fields(OperatorReplacementTrial)]), max_shown_rows=0
+)
 def _make_trials_table(trials: Sequence[OperatorReplacementTrial]) -> Iterable[Row]:
     """Every trial.
 
