@@ -123,7 +123,7 @@ def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     fridge = (task.scene.index["fridge.10"],)
     plan = [Action("STANDUP", ()), Action("WALK", fridge), Action("STANDUP", ()), Action("OPEN", fridge)]
     course = execute_plan(domain, task.initial, plan)
-    assert [step.executed for step in course.steps] == [False, True, False, True]
+    assert [step.is_executed for step in course.steps] == [False, True, False, True]
     name = Constant("fridge.10")
     closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))
     near = Atom("NEXT_TO", (Constant("character.65"), name))

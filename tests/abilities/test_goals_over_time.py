@@ -170,4 +170,4 @@ def test_an_environment_continues_until_goals_over_time_hold(lamps: Benchmark) -
         [True, False],
     ]
     assert game.act("GO(ball)").info["goals"] == [True, True]
-    assert game.over
+    assert game.is_over

@@ -35,7 +35,7 @@ EVERY = {"virtualhome": 24, "behavior": 14}
 def played(agent: str, setup: GameSetup, seed: int = 0) -> tuple[Game, list[str]]:
     game = Game(setup)
     command, commands = AGENTS[agent](game, seed), list[str]()
-    while not game.over:
+    while not game.is_over:
         commands.append(command())
         game.act(commands[-1])
     return game, commands

@@ -88,7 +88,7 @@ def test_records_keep_the_mean_and_name_the_epoch_they_show(tmp_path: Path) -> N
 def test_an_episode_that_crashed_is_lost_and_counted_apart(tmp_path: Path) -> None:
     result = settled(tmp_path, "ww", "cw")
     assert result.totals.rates["success"] == Rate(1.5, 2)
-    assert result.failures == {CRASHED: [TASK]}
+    assert result.task_ids_by_failure_reason == {CRASHED: [TASK]}
 
 
 def test_episodes_of_one_task_are_not_independent_units(tmp_path: Path) -> None:

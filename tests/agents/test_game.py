@@ -326,7 +326,7 @@ def test_goals_reached_without_done_are_no_success(reward: str, kept: float) -> 
     game = Game(make_setup(tasks()[0], SWITCHES, GameRules(reward=Shaping(reward), until="done")))
     for command in WON:
         game.act(command)
-    assert (game.over, game.reward_if_ended_now) == (False, kept)
+    assert (game.is_over, game.reward_if_ended_now) == (False, kept)
     game.act("DONE")
     assert game.reward_if_ended_now == 1
 

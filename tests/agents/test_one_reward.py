@@ -143,8 +143,8 @@ def test_metrics_are_those_of_a_grade() -> None:
 
 def test_an_episode_that_is_over_takes_no_action() -> None:
     won = played(*WON)
-    assert won.over
+    assert won.is_over
     with pytest.raises(InputError, match="the episode is over"):
         won.act("PRESS(lamp)")
     lasted = played(*["WAVE()"] * 8)
-    assert (lasted.over, lasted.value) == (True, 0)
+    assert (lasted.is_over, lasted.value) == (True, 0)

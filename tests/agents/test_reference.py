@@ -108,4 +108,4 @@ def test_a_setup_without_limits_has_none_even_if_the_limit_was_read_before() -> 
     game = Game(setup.make_setup_without_limits())
     for _ in range(2 * setup.action_limit):
         game.act("WAVE()")
-    assert not game.over
+    assert not game.is_over

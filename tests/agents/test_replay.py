@@ -25,7 +25,7 @@ def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Res
     for epoch in range(number):
         play = arena.begin_episode(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
         agent = (random_agent, make_blind_agent)[epoch % 2](play, epoch)
-        while not play.over:
+        while not play.is_over:
             play.play_command(agent())
         yield Response(play.task.id, play.write_as_json_text("stopped"))
 

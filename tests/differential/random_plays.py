@@ -72,7 +72,7 @@ def drawn(arena: EpisodeFactory, suite: Suite, number: int) -> tuple[RecordedGam
     play = arena.begin_episode(rng.choice(tasks))
     name = rng.choice(["random", "blind"] if number % 10 else ["novel"])
     agent, told, most = NULLS[name](play, number), list[str](), rng.randrange(1, 60)
-    while not play.over and len(told) < most:
+    while not play.is_over and len(told) < most:
         odd = rng.random() < 0.1
         told.append(play.play_command(rng.choice(ODD) if odd else agent()))
     return play, told

@@ -126,7 +126,10 @@ def test_each_epoch_has_its_own_reason_for_a_missing_answer(tmp_path: Path) -> N
     failures = {(TASK_IDS[0], 1): "it took too long", (TASK_IDS[0], 2): "the server was down"}
     obtained = ModelAnswers("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, failures, 2)
     result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions())
-    assert [list(one.failures) for one in result.by_epoch] == [["it took too long"], ["the server was down"]]
+    assert [list(one.task_ids_by_failure_reason) for one in result.by_epoch] == [
+        ["it took too long"],
+        ["the server was down"],
+    ]
 
 
 @pytest.mark.parametrize(

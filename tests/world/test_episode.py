@@ -84,7 +84,7 @@ def test_each_action_returns_its_outcome() -> None:
     assert fault.kind is FaultKind.MISSING_STEP
     assert isinstance(acted.act(lift), State)
     assert acted.act(go) is acted.state
-    assert [step.executed for step in acted.trajectory.steps] == [False, True, True]
+    assert [step.is_executed for step in acted.trajectory.steps] == [False, True, True]
     assert len(acted.trajectory.states) == 3
 
 
@@ -146,7 +146,7 @@ def test_a_slip_changes_nothing_and_is_recorded() -> None:
     assert acted.act(RUN[0]) == Slip()
     assert acted.state is before
     (step,) = acted.trajectory.steps
-    assert (step.fault, step.slipped, step.executed) == (None, True, False)
+    assert (step.fault, step.slipped, step.is_executed) == (None, True, False)
     assert acted.trajectory.executed_actions == ()
     assert acted.trajectory.failure is None
 

@@ -117,7 +117,7 @@ class _StepDistanceMeasurer:
             text, before = action_text(action, self._task.scene), distances[number]
             if place >= len(steps):
                 yield _StepWithDistance(text, NOT_TRIED, None, None)
-            elif steps[place].executed:
+            elif steps[place].is_executed:
                 number += 1
                 after = distances[number]
                 change = None if before is None or after is None else after - before

@@ -259,7 +259,7 @@ def report_goal_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[G
     parts = goal.parts if isinstance(goal, f.Then) else (goal,)
     met: list[int | None] = [*evidence.positions[: len(parts)]]
     blamed = [tuple([format_ltl(formula) for formula in evidence.failed])]
-    numbers = [0, *(number for number, step in enumerate(trajectory.steps, 1) if step.executed)]
+    numbers = [0, *(number for number, step in enumerate(trajectory.steps, 1) if step.is_executed)]
     reports = []
     for number, part in enumerate(parts):
         position = met[number] if number < len(met) else None

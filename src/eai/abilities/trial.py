@@ -157,7 +157,7 @@ class Trial:
         """Return the number of steps from ``start`` until all goals first held; None if they never held."""
         whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _get_operator_names(whole.executed_actions)
-        executed = [step.executed for step in self.episode.trajectory_from(start).steps]
+        executed = [step.is_executed for step in self.episode.trajectory_from(start).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
             trajectory = whole.prefix(done) if goals.has_goals_over_time else None

@@ -250,7 +250,7 @@ class Verdict:
         return None
 
     @property
-    def columns(self) -> Mapping[str, Json]:
+    def values_by_column(self) -> Mapping[str, Json]:
         """Mapping from columns of `eai.results.lines.AnswerLine` to the verdict's values in these columns."""
         return {}
 
@@ -352,7 +352,7 @@ class PlanVerdict(Verdict):
         return None
 
     @property
-    def columns(self) -> Mapping[str, Json]:
+    def values_by_column(self) -> Mapping[str, Json]:
         """Mapping from table columns to the verdict's values.
 
         The columns are: whether the plan ran to its end, the number of additional steps, and goals by kind.
@@ -370,7 +370,7 @@ class PlanVerdict(Verdict):
             "conditions": conditions,
         }
 
-    def faults(self) -> Mapping[FaultKind, int]:
+    def count_faults_by_kind(self) -> Mapping[FaultKind, int]:
         """Return the number of faults by kind: additional steps, and the error that ended the plan."""
         faults = Counter({FaultKind.ADDITIONAL_STEP: self.additional_steps or 0})
         if self.error is not None:
@@ -386,7 +386,7 @@ class PlanVerdict(Verdict):
             return RewardInputs(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable
         earned = compute_plan_reward_inputs(
-            self.goals_satisfied, goals_at_start, ended_by_error=ended, faults=self.faults()
+            self.goals_satisfied, goals_at_start, ended_by_error=ended, faults=self.count_faults_by_kind()
         )
         if earned is None:
             return None

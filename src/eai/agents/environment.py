@@ -164,7 +164,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         Raises:
             ResetNeeded: no game has begun, or the last game is over.
         """
-        if self._game is None or self._game.over:
+        if self._game is None or self._game.is_over:
             raise ResetNeeded("the episode is over or has not begun: call reset")
         observation, reward, terminated, truncated, info = self._game.act(action)
         return observation, reward, terminated, truncated, {**info}

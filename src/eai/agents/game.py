@@ -138,7 +138,7 @@ class Game:
         return self._memory
 
     @property
-    def over(self) -> bool:
+    def is_over(self) -> bool:
         """Whether the game has ended."""
         return self.ended is not None
 
@@ -151,7 +151,7 @@ class Game:
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode up to now, by name (`eai.results.reward.METRICS`)."""
         return make_metrics_from_reward_inputs(
-            self._compute_reward_inputs_of_game(is_episode_ended=self.over)
+            self._compute_reward_inputs_of_game(is_episode_ended=self.is_over)
         )
 
     @property
@@ -188,7 +188,7 @@ class Game:
         return [
             step.action
             for step in steps
-            if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
+            if step.is_executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
         ]
 
     def _compute_reward_inputs_of_game(self, *, is_episode_ended: bool) -> RewardInputs | None:
@@ -233,7 +233,7 @@ class Game:
             InputError: the episode has ended.
             EaiError: the simulator of the world has failed.
         """
-        if self.over:
+        if self.is_over:
             raise InputError("the episode is over: no command can follow; begin a new one")
         text = convert_command_to_text(text)
         self.action, self._memory.changes = None, []
@@ -312,17 +312,17 @@ class Game:
         elif self._has_no_actions_left or (self._turns == limit and self._rules.until == "goal"):
             self.ended = "steps"
         truncated = self.ended == "steps"
-        self.won = self.over and complete and not truncated
+        self.won = self.is_over and complete and not truncated
         if self.refused is not None:
             self.won = self.task.has_no_plan
         observation = outcome.text
-        if self.over:
+        if self.is_over:
             observation += "\nAll goals are reached." if self.ended == "goal" else "\nThe episode is over."
         elif self._rules.budget is not None and limit is not None:
             observation += f"\n{limit - self._turns} of {limit} actions left."
         if self._rules.feedback == "facts":
             observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
-        terminated = self.over and not truncated
+        terminated = self.is_over and not truncated
         info = self.make_gymnasium_info(
             outcome.fault, failed_by_chance=outcome.slipped, command_repairs=repairs
         )
@@ -338,7 +338,7 @@ class Game:
 
     def _compute_reward(self) -> float:
         """Return the reward of the turn: the change in the value of the episode."""
-        before, self.value = self.value, self._compute_episode_reward(is_episode_ended=self.over)
+        before, self.value = self.value, self._compute_episode_reward(is_episode_ended=self.is_over)
         return self._rules.gamma * self.value - before
 
     def _execute_parsed_command(self, command: ParsedCommand) -> _CommandOutcome:

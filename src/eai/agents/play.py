@@ -104,7 +104,7 @@ class EpisodeFactory:
         """Let one of `AGENTS` play an episode. Return its commands."""
         game = self.begin_episode(task, epoch)
         agent = AGENTS[agent_name](game, seed + epoch - 1)
-        while not game.over:
+        while not game.is_over:
             game.play_command(agent())
         return [turn.said for turn in game.turns]
 
@@ -302,7 +302,7 @@ class RecordedGame(Game):
         The command `LOOK` is recorded only with the option ``feedback=changes``. With other options it leaves
         the episode unchanged.
         """
-        if self.over:
+        if self.is_over:
             return OVER
         command = convert_command_to_text(command)
         if self.setup.rules.feedback != "changes" and is_look_command(command, self.setup.domain):
@@ -323,7 +323,7 @@ class RecordedGame(Game):
             InputError: objects have no 3D bodies, or a picture has no room for them.
             EaiError: the extra that draws pictures is not installed.
         """
-        if self.setup.rules.feedback != "pictures" or self.over:
+        if self.setup.rules.feedback != "pictures" or self.is_over:
             return ()
         rendered = load_from_extension("rendered_pictures", "feedback pictures")
         images: tuple[Image, ...] = rendered.render_task_images(

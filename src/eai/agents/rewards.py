@@ -169,7 +169,7 @@ class TrlHousehold:
         Returns:
             What became of it, and all that is seen now.
         """
-        if self._game is None or self._game.over:
+        if self._game is None or self._game.is_over:
             return "The episode is over."
         return self._game.act(command).observation
 

@@ -130,7 +130,7 @@ class _EpisodeScorer(Scorer):
         for number, command in enumerate(episode.turns, 1):
             if difference is not None:
                 break
-            if game.over:
+            if game.is_over:
                 difference = f"turn {number}: the episode is over"
                 break
             tried_before = game.tried

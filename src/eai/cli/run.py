@@ -372,7 +372,7 @@ def _print_failures_and_token_usage(
             ]
         )
     for outcome in outcomes:
-        for why, task_ids in _merge_similar_failures(outcome.failures):
+        for why, task_ids in _merge_similar_failures(outcome.task_ids_by_failure_reason):
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
             console.print_note(
                 f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
@@ -391,7 +391,7 @@ def _print_failures_and_token_usage(
     if not request.quiet:
         for line in map(_describe_answers_and_cost, outcomes):
             console.print_result_line(line)
-    if any(outcome.failures for outcome in outcomes):
+    if any(outcome.task_ids_by_failure_reason for outcome in outcomes):
         raise typer.Exit(1)
 
 

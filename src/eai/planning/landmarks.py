@@ -101,7 +101,7 @@ class _RelaxationGraph:
         )
 
     @property
-    def size(self) -> int:
+    def node_count(self) -> int:
         """Number of nodes in the graph: conditions, and changes of facts."""
         return len(self._parts)
 
@@ -437,7 +437,7 @@ class Landmarks:
             )
             while not effort.is_used_up:
                 cut = self._relaxation_graph.find_cut_avoiding_actions(actions)
-                effort.used += 1 + self._relaxation_graph.size // _CONDITIONS_PER_EFFORT
+                effort.used += 1 + self._relaxation_graph.node_count // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break
                 self._add_cut(cut)

@@ -90,7 +90,7 @@ class PossibleFacts:
         stored = map(vocabulary.find_stored_predicate, read)
         return all(predicate is not None and predicate.static for predicate in stored)
 
-    def holds(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:
+    def may_hold(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:
         """Whether a formula may ever be true; if ``truth`` is False, whether it may ever be false."""
         if not self.has_examined_all_actions:
             return True
@@ -104,29 +104,29 @@ class PossibleFacts:
                     self._find_object_index(left, scope) == self._find_object_index(right, scope)
                 ) == truth
             case f.Not(part):
-                return self.holds(part, scope, not truth)
+                return self.may_hold(part, scope, not truth)
             case f.And(parts) | f.Or(parts):
-                results = (self.holds(part, scope, truth) for part in parts)
+                results = (self.may_hold(part, scope, truth) for part in parts)
                 return all(results) if isinstance(formula, f.And) == truth else any(results)
             case f.Implies(premise, conclusion):
-                return self.holds(f.Or((f.Not(premise), conclusion)), scope, truth)
+                return self.may_hold(f.Or((f.Not(premise), conclusion)), scope, truth)
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 results = (
-                    self.holds(body, inner, truth)
+                    self.may_hold(body, inner, truth)
                     for inner in self._generate_scopes_with_each_object(variable, scope)
                 )
                 return all(results) if isinstance(formula, f.ForAll) == truth else any(results)
             case f.Exactly(count, variable, body):
                 instances = list(self._generate_scopes_with_each_object(variable, scope))
-                may = sum(self.holds(body, inner) for inner in instances)
-                must = sum(not self.holds(body, inner, truth=False) for inner in instances)
+                may = sum(self.may_hold(body, inner) for inner in instances)
+                must = sum(not self.may_hold(body, inner, truth=False) for inner in instances)
                 return must <= count <= may if truth else (may, must) != (count, count)
             case f.ForPairs(first, second, body):
                 rows = [
                     list(self._generate_scopes_with_each_object(second, row))
                     for row in self._generate_scopes_with_each_object(first, scope)
                 ]
-                met = sum(any(self.holds(body, inner) for inner in row) for row in rows)
+                met = sum(any(self.may_hold(body, inner) for inner in row) for row in rows)
                 smaller = min(len(rows), len(rows[0]) if rows else 0)
                 return not truth or met >= (smaller if formula.count is None else formula.count)
         raise TypeError(f"{type(formula).__name__} is not about one state: use no temporal operators")
@@ -189,7 +189,7 @@ class PossibleFacts:
         while True:
             proved_before = len(self._proved)
             self._assumed[literal] = not truth
-            result = self._assumed[literal] = self.holds(derived.definition, scope, truth)
+            result = self._assumed[literal] = self.may_hold(derived.definition, scope, truth)
             if not is_outer_call:
                 return result
             self._assumed.clear()
@@ -215,14 +215,14 @@ class PossibleFacts:
             return False
         self._apply_effects(operator.effects, scope)
         for attempt in operator.alternatives:
-            if self.holds(attempt.condition, scope) and self._may_pass_checks(attempt.checks, scope):
+            if self.may_hold(attempt.condition, scope) and self._may_pass_checks(attempt.checks, scope):
                 self._apply_effects(attempt.effects, scope)
         return not operator.alternatives and all(
             isinstance(effect, Add | Delete) for effect in operator.effects
         )
 
     def _may_pass_checks(self, checks: Iterable[Check], scope: Scope) -> bool:
-        return all(self.holds(check.condition, scope) for check in checks)
+        return all(self.may_hold(check.condition, scope) for check in checks)
 
     def _apply_effects(self, effects: Iterable[Effect], scope: Scope) -> None:
         for effect in effects:
@@ -240,13 +240,13 @@ class PossibleFacts:
                 case Delete(atom):
                     self._mark_deletable(atom, scope)
                 case When(condition, inner, otherwise):
-                    if self.holds(condition, scope):
+                    if self.may_hold(condition, scope):
                         self._apply_effects(inner, scope)
-                    if otherwise and self.holds(condition, scope, truth=False):
+                    if otherwise and self.may_hold(condition, scope, truth=False):
                         self._apply_effects(otherwise, scope)
                 case ForEach(variable, condition, inner) | Let(variable, condition, inner):
                     for instance in list(self._generate_scopes_with_each_object(variable, scope)):
-                        if self.holds(condition, instance):
+                        if self.may_hold(condition, instance):
                             self._apply_effects(inner, instance)
 
     def add(self, fact: Fact) -> None:
@@ -284,4 +284,4 @@ def find_unreachable_goals(
 ) -> list[f.Formula]:
     """Return the goals that provably hold in no reachable state."""
     possible = PossibleFacts(domain, initial, usable)
-    return [goal for goal in goals if not possible.holds(goal, {})]
+    return [goal for goal in goals if not possible.may_hold(goal, {})]

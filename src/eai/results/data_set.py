@@ -42,12 +42,12 @@ class _TaskProfile:
     asked: TransitionTask | None
 
     @property
-    def operators(self) -> set[str]:
+    def plan_operator_names(self) -> set[str]:
         """Names of the different actions of the data set's own plan."""
         return {action.operator for action in self.task.script}
 
     @property
-    def categories(self) -> list[str]:
+    def transition_category_names(self) -> list[str]:
         """Predicate categories of the task in transition modeling, the more specific category first."""
         return [] if self.asked is None else [category.value for category in self.asked.categories]
 
@@ -58,10 +58,10 @@ class _TaskProfile:
             "task": self.task.id,
             "name": self.task.title,
             **asdict(self.features),
-            "operators": " ".join(sorted(self.operators)),
+            "operators": " ".join(sorted(self.plan_operator_names)),
             "scene_objects": len(self.task.scene.objects),
             "asked_operators": None if self.asked is None else len(self.asked.operators),
-            "categories": " ".join(self.categories),
+            "categories": " ".join(self.transition_category_names),
         }
 
 
@@ -210,7 +210,7 @@ def _list_plan_statistics(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetSta
     yield _DataSetStatistic(
         f"names with one longer than {LONG_PLAN_STEPS}", len(names), "task names with at least one such plan"
     )
-    actions = {name for profile in tasks for name in profile.operators}
+    actions = {name for profile in tasks for name in profile.plan_operator_names}
     yield _DataSetStatistic("actions", len(actions), "distinct ones in those plans")
 
 
@@ -238,8 +238,8 @@ def _list_operator_statistics(library: OperatorLibrary) -> Iterator[_DataSetStat
 
 def _list_category_statistics(profiles: Iterable[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     asked_profiles = [profile for profile in profiles if profile.asked is not None]
-    tasks = Counter(category for profile in asked_profiles for category in profile.categories)
-    largest = max(len(profile.categories) for profile in asked_profiles)
+    tasks = Counter(category for profile in asked_profiles for category in profile.transition_category_names)
+    largest = max(len(profile.transition_category_names) for profile in asked_profiles)
     for category in (profile.value for profile in PredicateCategory if tasks[profile.value]):
         label = category.replace("non_", "non-").replace("_", " ")
         yield _DataSetStatistic(

@@ -263,7 +263,7 @@ class SuiteResult:
     remarks: tuple[str, ...] = ()
 
     @property
-    def failures(self) -> dict[str, list[str]]:
+    def task_ids_by_failure_reason(self) -> dict[str, list[str]]:
         """Mapping from each reason for a missing answer to the ids of the tasks without an answer."""
         unanswered = [
             (record.unanswered, record.task_id)
@@ -318,7 +318,9 @@ class SuiteResult:
         """Return the values of ``summary.json`` other than metrics, such as tokens and missing answers."""
         return {
             "answered": self.totals.coverage.answered,
-            "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
+            "not_answered": {
+                why: list(task_ids) for why, task_ids in self.task_ids_by_failure_reason.items()
+            },
             "truncated": self.truncated_answer_count,
             "usage": dataclass_to_json(self.usage),
             "per_success": make_json_of_success_cost(

@@ -113,7 +113,7 @@ def _make_answer_line(
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,
         **_read_task_features(record, task_lookup),
-        **verdict.columns,
+        **verdict.values_by_column,
     }
     columns: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
     return AnswerLine(**columns)

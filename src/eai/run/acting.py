@@ -229,7 +229,7 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
             raise
         refusal = f"the server refused tools: {describe_error(error)}"
     play = _begin_episode(state)  # the tool calls have played the episode up to here, and stored its commands
-    if play is None or play.over or (not refusal and agent.output.message.tool_calls):
+    if play is None or play.is_over or (not refusal and agent.output.message.tool_calls):
         return
     play.without_call = refusal or split_reply(agent.output.completion).answer.strip() or "(an empty reply)"
     state.store_as(_EpisodeInInspectStore).episode = play.to_json("stopped")
@@ -239,7 +239,7 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
 
 
 async def _play_by_text(state: TaskState, agent: AgentState, play: RecordedGame) -> None:
-    while not play.over:
+    while not play.is_over:
         agent.output = await get_model().generate(agent.messages)
         if agent.output.empty:
             raise RuntimeError(agent.output.error or "the provider returned no choice")

@@ -108,7 +108,7 @@ class Episode:
         Args:
             start: number of tried steps to leave out.
         """
-        offset = sum([step.executed for step in self._steps[:start]])
+        offset = sum([step.is_executed for step in self._steps[:start]])
         steps = [_lower_state_number_of_fault(step, offset) for step in self._steps[start:]]
         return Trajectory(self._history.states[offset:], tuple(steps))
 

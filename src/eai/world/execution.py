@@ -27,7 +27,7 @@ class Step(NamedTuple):
     slipped: bool = False
 
     @property
-    def executed(self) -> bool:
+    def is_executed(self) -> bool:
         """Whether the action was executed."""
         return self.fault is None and not self.slipped
 
@@ -59,11 +59,11 @@ class Trajectory:
     @property
     def executed_actions(self) -> tuple[Action, ...]:
         """The actions that were executed."""
-        return tuple(step.action for step in self.steps if step.executed)
+        return tuple(step.action for step in self.steps if step.is_executed)
 
     def prefix(self, executed: int) -> Trajectory:
         """Return the trajectory of only the first ``executed`` executed steps."""
-        steps = [step for step in self.steps if step.executed][:executed]
+        steps = [step for step in self.steps if step.is_executed][:executed]
         return Trajectory(self.states[: executed + 1], tuple(steps))
 
     @property

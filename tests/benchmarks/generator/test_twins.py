@@ -151,7 +151,7 @@ def upper(setup: GameSetup) -> tuple[bool, str | None]:
     """Return whether an agent with the reference commands wins, and the reason for the end."""
     game = Game(setup)
     for command in (*(setup.reference.commands or ()), "DONE"):
-        if not game.over:
+        if not game.is_over:
             game.act(command)
     return game.won, game.ended
 

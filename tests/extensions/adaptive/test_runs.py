@@ -34,7 +34,7 @@ class Result:
     folder: Path
     suite: Suite
     records: list[Record]
-    failures: dict[str, list[str]]
+    task_ids_by_failure_reason: dict[str, list[str]]
     model: str = "m"
 
 

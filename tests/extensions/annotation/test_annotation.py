@@ -171,7 +171,7 @@ def test_commands_make_candidates() -> None:
         "on({small}, shelf)",
         "on(cup, shelf)",
     ]
-    assert list(listing.counts.values())[:3] == [2, 2, 1]
+    assert list(listing.demonstration_counts.values())[:3] == [2, 2, 1]
     chosen = decided(*COMMANDS)
     assert chosen.candidates == (
         candidate("lit(lamp)", "on({small}, shelf) or on(cup, {})"),

@@ -133,7 +133,7 @@ class Household(Environment[HouseholdAction, HouseholdObservation, HouseholdStat
         if self._game is None:
             raise InputError("no episode has begun: call reset first, in the same WebSocket session")
         turn = self._game.act(action.command)
-        over = self._game.over
+        over = self._game.is_over
         self._state.step_count += 1
         self._state.over = over
         self._meters.count_turn(turn.info["fault"])

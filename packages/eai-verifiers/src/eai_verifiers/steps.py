@@ -85,7 +85,7 @@ class StepsEnv(vf.Env[StepsEnvConfig]):
             segment = await interaction.turn()
             while not segment.terminated:
                 turn = game.act(extract_answer(segment.last_reply))
-                if game.over:
+                if game.is_over:
                     break
                 segment = await interaction.turn(turn.observation)
         interaction.trace.record_reward("household", game.reward_if_ended_now)

@@ -58,7 +58,7 @@ class GoalVerdict(Verdict):
         return is_flawless and counts.false_negatives <= 0
 
     @property
-    def columns(self) -> Mapping[str, Json]:
+    def values_by_column(self) -> Mapping[str, Json]:
         """Numbers of stated, ill-formed and hallucinated goals, by table column."""
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}

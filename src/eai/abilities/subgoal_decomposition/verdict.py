@@ -54,13 +54,13 @@ class SubgoalVerdict(PlanVerdict):
     errors_elsewhere: tuple[FaultKind, ...] = ()
     added_elsewhere: int | None = None
 
-    def faults(self) -> Mapping[FaultKind, int]:
+    def count_faults_by_kind(self) -> Mapping[FaultKind, int]:
         """Return the number of faults by kind.
 
         Errors in the reported execution of the answer count. If this execution has no errors, the error of
         the verdict and additional steps count.
         """
-        return Counter(self.errors) or PlanVerdict.faults(self)
+        return Counter(self.errors) or PlanVerdict.count_faults_by_kind(self)
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the inputs of the reward for the executed subgoals, or None if all goals hold at the start.

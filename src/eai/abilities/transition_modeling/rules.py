@@ -181,7 +181,7 @@ class OperatorScoringRules(ABC):
         """The result of planning for an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
-    def solve(
+    def plan_with_cache(
         self, key: Hashable, text_length: int, make_task: Callable[[], PlanningTask | PlannerResult]
     ) -> PlannerResult:
         """Return the planner's result for a planning task, cached under a key.
@@ -336,7 +336,9 @@ class PaperOperatorRules(OperatorScoringRules):
     ) -> PlannerResult:
         refusals = tuple(finding for finding in findings if finding.offence.makes_planners_refuse_domain)
         key = (task.problem_text, actions, refusals)
-        return self.solve(key, text_length, lambda: _make_planning_task_or_result(task, actions, refusals))
+        return self.plan_with_cache(
+            key, text_length, lambda: _make_planning_task_or_result(task, actions, refusals)
+        )
 
 
 def _compare_read_operator_with_gold(

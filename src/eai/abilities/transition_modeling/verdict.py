@@ -120,7 +120,7 @@ class OperatorVerdict(Verdict):
     clauses: Mapping[str, PredicatesInClause] = field(default_factory=dict, compare=False)
 
     @property
-    def columns(self) -> Mapping[str, Json]:
+    def values_by_column(self) -> Mapping[str, Json]:
         """Mapping from table columns to values: the outcome of planning, and the categories of the task."""
         planner = None if self.planner is None else self.planner.value
         return {"planner": planner, "task_categories": " ".join(self.task_categories)}

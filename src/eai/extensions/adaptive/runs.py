@@ -158,7 +158,7 @@ def request_informative_tasks(
             if record.verdict.excluded is None
         }
         ability, error = estimate_ability(scores, difficulties, names, variance)
-        if error <= target or result.failures or len(chosen) == len(difficulties):
+        if error <= target or result.task_ids_by_failure_reason or len(chosen) == len(difficulties):
             break
     content = {"ability": ability, "error": error, "target": target, "tasks": chosen, "zero": models}
     write_files(result.folder, {_FILE: json.dumps(content, indent=1) + "\n"})

@@ -266,7 +266,7 @@ def _print_decisions(listing: PatternsOfTitle, chosen: TitleMeaningDecisions) ->
     rows = listing.find_numbers_of_undecided_patterns(chosen)
     for number in rows[:_MAX_SHOWN_PATTERNS]:
         pattern = listing.numbered_patterns[number - 1]
-        print_result_line(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
+        print_result_line(f"{number:4}  {pattern}  in {listing.demonstration_counts[pattern]}")
     if len(rows) > _MAX_SHOWN_PATTERNS:
         print_result_line(f"      and {len(rows) - _MAX_SHOWN_PATTERNS} rarer patterns")
 

@@ -480,7 +480,7 @@ class PatternsOfTitle:
     without: Sequence[str] = ()
 
     @cached_property
-    def counts(self) -> Mapping[GoalPattern, int]:
+    def demonstration_counts(self) -> Mapping[GoalPattern, int]:
         """Number of demonstrations (recorded plans) that make each change (pattern), most frequent first."""
         occurrences = Counter(
             each for one in self.differences for each in count_patterns([one], self.without)
@@ -496,7 +496,7 @@ class PatternsOfTitle:
 
         Numbers start at 1. Decisions to keep or drop patterns do not change the numbers.
         """
-        return tuple(self.counts)
+        return tuple(self.demonstration_counts)
 
     def find_numbers_of_undecided_patterns(self, decisions: TitleMeaningDecisions) -> list[int]:
         """Return the numbers, from 1 on, of the patterns that the user neither kept nor dropped."""

@@ -136,7 +136,7 @@ def _begin_unfinished_tasks(
         play, observations = begin_or_resume_episode(
             setup, setting.slip_seed, answers.get_episode_text(task_id)
         )
-        if not play.over:
+        if not play.is_over:
             yield number, play, observations
 
 
@@ -152,7 +152,7 @@ def _play_in_terminal_and_count_finished_tasks(
         for turn, text in zip(play.turns, observations, strict=True):
             print_result_line(f"> {turn.said}\n{text}\n")
         _play_task(play, save)
-        if not play.over:
+        if not play.is_over:
             return number - 1
     return total
 
@@ -162,7 +162,7 @@ def _play_task(play: RecordedGame, save: Callable[[RecordedGame], None]) -> None
     from eai.extensions.people.person import execute_line, list_possible_next_words
 
     _enable_completion(partial(list_possible_next_words, play))
-    while not play.over:
+    while not play.is_over:
         line = _read_line()
         if line is None or line.strip() == _QUIT:
             return

@@ -64,14 +64,17 @@ def _run_tasks(
         content = _make_page_content(number, total, play, log)
         while task is None:
             line = yield content
-            if line.strip() and not play.over:
+            if line.strip() and not play.is_over:
                 turn = len(play.turns)
                 reply = execute_line(play, line)
                 save(play)
                 is_turn = len(play.turns) > turn
                 log.append(_make_log_entry(play, turn, reply) if is_turn else [line, reply, "aside"])
-                task = next(tasks, None) if play.over else None
-                content = {**_make_page_content(number, total, play, log), "last": play.over and task is None}
+                task = next(tasks, None) if play.is_over else None
+                content = {
+                    **_make_page_content(number, total, play, log),
+                    "last": play.is_over and task is None,
+                }
         yield content
 
 
@@ -88,7 +91,7 @@ def _make_page_content(
         "log": [*log],
         "at": f"{number}.{len(log)}",
         "words": [list_possible_next_words(play, ""), list_possible_next_words(play, "an action")],
-        "over": play.over,
+        "over": play.is_over,
         "last": False,
     }
 

@@ -222,7 +222,7 @@ class PublishedOperatorRules(OperatorScoringRules):
         gold = (operator for name, operator in task.domain.operators.items() if name not in names)
         operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
         key, size = (task.problem_text, operators), sum(operator.text_length for operator in written)
-        return self.solve(key, size, lambda: self._make_planning_task(task, operators))
+        return self.plan_with_cache(key, size, lambda: self._make_planning_task(task, operators))
 
     def _make_planning_task(
         self, task: TransitionTask, operators: tuple[OperatorText, ...]
