@@ -103,7 +103,7 @@ def write_all_goals(suite: Suite, task_id: str) -> str:
 
 def write_all_operators(suite: Suite, task_id: str) -> str:
     """Return operators whose preconditions and effects have every predicate of their parameters."""
-    task = suite.benchmark.operators(suite.source)[task_id]
+    task = suite.benchmark.operator_tasks(suite.source)[task_id]
     written = []
     for operator in task.gold_operators.values():
         names = [Variable(each.name) for each in operator.parameters]

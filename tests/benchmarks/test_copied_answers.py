@@ -174,7 +174,7 @@ def test_null_models_do_not_use_the_right_answer(answers: Answers, ability: Abil
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 def test_the_copying_model_does_not_use_gold_operators(name: str) -> None:
     benchmark = find_benchmark(name)
-    tasks = benchmark.operators(Source())
+    tasks = benchmark.operator_tasks(Source())
 
     def remove_answer(task_id: str) -> TransitionTask:
         task = tasks[task_id]

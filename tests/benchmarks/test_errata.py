@@ -64,7 +64,7 @@ def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
         suite = open_corrected_suite(store, entry, ability, NONE)
         start, domain = suite.tasks[task_id].initial, suite.benchmark.domain
         if ability is Ability.SUBGOAL_DECOMPOSITION:
-            domain = suite.benchmark.subgoals().domain_for_execution()
+            domain = suite.benchmark.subgoal_notation().domain_for_execution()
         fill = [
             operator
             for operator in domain.operators
@@ -204,7 +204,7 @@ def score_plan(suite: Suite, task_id: str, text: str) -> PlanVerdict:
 
 
 def check_operator_has_a_hyphen(entry: _Erratum, store: Store) -> None:
-    tasks = find_benchmark("behavior").operators(Source(store, errata=NONE))
+    tasks = find_benchmark("behavior").operator_tasks(Source(store, errata=NONE))
     assert [i for i, task in tasks.items() if "slice-carvingknife" in task.operators] == list(entry.tasks)
 
 
@@ -217,7 +217,7 @@ def check_no_model_writes_the_hyphen(entry: _Erratum, store: Store, oracle: Orac
 
 def check_questions_name_other_operators(entry: _Erratum, store: Store) -> None:
     benchmark = find_benchmark("behavior")
-    tasks = benchmark.operators(Source(store))
+    tasks = benchmark.operator_tasks(Source(store))
     for choice, all_right in ((NONE, 0), (CURRENT, 25)):
         source = Source(store, errata=choice)
         questions = benchmark.official_prompts(Ability.TRANSITION_MODELING, source) or {}
@@ -226,7 +226,7 @@ def check_questions_name_other_operators(entry: _Erratum, store: Store) -> None:
 
 
 def check_models_were_asked_for_scored_operators(entry: _Erratum, store: Store, oracle: Oracle) -> None:
-    tasks = find_benchmark("behavior").operators(Source(store))
+    tasks = find_benchmark("behavior").operator_tasks(Source(store))
     named = [
         set(re.findall(r":action ([\w-]+)", text)) == set(tasks[task_id].operators)
         for task_id in entry.tasks
@@ -237,7 +237,7 @@ def check_models_were_asked_for_scored_operators(entry: _Erratum, store: Store, 
 
 def check_problem_has_an_undeclared_object(entry: _Erratum, store: Store) -> None:
     for choice, offences in ((NONE, {PddlViolationKind.UNDECLARED_CONSTANT}), (CURRENT, set())):
-        tasks = find_benchmark("behavior").operators(Source(store, errata=choice))
+        tasks = find_benchmark("behavior").operator_tasks(Source(store, errata=choice))
         for task_id in entry.tasks:
             task = tasks[task_id]
             assert {error.offence for error in check_problem(task.problem, task.domain.header)} == offences

@@ -112,7 +112,7 @@ def test_operators_are_looked_up_if_another_task_needs_them(data_store: Store) -
     source = Source(data_store)
     benchmark = find_benchmark("behavior")
     book = open_answers_of_similar_tasks(benchmark, Ability.TRANSITION_MODELING, source)
-    tasks = benchmark.operators(source)
+    tasks = benchmark.operator_tasks(source)
     uses = Counter(name for task in tasks.values() for name in task.operators)
     for task_id, task in tasks.items():
         expected = [name for name in task.operators if uses[name] > 1]

@@ -70,7 +70,7 @@ def test_random_operators_are_valid_and_seldom_right(name: str, data_store: Stor
     source = Source(data_store, planner=PlannerChoice.NONE)
     suite = open_suite(find_benchmark(name), Ability.TRANSITION_MODELING, source=source)
     answer = open_random_answers(suite.benchmark, suite.ability, source)
-    tasks = suite.benchmark.operators(source)
+    tasks = suite.benchmark.operator_tasks(source)
     verdicts = []
     for task_id in suite.task_ids[::10]:
         texts = [answer(task_id, str(seed), ()).text for seed in (0, 0, 1)]

@@ -306,7 +306,7 @@ def test_an_empty_answer_earns_nothing_in_every_ability() -> None:
 def _empty_answers(suite: Suite, task_id: str) -> list[str]:
     texts = ["", "{}", json.dumps({"output": []}), suite.benchmark.notation.goals.join(())]
     if suite.ability is Ability.TRANSITION_MODELING:
-        names = suite.benchmark.operators(suite.source)[task_id].operators
+        names = suite.benchmark.operator_tasks(suite.source)[task_id].operators
         texts.append(json.dumps({"output": "".join(map(OPERATOR.format, names))}))
     return texts
 

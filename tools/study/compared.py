@@ -208,7 +208,7 @@ def asked(evidence: Evidence, text: str) -> Finding:
 def gold(evidence: Evidence, text: str) -> Finding:
     """Look for a pattern in a side of an annotated operator."""
     world, name, side, pattern = text.split("/", 3)
-    library = next(iter(find_benchmark(WORLDS[world]).operators(evidence.published).values())).domain
+    library = next(iter(find_benchmark(WORLDS[world]).operator_tasks(evidence.published).values())).domain
     if name not in library.operators:
         return if_so(False, f"{NAMED[WORLDS[world]]} has no operator {name}")
     words = " ".join(getattr(library.operators[name], side).split())

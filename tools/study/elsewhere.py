@@ -93,7 +93,7 @@ def _sensitivity(evidence: Evidence, domain: str, printed: dict[tuple[str, str],
 def carving(evidence: Evidence) -> Finding:
     suite = Suite(B, TM)
     written: dict[str, int] = {}
-    tasks = find_benchmark(B).operators(evidence.source)
+    tasks = find_benchmark(B).operator_tasks(evidence.source)
     asked = 0
     for records in evidence.suites[suite].values():
         for record in records:

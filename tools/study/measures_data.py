@@ -613,7 +613,7 @@ def _ordered(evidence: Evidence) -> tuple[int, int, int]:
 
 def _whole_tasks(evidence: Evidence, domain: str) -> tuple[int, int, int]:
     """Return the number of tasks with all parts but the formula, with the formula, and in all."""
-    tasks, operators = _tasks(evidence, domain), find_benchmark(domain).operators(evidence.published)
+    tasks, operators = _tasks(evidence, domain), find_benchmark(domain).operator_tasks(evidence.published)
     whole = sum(
         bool(t.title and t.instruction and t.goals and t.script and t.id in operators) for t in tasks.values()
     )
@@ -625,7 +625,7 @@ def _tasks(evidence: Evidence, domain: str) -> Mapping[str, Task]:
 
 
 def _library(evidence: Evidence, domain: str) -> OperatorLibrary:
-    return next(iter(find_benchmark(domain).operators(evidence.published).values())).domain
+    return next(iter(find_benchmark(domain).operator_tasks(evidence.published).values())).domain
 
 
 def _lines(evidence: Evidence, domain: str, ability: str) -> list[AnswerLine]:

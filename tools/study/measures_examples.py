@@ -153,7 +153,7 @@ def stains_of_the_fridge(evidence: Evidence) -> Finding:
 
 
 def needs_of_soak(evidence: Evidence) -> Finding:
-    library = next(iter(find_benchmark(B).operators(evidence.published).values())).domain
+    library = next(iter(find_benchmark(B).operator_tasks(evidence.published).values())).domain
     soak = library.operators["soak"]
     right = [word for word in _SOAK_NEEDS if f"({word} " in soak.precondition]
     return all_of(

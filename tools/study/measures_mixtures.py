@@ -124,7 +124,7 @@ def undeclared_room(evidence: Evidence) -> Finding:
 
 def devices_without_plug(evidence: Evidence) -> Finding:
     """Count problems with plug_in in which an unplugged device has a switch and no plug."""
-    tasks = find_benchmark(V).operators(evidence.published).values()
+    tasks = find_benchmark(V).operator_tasks(evidence.published).values()
     asked = [task for task in tasks if "plug_in" in task.operators]
     hits = sum(bool(_only_switched(task.problem_text)) for task in asked)
     return if_so(
@@ -301,7 +301,7 @@ def categories_by_weight(evidence: Evidence) -> Finding:
     """Compare released categories of tasks with those of the highest sums of inverse document frequencies."""
     counts = {}
     for domain in (V, B):
-        tasks = find_benchmark(domain).operators(evidence.published).values()
+        tasks = find_benchmark(domain).operator_tasks(evidence.published).values()
         predicates = [_predicates_of(task) for task in tasks]
         frequency = Counter(name for names in predicates for name in names)
         hits = 0
@@ -393,7 +393,7 @@ def _predicates_of(task: TransitionTask) -> set[str]:
 
 
 def _library(evidence: Evidence, domain: str) -> OperatorLibrary:
-    return next(iter(find_benchmark(domain).operators(evidence.published).values())).domain
+    return next(iter(find_benchmark(domain).operator_tasks(evidence.published).values())).domain
 
 
 def _left_out(evidence: Evidence, side: str) -> Finding:

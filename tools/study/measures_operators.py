@@ -64,7 +64,7 @@ def plug_or_switch(evidence: Evidence) -> Finding:
 
 def plugs_of_gpt_4o(evidence: Evidence) -> Finding:
     """Look for words of preconditions, in the annotation and in GPT-4o's operators."""
-    library = next(iter(find_benchmark(V).operators(evidence.published).values())).domain
+    library = next(iter(find_benchmark(V).operator_tasks(evidence.published).values())).domain
     gold = library.operators["plug_in"].precondition
     clauses = [
         each
@@ -176,7 +176,7 @@ def brush(evidence: Evidence) -> Finding:
 
 
 def wearable(evidence: Evidence) -> Finding:
-    library = next(iter(find_benchmark(V).operators(evidence.published).values())).domain
+    library = next(iter(find_benchmark(V).operator_tasks(evidence.published).values())).domain
     is_known = "wearable" in {each.name for each in library.header.predicates}
     records = [each for runs in evidence.suites[Suite(V, TM)].values() for each in runs]
     hits = sum("wearable" in each.response for each in records)
@@ -384,7 +384,7 @@ def _pooled(rates: Iterable[Rate]) -> float:
 
 def _literals(evidence: Evidence, domain: str, name: str, side: str, category: str | None) -> int:
     """Return the number of literals of a side of an annotated operator, of one category or of all."""
-    library = next(iter(find_benchmark(domain).operators(evidence.published).values())).domain
+    library = next(iter(find_benchmark(domain).operator_tasks(evidence.published).values())).domain
     text = getattr(library.operators[name], side)
     kinds = {predicate: found.value for predicate, found in library.categories.items()}
     words = [word for word in re.findall(r"\(\s*([\w-]+)", text) if word in kinds]

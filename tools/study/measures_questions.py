@@ -107,7 +107,7 @@ def joined_effects(evidence: Evidence) -> Finding:
     """Count the annotated operators with several effects under one ``and``."""
     counts, text = [], []
     for domain in (V, B):
-        library = next(iter(find_benchmark(domain).operators(evidence.published).values())).domain
+        library = next(iter(find_benchmark(domain).operator_tasks(evidence.published).values())).domain
         effects = [operator.effect.strip() for operator in library.operators.values()]
         several = sum(effect.startswith("(and") and _parts(effect) > 1 for effect in effects)
         none = sum(not re.search(r"\w", effect.replace("and", "")) for effect in effects)
@@ -155,7 +155,7 @@ def _parts(text: str) -> int:
 
 def operators_asked_for(evidence: Evidence) -> Finding:
     """Count VirtualHome's operators without effect, and those that some question asks for."""
-    tasks = find_benchmark(V).operators(evidence.published)
+    tasks = find_benchmark(V).operator_tasks(evidence.published)
     operators = next(iter(tasks.values())).domain.operators
     idle = {
         name
@@ -186,7 +186,7 @@ def gold_in_questions(evidence: Evidence) -> Finding:
                 hits += not lacking if domain == V else own >= len(tasks[task].goals)
             counts[name] = hits, len(questions)
         elif ability is Ability.TRANSITION_MODELING:
-            operators = benchmark.operators(evidence.published)
+            operators = benchmark.operator_tasks(evidence.published)
             hits = sum(
                 _squeezed(_SELF.sub("", operators[task].problem_text)) in _squeezed(text)
                 for task, text in questions.items()

@@ -129,7 +129,7 @@ def pairs_of_jars(evidence: Evidence) -> Finding:
 def action_goals_without_effect(evidence: Evidence) -> Finding:
     """Ask whether the operators of VirtualHome's action goals have an empty annotated effect."""
     benchmark = find_benchmark(V)
-    library = next(iter(benchmark.operators(evidence.published).values())).domain
+    library = next(iter(benchmark.operator_tasks(evidence.published).values())).domain
     effects = {name.replace("_", ""): text.effect for name, text in library.operators.items()}
     names = Counter(
         name.lower()
@@ -320,7 +320,7 @@ def tasks_with_operators(evidence: Evidence) -> Finding:
     counts = {}
     for domain in (V, B):
         benchmark = find_benchmark(domain)
-        tasks, operators = benchmark.tasks(evidence.published), benchmark.operators(evidence.published)
+        tasks, operators = benchmark.tasks(evidence.published), benchmark.operator_tasks(evidence.published)
         counts[domain] = (
             sum(bool(t.goals and t.script and t.id in operators) for t in tasks.values()),
             len(tasks),

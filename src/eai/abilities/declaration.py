@@ -98,7 +98,7 @@ class DomainAndNotation:
     Attributes:
         domain: the declared domain.
         notation: how answers are written and things are named.
-        subgoals: returns the notation of subgoals.
+        subgoal_notation: returns the notation of subgoals.
         make_planner: returns the planner that tests operators, or None if operators are not tested.
         wording: returns the names of objects and predicates in the prompts of an ability.
         observation_wording: returns the names of objects and predicates in observations.
@@ -107,7 +107,7 @@ class DomainAndNotation:
 
     domain: Domain
     notation: Notation
-    subgoals: Callable[[], SubgoalNotation]
+    subgoal_notation: Callable[[], SubgoalNotation]
     make_planner: Callable[[], PddlPlanner | None]
     wording: Callable[[Ability], SuiteWording]
     observation_wording: Callable[[], SuiteWording]

@@ -212,14 +212,14 @@ class Benchmark:
             wanted = f"a file that {interaction.task_command} writes"
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
         if interaction is not None and interaction.uses_operator_tasks:
-            return self.operators(source)
+            return self.operator_tasks(source)
         tasks, asks = self.tasks(source), self.data.asks.get(ability)
         if asks is None:
             return tasks
         chosen = [task_id for task_id, task in tasks.items() if asks(task)]
         return TaskSet(chosen, tasks.__getitem__, tasks.sha256, source.kept)
 
-    def operators(self, source: Source) -> TaskSet[TransitionTask]:
+    def operator_tasks(self, source: Source) -> TaskSet[TransitionTask]:
         """Return the tasks of transition modeling in the order of the data set."""
         if Ability.TRANSITION_MODELING in self.data.own_tasks:
             return self.get_errata(source).correct_operators(
@@ -243,7 +243,9 @@ class Benchmark:
             return make_planner(source.planner, self.data.planner_seconds, source.terms)
 
         words, seen = self.wording, self.observation_wording
-        return DomainAndNotation(self.domain, self.notation, self.subgoals, planner, words, seen, self)
+        return DomainAndNotation(
+            self.domain, self.notation, self.subgoal_notation, planner, words, seen, self
+        )
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
         """Return a mapping from task id to corrected official prompt, or None if the ability has no prompts.
@@ -265,7 +267,9 @@ class Benchmark:
         if self.data.prompts is None or get_declaration(ability).interaction.make_question is not None:
             return None
         files = self.data.prompts(ability, source)
-        correct = self.get_errata(source).make_question_corrector(ability, lambda: self.operators(source))
+        correct = self.get_errata(source).make_question_corrector(
+            ability, lambda: self.operator_tasks(source)
+        )
         if correct is None:
             return files
         return files.correct_questions(
@@ -280,7 +284,7 @@ class Benchmark:
 
         return SuiteWording.from_domain(self.domain)
 
-    def subgoals(self) -> SubgoalNotation:
+    def subgoal_notation(self) -> SubgoalNotation:
         """Return the notation (format) in which answers write subgoals."""
         from eai.abilities.notation.subgoals import SubgoalNotation  # not needed for plans
 

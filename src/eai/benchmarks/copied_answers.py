@@ -212,7 +212,7 @@ def _copy_goals_mentioned_in_instruction(benchmark: Benchmark, task: Task) -> It
 
 
 def _copy_goal_parts_as_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    return map(format_ltl, write_goal_parts_as_subgoals(task, benchmark.subgoals()))
+    return map(format_ltl, write_goal_parts_as_subgoals(task, benchmark.subgoal_notation()))
 
 
 _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
@@ -341,7 +341,7 @@ def open_answers_of_similar_tasks(
     """
     if ability is Ability.TRANSITION_MODELING:
         return make_answers_by_task(
-            benchmark, ability, source, _make_shared_operator_lister(benchmark.operators(source))
+            benchmark, ability, source, _make_shared_operator_lister(benchmark.operator_tasks(source))
         )
     if ability not in _LOOKED_UP_ABILITIES:
         raise make_no_answer_error(model="lookup", benchmark=benchmark, ability=ability)
@@ -414,7 +414,7 @@ def _adapt_subgoals_of_similar_task(
     nearest = similar_tasks.find_most_similar_task(task)
     if nearest is None:
         return ()
-    notation = benchmark.subgoals()
+    notation = benchmark.subgoal_notation()
     parts, here = answers[nearest.id].parts, notation.make_formula_lexicon(task.scene)
     there = notation.make_formula_lexicon(nearest.scene).objects
     mentioned = [there[word] for part in parts for word in _NAME.findall(part) if word in there]

@@ -166,7 +166,7 @@ def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterabl
         case Ability.GOAL_INTERPRETATION:
             return benchmark.notation.goals.join
         case Ability.SUBGOAL_DECOMPOSITION:
-            return benchmark.subgoals().join
+            return benchmark.subgoal_notation().join
         case Ability.ACTION_SEQUENCING:
             return benchmark.notation.plans.join
         case Ability.TRANSITION_MODELING:
@@ -304,7 +304,7 @@ def _open_gold_answers_made_from_plans(
 
     def write_answer_parts(task: Task, plan: Sequence[Action]) -> Sequence[str]:
         if ability is Ability.SUBGOAL_DECOMPOSITION:
-            return tuple(benchmark.subgoals().write(task, plan))
+            return tuple(benchmark.subgoal_notation().write(task, plan))
         return plans.write(plan, task.scene)
 
     def make_answer(task_id: str) -> AnswerInParts:

@@ -172,7 +172,7 @@ class PromptLibrary:
         """
         templates, interaction = self.templates, get_declaration(ability).interaction
         if interaction.uses_operator_tasks:
-            tasks = benchmark.operators(self.source)
+            tasks = benchmark.operator_tasks(self.source)
             return render_operator_prompts(
                 tasks, templates, has_example=not benchmark.has_declared_prompt_names
             )

@@ -71,7 +71,7 @@ def open_random_answers(
         DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return _open_random_operators(benchmark.operators(source))
+        return _open_random_operators(benchmark.operator_tasks(source))
     if ability not in _WRITERS:
         raise make_no_answer_error(model="random", benchmark=benchmark, ability=ability)
     tasks = benchmark.tasks_for(ability, source)
@@ -138,7 +138,7 @@ def _write_plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ran
 
 def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
     """Return subgoals: one random visible change of each step."""
-    lexicon = benchmark.subgoals().make_formula_lexicon(task.scene)
+    lexicon = benchmark.subgoal_notation().make_formula_lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_list_changed_facts(wording, task, *pair)) for pair in pairwise(states)]

@@ -236,7 +236,7 @@ def find_ability_answered_instead(benchmark: Benchmark, asked: Ability, answer: 
         benchmark.notation.plans.to_operator_name(step.action) in actions for step in plan.steps
     ):
         return None if asked is Ability.ACTION_SEQUENCING else Ability.ACTION_SEQUENCING
-    subgoals = benchmark.subgoals().read(answer)
+    subgoals = benchmark.subgoal_notation().read(answer)
     if not isinstance(subgoals, Unreadable) and subgoals.subgoals:
         return None if asked is Ability.SUBGOAL_DECOMPOSITION else Ability.SUBGOAL_DECOMPOSITION
     goals = benchmark.notation.goals.read(answer)

@@ -200,7 +200,7 @@ def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> Explore
                 for task_id, prompt in prompts_of_ability.items()
             }
     with suppress(EaiError):
-        tasks = benchmark.operators(source).values()
+        tasks = benchmark.operator_tasks(source).values()
         operators = {name: text.write_pddl for task in tasks for name, text in task.domain.operators.items()}
     instructions = {task.id: task.instruction for task in benchmark.tasks(source).values()}
     return ExplorerDomainData(prompts, operators, instructions)

@@ -88,7 +88,7 @@ def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_TaskProfile, .
     Raises:
         DataError: the data cannot be obtained or is damaged.
     """
-    operator_tasks = benchmark.operators(source)
+    operator_tasks = benchmark.operator_tasks(source)
     tasks = benchmark.tasks(source).values()
     return tuple(
         _TaskProfile(task, compute_features(task, benchmark), operator_tasks.get(task.id)) for task in tasks
@@ -144,7 +144,7 @@ def _compute_all_statistics(benchmark: Benchmark, source: Source) -> Iterator[_D
     yield from _list_goal_statistics([profile.features for profile in tasks])
     yield from _list_plan_statistics([profile for profile in tasks if profile.features.annotated_steps])
     yield from _list_object_statistics(tasks)
-    operator_tasks = benchmark.operators(source)
+    operator_tasks = benchmark.operator_tasks(source)
     if operator_tasks:
         yield from _list_operator_statistics(next(iter(operator_tasks.values())).domain)
         yield from _list_category_statistics(profiles)
@@ -157,7 +157,7 @@ def _list_task_counts_by_ability(benchmark: Benchmark, source: Source) -> Iterat
             yield _DataSetStatistic(
                 f"{ability.value.replace('_', ' ')} tasks", number, "tasks in which it is asked for"
             )
-    number = len(benchmark.operators(source))
+    number = len(benchmark.operator_tasks(source))
     yield _DataSetStatistic("transition modeling tasks", number, "tasks in which it is asked for")
 
 

@@ -74,7 +74,7 @@ def check_goal_names(formula: f.Formula, scene: Scene) -> None:
                 raise InputError(f"the scene has no object of the category {kind}{did_you_mean(kind, kinds)}")
     for name in find_object_names(formula):
         if name != AGENT.name or scene.agent is None:
-            scene.find(name)
+            scene.find_object_index(name)
     for name in sorted(find_free_variables(formula)):
         raise InputError(
             f"variable {name} is not bound; add a quantifier, as in 'exists {name}: lamp. (lit({name}))'"

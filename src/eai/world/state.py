@@ -79,7 +79,7 @@ class Scene:
         if len(self.index) < len(self.objects):
             name = next(item.name for i, item in enumerate(self.objects) if self.index[item.name] != i)
             raise InputError(f"two objects are called {name}: give each object a name of its own")
-        self.agent = None if agent is None else self.find(agent)
+        self.agent = None if agent is None else self.find_object_index(agent)
         self.everything = (1 << len(self.objects)) - 1
         self._categories: dict[str, int] | None = None
 
@@ -109,7 +109,7 @@ class Scene:
         """Return the names of the objects of a category, in the scene's order; None means all objects."""
         return self.names(self.get_category_mask(category))
 
-    def find(self, name: int | str) -> int:
+    def find_object_index(self, name: int | str) -> int:
         """Return the index of an object, given its index, its name, or its name as spelt in formulas.
 
         Raises:
@@ -123,7 +123,7 @@ class Scene:
             raise InputError(f"there is no object {name}{hint}")
         return index
 
-    def fact(self, stated: StatedFact) -> Fact:
+    def read_fact(self, stated: StatedFact) -> Fact:
         """Read a fact about a stored predicate.
 
         Raises:
@@ -140,7 +140,7 @@ class Scene:
         self.vocabulary.require_arity(name, len(arguments))
         if self.vocabulary.find_stored_predicate(name) is None:
             raise InputError(f"{name} is derived from other facts: state those facts instead")
-        return Fact(name, tuple([self.find(argument) for argument in arguments]))
+        return Fact(name, tuple([self.find_object_index(argument) for argument in arguments]))
 
     def state(self, facts: Iterable[StatedFact]) -> State:
         """Return the state in which exactly these facts about stored predicates hold.
@@ -154,9 +154,9 @@ class Scene:
         pairs: dict[str, list[tuple[int, int]]] = {name: [] for name in self.vocabulary.binary_slots}
         tuples: dict[str, list[tuple[int, ...]]] = {name: [] for name in self.vocabulary.tuple_slots}
         for stated in facts:
-            predicate, arguments = stated if isinstance(stated, Fact) else self.fact(stated)
+            predicate, arguments = stated if isinstance(stated, Fact) else self.read_fact(stated)
             if arities.get(predicate) != len(arguments) or not all(map(objects.__contains__, arguments)):
-                predicate, arguments = self.fact(stated)
+                predicate, arguments = self.read_fact(stated)
             if predicate in slots:
                 unary[slots[predicate]] |= 1 << arguments[0] if arguments else 1
             elif predicate in tuples:

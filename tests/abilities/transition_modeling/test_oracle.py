@@ -31,7 +31,7 @@ def virtualhome(data_store: Store) -> TransitionTasks:
 
 @pytest.fixture(scope="module")
 def behavior(data_store: Store) -> TaskSet[TransitionTask]:
-    return find_benchmark("behavior").operators(Source(data_store))
+    return find_benchmark("behavior").operator_tasks(Source(data_store))
 
 
 def planner() -> PddlPlanner:

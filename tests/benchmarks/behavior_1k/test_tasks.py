@@ -198,7 +198,7 @@ def test_prompts_of_transition_modeling_show_the_facts_of_their_operators_and_li
     activity_store: Store,
 ) -> None:
     source = Source(store=activity_store)
-    operators = behavior_1k().operators(source)
+    operators = behavior_1k().operator_tasks(source)
     prompts = PromptLibrary("eai", source=source).open(behavior_1k(), Ability.TRANSITION_MODELING)
     for task_id in list(operators)[::40]:
         shown, _, question = prompts[task_id].user.partition("An example of another task")

@@ -139,7 +139,7 @@ def test_99_of_100_planning_problems_are_those_of_their_goals(
     data_store: Store, behavior_tasks: BehaviorTasks
 ) -> None:
     different = []
-    for task_id, asked in find_benchmark("behavior").operators(Source(data_store)).items():
+    for task_id, asked in find_benchmark("behavior").operator_tasks(Source(data_store)).items():
         record, shipped = behavior_tasks[task_id].record, asked.problem
         instances = {each.name.replace(".", "_"): each.name for each in record.problem.objects}
         goals = shipped.goal.operands if isinstance(shipped.goal, And) else (shipped.goal,)

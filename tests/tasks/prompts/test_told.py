@@ -116,11 +116,11 @@ def test_every_condition_and_every_effect_is_told(name: str) -> None:
 def test_problems_of_transition_modeling_have_every_fact(name: str) -> None:
     domain, task = world(name)
     benchmark = Benchmark(domain.name, domain, given(task))
-    (plain,) = benchmark.operators(Source()).values()
+    (plain,) = benchmark.operator_tasks(Source()).values()
     facts = {*task.initial.facts()}
     for fact in islice(sorted(facts), MOST):
         fewer = replace(task, initial=task.scene.state(facts - {fact}))
-        (other,) = replace(benchmark, open_tasks=given(fewer)).operators(Source()).values()
+        (other,) = replace(benchmark, open_tasks=given(fewer)).operator_tasks(Source()).values()
         assert len(other.problem_text) < len(plain.problem_text), fact
 
 

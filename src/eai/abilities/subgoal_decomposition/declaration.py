@@ -73,7 +73,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 
-    notation = parts.subgoals()
+    notation = parts.subgoal_notation()
     domain = notation.domain_for_execution()
     return partial(
         SubgoalDecompositionScorer, domain=domain, notation=notation, refinement=SubgoalRefiner(domain)
@@ -83,7 +83,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
 def _get_object_words_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
-    subgoals = parts.subgoals()
+    subgoals = parts.subgoal_notation()
     return (), lambda words: subgoals.make_json_schema_of_answer()
 
 

@@ -387,7 +387,7 @@ def _read_planning_domain(benchmark: Benchmark, source: Source) -> PddlDomain | 
     """Return the planning domain of the benchmark's data set, or None if the data set has no problems."""
     if benchmark.data.problem_of is None:
         return None
-    library = next(iter(benchmark.operators(source).values())).domain
+    library = next(iter(benchmark.operator_tasks(source).values())).domain
     return make_domain_with_operators(
         [text.write_pddl for text in library.operators.values()], library.header
     )

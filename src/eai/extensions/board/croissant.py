@@ -113,7 +113,7 @@ def make_task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 
 def make_operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     """Yield a row for each gold operator of a benchmark, sorted by name."""
-    task = next(iter(benchmark.operators(source).values()))
+    task = next(iter(benchmark.operator_tasks(source).values()))
     yield from (asdict(text) for _, text in sorted(task.domain.operators.items()))
 
 

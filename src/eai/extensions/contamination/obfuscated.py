@@ -334,7 +334,7 @@ def _make_benchmark_with_rules_in_prompts(
         notation=replace(
             benchmark.notation,
             plans=_PlanNotationWithSwappedNames(benchmark.notation.plans, word_cipher),
-            subgoals=_SubgoalNotationWithSwappedNames(benchmark.subgoals(), word_cipher),
+            subgoals=_SubgoalNotationWithSwappedNames(benchmark.subgoal_notation(), word_cipher),
             formats={
                 ability: encipher_capitalised_words(text)
                 for ability, text in benchmark.notation.formats.items()

@@ -84,7 +84,7 @@ def _map_tasks_to_asked_operators(
     benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source
 ) -> Json:
     """Return for each task the names and parameters of the operators that its question asks for, as JSON."""
-    tasks = benchmark.operators(source)
+    tasks = benchmark.operator_tasks(source)
     return {
         task_id: [
             {"name": name, "parameters": tasks[task_id].domain.operators[name].parameters}

@@ -126,7 +126,7 @@ def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[S
     from eai.extensions.reference.operator_rules import PublishedOperatorRules
     from eai.pddl.planners import make_planner
 
-    tasks = benchmark.operators(source)
+    tasks = benchmark.operator_tasks(source)
     rules = PublishedOperatorRules(make_planner(source.planner, benchmark.data.planner_seconds, source.terms))
     return TaskSet(tasks, lambda task_id: TransitionModelingScorer(tasks[task_id], rules), tasks.sha256)
 

@@ -46,7 +46,7 @@ def _make_step_counter(benchmark: Benchmark, ability: Ability) -> Callable[[str]
             else len(plan.steps)
         )
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        notation = benchmark.subgoals()
+        notation = benchmark.subgoal_notation()
         return lambda text: (
             None if isinstance(read := notation.read(text), Unreadable) else len(read.subgoals)
         )

@@ -263,7 +263,7 @@ def add_subgoals_to_beliefs(
     for task_id, answer in answers.items():
         if goal_beliefs is None or task_id not in goal_beliefs.beliefs:
             continue
-        read = suite.benchmark.subgoals().read(answer)
+        read = suite.benchmark.subgoal_notation().read(answer)
         subgoals = () if isinstance(read, Unreadable) else read.subgoals
         beliefs[task_id] = replace(goal_beliefs.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
