@@ -264,7 +264,7 @@ def play_with_null_agent(suite: Suite, model: str) -> Iterator[Response]:
         if tasks[task_id].unplannable_reason is None:
             game = Game(make_setup(tasks[task_id], suite.benchmark, STANDARD))
             choose_command, commands = NULLS[model.removeprefix("eai/")](game, 0), []
-            while not game.over:
+            while not game.is_over:
                 commands.append(choose_command())
                 game.act(commands[-1])
         yield Response(task_id, "\n".join(commands))
