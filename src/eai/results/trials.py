@@ -142,7 +142,7 @@ class SuiteConversations:
 
     Attributes:
         suite: the suite, adapted to the model's answers (`Suite.adapt_suite_to_answers`).
-        options: number of attempts, kind of feedback, and rate of actions made to fail.
+        options: the number of attempts, the kind of feedback, and the rate of actions that are made to fail.
         question_writer: writes the question of each attempt.
         tasks_with_stated_goals: mapping from ids to tasks with other goals than in the data set. Questions
             state these goals.

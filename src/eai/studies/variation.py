@@ -168,7 +168,7 @@ class VariationOptions(Options):
 
     @property
     def captioning_model(self) -> str | None:
-        """A second model that describes pictures in text for the asked model; None without such a model."""
+        """Name of a second model that lists the scene in pictures for the asked model; None without one."""
         return None
 
     def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
@@ -239,7 +239,7 @@ class _OptionsOfCombinedStudies(VariationOptions):
 
     @property
     def captioning_model(self) -> str | None:
-        """A second model that describes pictures in text for the asked model; None without such a model."""
+        """Name of a second model that lists the scene in pictures for the asked model; None without one."""
         return next(
             (choice.captioning_model for choice in self.chosen if choice.captioning_model is not None), None
         )
