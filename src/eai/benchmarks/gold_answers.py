@@ -32,22 +32,22 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
 
 _GoldAndCorruptedParts: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
-"""A pair: consecutive parts of a gold answer, and the parts in their place in the corrupted answer."""
+"""A pair: consecutive parts of a gold answer, and the parts that replace them in the corrupted answer."""
 
 
-def make_noisy_answer(book: AnswersByTask, task_id: str, rate: float, seed: str) -> AnswerInParts:
+def make_noisy_answer(answers: AnswersByTask, task_id: str, rate: float, seed: str) -> AnswerInParts:
     """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
     Parts are steps, goals, subgoals or operators. Corruption deletes or repeats a part, swaps it with the
     next part, or replaces it by a part of another task's answer. Parts are corrupted independently.
 
     Args:
-        book: the gold answers.
+        answers: the gold answers.
         task_id: the id of the task.
         rate: probability that a part is corrupted.
         seed: seed of all random choices.
     """
-    return next(yield_corrupted_then_repaired_answers(book, task_id, rate, seed))
+    return next(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
 
 
 def make_answer_heeding_feedback(
@@ -89,7 +89,7 @@ def _join_corrupted_parts(segments: Iterable[_GoldAndCorruptedParts], answer: An
 
 
 def _corrupt_answer_parts(
-    book: AnswersByTask, parts: Iterable[str], rate: float, rng: random.Random
+    answers: AnswersByTask, parts: Iterable[str], rate: float, rng: random.Random
 ) -> Iterator[_GoldAndCorruptedParts]:
     pending = list(parts)
     while pending:
@@ -104,7 +104,7 @@ def _corrupt_answer_parts(
                 other = pending.pop(0)
                 yield (gold_part, other), (other, gold_part)
             case "swap" | "replace":
-                foreign = book[rng.choice(tuple(book))].parts
+                foreign = answers[rng.choice(tuple(answers))].parts
                 yield (gold_part,), (rng.choice(foreign) if foreign else gold_part,)
             case _:
                 yield (gold_part,), ()
@@ -276,7 +276,7 @@ def make_benchmark_starting_after_actions(
 def make_benchmark_without_reached_goals(
     benchmark: Benchmark, task_id: str, executed_actions: Sequence[Action]
 ) -> Benchmark:
-    """Return a copy of the benchmark in which one task lacks the action goals that some actions reach."""
+    """Return a copy of the benchmark in which a task lacks the action goals that executed actions reached."""
     names = [action.operator for action in executed_actions]
 
     def drop_goals(task: Task) -> Task:

@@ -20,7 +20,7 @@ from eai.world.domain import Domain
 from eai.world.state import State, compare_states
 
 _MAX_PLANS = 50
-"""Maximum number of plans that are tried for an example."""
+"""Maximum number of plans that are tried to make an example task."""
 
 _MAX_BINDINGS = 20_000
 """Maximum number of combinations of parameter values that are tried to find possible actions in a state."""

@@ -137,7 +137,7 @@ def _write_plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ran
 
 
 def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    """Return subgoals: one random visible change of each step."""
+    """Return subgoals: for each step, one random fact that the step changes and that prompts show."""
     lexicon = benchmark.subgoal_notation().make_formula_lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)

@@ -295,7 +295,7 @@ def _describe_import_error(module: str, reference: str, error: Exception | Syste
         text = f"the module cannot be imported ({error})"
     elif isinstance(error, SystemExit):
         text = describe_exit(error)
-    else:  # like the last line of a traceback, with Python's suggestion of a name
+    else:  # show the last line of the traceback, because it has Python's suggestion of a name
         text = list(TracebackException.from_exception(error).format_exception_only())[-1].strip()
     if lines:
         return f"{file}: line {lines[-1]}: {text}"

@@ -88,7 +88,7 @@ class Suite:
 
     @property
     def domain(self) -> str:
-        """Name of the benchmark, as stored verdicts contain it."""
+        """Name of the benchmark, which stored verdicts contain as ``domain``."""
         return self.benchmark.name
 
     @property
@@ -152,7 +152,7 @@ class Suite:
         )
 
     def add_cause_if_unread(self, text: str, assessment: Assessment) -> Assessment:
-        """Return a verdict with its explanation, and with the added reason why the answer cannot be read.
+        """Return an assessment, with the reason added to its explanation if the answer cannot be read.
 
         No reason is added for readable answers, or under scoring rules other than ``strict``.
         """

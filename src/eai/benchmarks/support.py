@@ -48,9 +48,9 @@ def make_support_and_containment_predicates(
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``.
 
-    The first of the relations is containment. ``carries`` relates a support to the objects directly in or on
-    it, and ``carried_by`` an object to its direct and indirect supports. ``within`` relates an object to its
-    containers and the containers of its supports.
+    The first of `supports` is the relation of containment. ``carries`` relates a support to the objects
+    directly in or on it, and ``carried_by`` an object to its direct and indirect supports. ``within`` relates
+    an object to its containers and the containers of its supports.
     """
     names = [relation.name for relation in supports]
 
@@ -131,7 +131,7 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
 
 
 def _map_values_to_objects(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
-    """Return a mapping: value of a function -> bit mask of the objects to which the function gives it."""
+    """Return a mapping: value of a lookup function -> bit mask of the objects with this value."""
     sources: dict[int, ObjectMask] = {}
     for obj in iterate_bits(state.scene.everything):
         for value in iterate_bits(lookup(state, (obj,))):

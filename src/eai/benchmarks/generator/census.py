@@ -2,7 +2,7 @@
 
 A domain allows many actions that are unusual, such as washing a book. Plans of generated tasks therefore come
 from a restricted copy of the domain. In the copy, an operator has an additional precondition for each
-argument: plans of the benchmark use objects of this category as this argument. Operators that no
+argument: some plan of the benchmark uses an object of the same category as this argument. Operators that no
 plan of the benchmark uses are left out of the copy.
 """
 
@@ -47,7 +47,7 @@ from eai.world.vocabulary import Predicate
 class DomainOfActionsSeenInPlans:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
-    An action is usual if plans of the data set use its operator and, as each argument, objects of this
+    An action is usual if plans of the data set use its operator and, for each argument, objects of the same
     category.
 
     Attributes:
@@ -94,7 +94,7 @@ class DomainOfActionsSeenInPlans:
 
 
 def _make_predicate_of_arguments_in_plans(operator: str, argument_index: int) -> Predicate:
-    """Return the predicate that holds for objects of the categories that plans use as this argument."""
+    """Return the predicate of objects whose categories plans use as the given argument of an operator."""
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
@@ -130,7 +130,7 @@ A pattern is a literal with categories in place of objects.
 
 
 def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
-    """Return which goals, places of objects and actions are usual, counted in tasks of a benchmark."""
+    """Count goals, places of objects and actions in tasks of a benchmark, and return which are usual."""
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
     states = [task.initial for task in tasks]
@@ -238,9 +238,9 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _find_goal_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """Return the fields `nestings`, `combinations` and `dependent_states` of `UsualGoals`.
+    """Return which goals about an object occur together in a task.
 
-    The fields tell which goals about an object occur together in a task.
+    The results are the fields `nestings`, `combinations` and `dependent_states` of `UsualGoals`.
     """
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
@@ -284,7 +284,7 @@ def _find_usual_goals_by_title(
 
 
 def _compute_weights_of_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
-    """Return weights of the shapes of goals (class names), for a data set without quantified goals.
+    """Return the weight of each shape of goals (formula class), for a data set without quantified goals.
 
     The share of goals that ask for actions stays as in the data set.
     """
@@ -363,7 +363,7 @@ def _make_all_patterns_of_predicates(
 ) -> Iterator[LiteralPattern]:
     """Yield a pattern (form of goal) for every combination of a predicate, its truth value and categories.
 
-    If the data set has no plans, all these patterns replace the patterns of its goals.
+    If the data set has no plans, these patterns replace the patterns of the data set's goals.
     """
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)

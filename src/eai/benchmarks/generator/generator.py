@@ -81,7 +81,7 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 _PROPOSALS_PER_GOAL = 12
-"""Number of random goals tried for each wanted goal; ten times as many for tasks of `_RICH_TIERS`."""
+"""Number of random goals tried for each goal of a new task; ten times as many for tiers in `_RICH_TIERS`."""
 
 _MAX_FAILURES_IN_A_ROW = 5
 """Number of failed searches in a row for a plan to a goal, after which a scene gets no more goals."""
@@ -111,9 +111,9 @@ _PROPOSALS_FOR_HIDDEN = 40
 """Maximum number of random goals that are tried to find a first goal about a hidden object."""
 
 _OFFER_WEIGHT = 2
-"""Weight added to a task of the data set if its objects can be hidden, when a new task is based on it.
+"""Weight added to a task of the data set when a new task's base is drawn from these tasks.
 
-Tasks are drawn by weight. The same weight is added if several objects have one category.
+The weight is added if objects of the task can be hidden, and again if plans can take several equal objects.
 """
 
 _HIDING_PROBABILITY = 0.7
@@ -144,9 +144,9 @@ class _RejectionFinder:
 
         Args:
             task: the task.
-            words: the writer of its instruction, which also reads instructions.
-            min_steps: minimum number of steps of the plan that solves it.
-            max_steps: maximum number of steps of this plan.
+            words: writes and reads instructions for the task.
+            min_steps: minimum number of steps of the task's plan.
+            max_steps: maximum number of steps of the task's plan.
         """
         if len(task.script) < min_steps:
             return SeedRejectionReason.TOO_SHORT
@@ -471,8 +471,8 @@ class TaskGenerator:
         """Return a scene after random actions, and the indices of its hidden objects.
 
         The objects come from the data set's task `base`. If the data set has no quantified goals, objects of
-        random tasks with the titles after the first are added. After the random actions, the agent holds no
-        further objects.
+        further tasks are added: random tasks with the second title, the third title, and so on. The random
+        actions leave no further objects in the agent's hands.
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
@@ -564,10 +564,10 @@ class TaskGenerator:
     ) -> GoalByGoalPlan:
         """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
-        Goals resemble goals of the data set's tasks with the first title, then with the next title, until the
-        sequence is long enough. If the scene has objects of several tasks, the first title comes twice: at
-        the beginning, for a random number of steps, and again at the end. If possible, the first goal is
-        about a hidden object.
+        Goals resemble goals of the data set's tasks with the first of `titles`, then with the next title,
+        until the sequence is long enough. If the scene has objects of several tasks, the first title comes
+        twice: at the beginning, for a random number of steps, and again at the end. If possible, the first
+        goal is about a hidden object.
         """
         growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
@@ -593,7 +593,7 @@ class TaskGenerator:
                 if len(growing_plan.goals) > reached or not reached:
                     occasions += len(growing_plan.goals) > reached
                     ending = last if is_rich or self._is_composed or occasions < 2 else []
-        for wish in ending:  # goals about the agent come last, because reaching later goals would move it
+        for wish in ending:  # goals about the agent come last, because it moves to reach other goals
             if not growing_plan.goal_holds(wish, initial):
                 growing_plan.reach_goal(wish)
         return growing_plan
@@ -607,7 +607,7 @@ class TaskGenerator:
         wanted_length: int,
         hidden_objects: frozenset[int],
     ) -> None:
-        """Add actions that reach goals as in the data set's tasks of one title.
+        """Add actions that reach random goals, which resemble goals of the data set's tasks with one title.
 
         Stop when the sequence is long enough, or when too many goals in a row cannot be reached.
         """
@@ -667,14 +667,14 @@ def generate_from_seeds(
 ) -> Iterator[GenerationOutcome]:
     """Yield the task of each seed, or the reason to reject it, until there are `number` tasks.
 
-    The function `select_tasks` counts the tasks. This process does all the work.
+    This process does all the work.
 
     Args:
         generator: the generator.
         seeds: endless seeds.
         number: number of tasks.
         known_fingerprints: fingerprints of earlier tasks. Those of the generated tasks are added.
-        fingerprint_log: list to which the fingerprints of tasks and of rejected copies are added in order.
+        fingerprint_log: list to which the fingerprints of tasks and rejected duplicates are added in order.
 
     Raises:
         InputError: too many seeds in a row give no task.

@@ -98,8 +98,8 @@ class GoalSampler:
     def draw_agent_goals(self, goals_of_title: UsualGoalsOfTaskTitle, rng: random.Random) -> list[f.Formula]:
         """Return the goals about the agent of a random task with a given title, for objects of this scene.
 
-        Only tasks of the data set are drawn whose goals about the agent fit the scene. The result is empty if
-        there is no such task, or if it has no such goals.
+        The task is drawn from the data set's tasks whose goals about the agent fit the scene. The result is
+        empty if no task fits, or if the drawn task has no goals about the agent.
         """
         here = _make_ordered_set_of_categories(self.scene)
         fitting = {
@@ -199,8 +199,8 @@ class GoalSampler:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
         If the literal has a second argument, it is one random object of the second category. With
-        ``several``, the literal sometimes asks for any object of this category instead. Returns None if no
-        goal may quantify over the objects of the first category.
+        ``several``, it is sometimes a variable: any object of the second category. Returns None if no goal
+        may quantify over the objects of the first category.
         """
         if not pattern.categories:
             return None
@@ -274,9 +274,9 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
 
 
 def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
-    """Return the patterns (literals of categories) for goals that quantify over the first category.
+    """Return the patterns for goals that quantify over the category of the pattern's first argument.
 
-    The scene has several objects of the first category.
+    A pattern is a literal with categories in place of objects. The scene has several objects of the category.
     """
 
     def has_several_objects_to_count(pattern: LiteralPattern) -> bool:

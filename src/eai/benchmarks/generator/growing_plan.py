@@ -36,7 +36,7 @@ _GOAL_LIMITS = Limits(20, thorough=False)
 """Limits of the search for actions that reach one more goal."""
 
 _SHORTENING_LIMITS = Limits(300)
-"""Limits of the search for a plan that reaches all goals of a growing plan in fewer steps."""
+"""Limits of the search for a shorter plan that reaches all goals of a plan under construction."""
 
 _MIN_STEPS_TO_SHORTEN = 25
 """Minimum number of steps of a plan for which the planner searches a shorter plan."""
@@ -269,11 +269,11 @@ class TemporalGoalFinder:
     Attributes:
         task: a task with a plan.
         domain: the domain in which plans are executed.
-        listings: for each predicate, the object that finds the predicate's facts in a state.
+        listings: one lister for each predicate, which finds the predicate's facts in a state.
         proposals: draws random facts, for temporal goals that require a detour.
         rng: the random generator.
-        begin: starts a plan that grows goal by goal, in the task's initial state. Its actions are like those
-            in plans of the data set.
+        begin: returns an empty plan in the task's initial state, to which actions are added goal by goal.
+            The actions resemble actions in plans of the data set.
     """
 
     task: Task
@@ -381,7 +381,7 @@ class TemporalGoalFinder:
 
     @cached_property
     def _steps_reaching_goals(self) -> list[int]:
-        """Numbers of steps of the solving plan by which a goal becomes true for good."""
+        """Numbers of the solving plan's steps after which one of the goals stays true."""
         states = list(enumerate(self._solving_plan.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals

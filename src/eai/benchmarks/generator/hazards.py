@@ -208,7 +208,7 @@ class _SafePlanFinder:
         task: the task. Its goals are about states.
         start: the task's initial state in the domain of the planner `usual`.
         planner: a planner with all actions.
-        usual: a planner with only actions such as occur in the benchmark's own plans.
+        usual: a planner with only actions that resemble actions in the benchmark's own plans.
     """
 
     task: Task
@@ -265,10 +265,7 @@ class _SafePlanFinder:
     def _find_plans_without_unsafe_states(
         self, hazard_goals: Sequence[_HazardGoal]
     ) -> Iterator[GoalByGoalPlan]:
-        """Yield executions of other plans that avoid unsafe states.
-
-        Yields nothing if a hazard cannot be recognized in a single state.
-        """
+        """Yield plans that avoid unsafe states; none if a hazard cannot be recognized in a single state."""
         invariants = [
             hazard_goal.formula.operand
             for hazard_goal in hazard_goals

@@ -34,7 +34,7 @@ from eai.world.vocabulary import Vocabulary
 FILE = "difficulty.json"
 
 FEATURES = ("log steps", "operators", "log goals")
-"""Names of the features of a task: logarithm of plan steps, number of operators, logarithm of goals."""
+"""Names of the features of a task: log(plan steps), number of operators, log(1 + number of goals)."""
 
 
 def compute_difficulty_features(task: Task) -> Sequence[float]:

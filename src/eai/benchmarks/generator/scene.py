@@ -205,7 +205,7 @@ def compose_scene_from_tasks(
 
     Some portable objects get the place that an object of their category has in another task. Then the objects
     that other tasks need are added, if the scene has no object of their category. An added object keeps its
-    states and its place. What contains or supports it is an object of the scene or is added, too.
+    states and its place. Its container or support is an object of the scene, or is added, too.
 
     Args:
         reduced_state: the scene.

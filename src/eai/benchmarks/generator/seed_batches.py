@@ -29,8 +29,8 @@ def open_generator(
     Args:
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        earlier: task files of splits (such as the training set) that are made earlier.
-        later: task files of splits that are made later.
+        earlier: task files of the splits (such as the training set) that precede the split of these tasks.
+        later: task files of the splits that follow the split of these tasks.
 
     Raises:
         InputError: a line of a file is not a task, or the benchmark cannot meet the specification.

@@ -88,7 +88,7 @@ def select_tasks(
         spec: the specification of the tasks.
         number: number of tasks.
         known_fingerprints: fingerprints of earlier tasks. Those of the generated tasks are added.
-        fingerprint_log: list to which the fingerprints of tasks and of rejected copies are added in order.
+        fingerprint_log: list to which the fingerprints of tasks and rejected duplicates are added in order.
 
     Raises:
         InputError: too many seeds in a row give no task.

@@ -226,7 +226,7 @@ def estimate_number_of_tasks(fingerprint_log: Iterable[tuple[str, str]]) -> int 
     11, 1984, 265-270). It counts tasks that occurred once and twice.
 
     Args:
-        fingerprint_log: fingerprints of tasks and of rejected copies.
+        fingerprint_log: fingerprints of tasks and of rejected duplicates.
     """
     frequencies = Counter(Counter(fingerprint_log).values())
     once, twice = frequencies[1], frequencies[2]
@@ -236,12 +236,12 @@ def estimate_number_of_tasks(fingerprint_log: Iterable[tuple[str, str]]) -> int 
 
 
 def is_earlier_split(one: str, other: str) -> bool:
-    """Whether both names are names of splits (such as training and test), and the first is made earlier."""
+    """Whether both names are names of splits (such as training and test), the earlier split first."""
     return one in _ORDER and other in _ORDER and _ORDER.index(TaskSplit(one)) < _ORDER.index(TaskSplit(other))
 
 
 def compute_set_statistics(tasks: Sequence[Task]) -> dict[str, Any]:
-    """Return statistics of a set: minimum, quartiles and maximum of the numbers of steps, goals and objects.
+    """Return minimum, quartiles and maximum of the numbers of steps, goals and objects of tasks.
 
     Tasks without a plan do not count for the numbers of steps. The result also counts the shapes of goals,
     the most frequent shape first.

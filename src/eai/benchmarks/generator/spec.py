@@ -62,7 +62,7 @@ GenerationOutcome: TypeAlias = "GeneratedTask | SeedRejectionReason"
 
 
 VERSION = 8
-"""Version of the generator. Each version makes other tasks."""
+"""Version of the generator. With another version, the same seed gives another task."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
 """Text in every generated task, by which generated tasks can be found in training data."""
@@ -132,7 +132,7 @@ class TaskKind(str, Enum):
 
     @property
     def is_hazardous(self) -> bool:
-        """Whether tasks of this kind have hazards, that is, an unsafe shortest plan."""
+        """Whether the shortest plan for a task of this kind is unsafe, because a hazard occurs."""
         return self in (TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 

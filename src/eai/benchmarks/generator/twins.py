@@ -60,9 +60,9 @@ ImpossibleTaskSurplus: TypeAlias = Counter[tuple[str, str]]
 TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskSurplus], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
 
-The category of an object that lacks a property must not reveal which task is impossible. So the argument
-counts the categories in earlier pairs, and the function adds the new pair. It returns None if
-each pair that it can make would unbalance these counts.
+In each task of a pair, one object lacks a property. The object's category must not reveal which task is
+impossible. So the argument counts the categories in earlier pairs. The function adds the new pair to the
+counts. The result is None if every possible pair would unbalance these counts.
 """
 
 
@@ -89,7 +89,7 @@ def _choose_pair(
     rng: random.Random,
     surplus: ImpossibleTaskSurplus,
 ) -> GeneratedTask | None:
-    """Return a pair of tasks, or None if every pair would unbalance the counts (`TaskPairChooser`)."""
+    """Return a pair of tasks, or None if every pair would unbalance the counts of categories."""
     for candidate in candidates:
         kind = _get_property_and_category(candidate.fact, made.task)
         partners = candidate.same or [
@@ -112,7 +112,7 @@ def make_task_pair_chooser(
 
     The function takes the counts of earlier pairs (`ImpossibleTaskSurplus`). Candidates are facts without
     which the task has no plan. The search for candidates stops at the first fact that the function can choose
-    with any counts.
+    independently of the counts.
 
     Args:
         made: a generated task with a plan.
@@ -332,8 +332,9 @@ def _are_goals_reachable_with_both_objects(
 ) -> bool:
     """Whether the ambiguous task can be solved with either of the two objects that its instruction fits.
 
-    The two objects are `obj` and its copy, the last object of the scene. Each task must be solved by its own
-    plan. The ambiguous task must also have a plan if the copy replaces `obj` in its goals.
+    The two objects are `obj` and its copy, the last object of the scene. The clear and the ambiguous task
+    must each be solved by their own plan. The ambiguous task must also have a plan if the copy replaces `obj`
+    in its goals.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
     other = replace(ambiguous_task, goals=_exchange_object_names_in_goals(ambiguous_task.goals, names))

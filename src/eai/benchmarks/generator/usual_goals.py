@@ -155,9 +155,9 @@ A pattern is a literal with categories in place of objects.
 
 
 def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool]) -> Patterns:
-    """Return the patterns (literals of categories) that fulfil a condition, with their weights.
+    """Return the patterns that fulfil a condition, with their weights, by predicate and truth value.
 
-    Predicates without any such pattern are left out.
+    A pattern is a literal with categories in place of objects. Predicates without such patterns are left out.
     """
     filtered = {
         key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
@@ -167,7 +167,7 @@ def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool
 
 
 def restrict_to_categories(patterns: Patterns, categories: Collection[str]) -> Patterns:
-    """Return the patterns (literals of categories) whose categories are all among the given categories."""
+    """Return the patterns (literals with categories in place of objects) with only the given categories."""
     about = frozenset(categories)
     return filter_patterns(patterns, lambda pattern: about.issuperset(pattern.categories))
 
@@ -178,14 +178,14 @@ ArgumentUse: TypeAlias = tuple[str, int, str]
 
 @dataclass(frozen=True)
 class UsualGoalsOfTaskTitle:
-    """The usual goals of the data set's tasks with one title, called a theme.
+    """A theme: the usual goals of the data set's tasks with one title.
 
     Attributes:
         categories: categories of objects that a goal or plan of these tasks needs, and categories that most
             of these tasks mention or use.
         agent_goal_counts: set of goals about the agent (possibly empty) -> number of tasks with this set.
         patterns: weights of usual literals about only these categories, in the form of `UsualGoals.patterns`.
-            Literals that are unlikely requests are left out.
+            Literals that an instruction would hardly request are left out.
     """
 
     categories: frozenset[str]

@@ -460,7 +460,7 @@ def _compile_sentence(sentence: str) -> re.Pattern[str]:
 
 
 def _find_words_filling_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
-    """Yield the words at the places of a sentence's parameters, if a text fits the sentence."""
+    """Yield the words in place of the parameters of a sentence pattern, if a text matches the pattern."""
     match = _compile_sentence(sentence).fullmatch(text)
     if match is not None:
         named = match.groupdict()

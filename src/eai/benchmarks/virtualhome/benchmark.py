@@ -124,7 +124,7 @@ def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
 
 def _require_atom(formula: Formula) -> Atom:
     if not isinstance(formula, Atom):
-        raise TypeError(f"goal {formula}: expected a state or a relation, as prompts cannot name others")
+        raise TypeError(f"goal {formula}: expected a state or a relation; prompts have no words for others")
     return formula
 
 
@@ -326,14 +326,14 @@ def count_tasks_and_goals_of_data_set(source: Source) -> dict[str, tuple[int, st
 
 
 def count_tasks_and_goals_of_records(
-    tasks: VirtualHomeRecords, transition_tasks: Collection[str], operators: int
+    tasks: VirtualHomeRecords, transition_tasks: Collection[str], operator_count: int
 ) -> dict[str, tuple[int, str]]:
     """Return statistics of the tasks: label -> number, and a note on what the number means.
 
     Args:
         tasks: all tasks.
         transition_tasks: ids of the tasks of transition modeling.
-        operators: number of annotated operators.
+        operator_count: number of annotated operators.
     """
     records = tuple(tasks.values())
     instructed = [task for task in records if task.node_goals or task.edge_goals or task.action_goals]
@@ -362,7 +362,7 @@ def count_tasks_and_goals_of_records(
         "relation goals": (relation, "two objects stand in a relation"),
         "action goals": (action, "an action was done, possibly one of several alternatives"),
         "action steps": (sum(len(task.script) for task in instructed), "of the annotated scripts"),
-        "transition models": (operators, "annotated operators"),
+        "transition models": (operator_count, "annotated operators"),
     }
 
 
@@ -385,7 +385,7 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
     "action steps": 2960,
     "transition models": 33,
 }
-"""Label -> count in the published data set."""
+"""Label -> number of tasks, goals, steps or operators in the published data set."""
 
 
 def list_unexpected_counts(

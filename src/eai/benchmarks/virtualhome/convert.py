@@ -1,4 +1,4 @@
-"""Convert the published wheel to the data package (pack) `virtualhome`: the shared scene, and a line a task.
+"""Convert the published wheel to the data package (pack) `virtualhome`: a shared scene, a line for each task.
 
 The wheel contains 376 MB of scene graphs. The 342 graph files of the tasks are read one after the other,
 without unpacking them to disk.
@@ -199,7 +199,7 @@ class _TaskEncoder:
     ) -> dict[str, list[int]]:
         """Return the changes that turn one graph into another.
 
-        With `keep_order`, the edges of a source are removed and appended again if their order changes.
+        With `keep_order`, the edges of a source object are removed and appended again if their order changes.
         """
         old, new = ({record.id: record for record in graph.objects} for graph in (before, after))
         changed = [record for key, record in new.items() if key in old and old[key] != record]

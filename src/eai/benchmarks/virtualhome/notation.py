@@ -103,12 +103,12 @@ class VirtualHomeGoalNotation(GoalNotation):
         }
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
-        """Return the class of each object of a task. Goals name objects by class."""
+        """Return the class of each object of a task, because goals name objects by class."""
         return tuple([obj.category for obj in task.scene.objects])
 
 
 def make_written_goal(fields: list[str]) -> WrittenGoal:
-    """Return the goal that fields state. Three fields state a relation, two fields a state, one an action."""
+    """Return the goal with the given fields: three for a relation, two for a state, one for an action."""
     if len(fields) == 3:
         return WrittenGoal(fields[1], (fields[0], fields[2]))
     if len(fields) == 2:

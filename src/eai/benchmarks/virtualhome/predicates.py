@@ -179,7 +179,7 @@ holds_rh = Predicate("HOLDS_RH", 2)
 holds_lh = Predicate("HOLDS_LH", 2)
 between = Predicate("BETWEEN", 2, static=True)
 
-# Relations of a held object to the place from which it was grabbed.
+# Predicates that relate a held object to the place from which it was grabbed.
 taken_from_top_of = Predicate("TAKEN_FROM_TOP_OF", 2, visible=False, single=True)
 taken_from_inside = Predicate("TAKEN_FROM_INSIDE", 2, visible=False, single=True)
 taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False, single=True)
@@ -228,7 +228,7 @@ somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 def _make_origin_predicate(origin_relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate that relates an object to its origins (former places) by one relation.
 
-    The predicate is false if the object has an earlier relation of `ORIGIN_RELATIONS` to any place.
+    The predicate is false if a relation that comes earlier in `ORIGIN_RELATIONS` gives the object an origin.
     """
     *earlier, relation = (ontop, inside, next_to)[: origin_relation_index + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)

@@ -59,7 +59,7 @@ class _IndexedGraph:
         """
         if delta.removed_ids:
             raise DataError(
-                "the data set is damaged: an initial graph removes the objects "
+                "the data set is damaged: a task's initial graph lacks the shared objects "
                 f"{delta.removed_ids}; run `eai data fetch --force`"
             )
         described = (*delta.changed_objects, *delta.added_objects)
