@@ -28,7 +28,7 @@ class PddlViolationKind(str, Enum):
     CONDITION_IN_EFFECT = "condition_in_effect"
     """An effect of a form that only conditions have: ``or``, ``exists``, ``imply``, or ``not`` of a list."""
     EFFECT_IN_CONDITION = "effect_in_condition"
-    """``when`` in place of a condition."""
+    """A conditional effect (``when``) in place of a condition."""
     UNKNOWN_PREDICATE = "unknown_predicate"
     WRONG_ARITY = "wrong_arity"
     WRONG_ARGUMENT_TYPE = "wrong_argument_type"

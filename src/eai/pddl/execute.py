@@ -189,7 +189,7 @@ class _StateEvaluation:
     ) -> Set[str] | None:
         """Return the objects that an argument of an atom may have if the atom holds; None for any object.
 
-        Variables outside the binding may have any value.
+        Variables that `binding` does not bind may have any value.
         """
         if isinstance(atom, f.Occurs):
             return None

@@ -77,7 +77,7 @@ _REFUSED = {
     "preference": "preferences",
     **dict.fromkeys(("<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"), _NUMBERS),
 }
-"""Mapping from the word that begins an unsupported feature of PDDL to the name of the feature."""
+"""Keyword of an unsupported feature of PDDL -> name of the feature in messages."""
 _EXPECTED = {
     PddlViolationKind.UNKNOWN_PREDICATE: "a declared predicate, not {}",
     PddlViolationKind.WRONG_ARITY: "{} with as many arguments as are declared",

@@ -75,8 +75,8 @@ class Grounder:
     Args:
         domain: the operators.
         problem: the objects, the initial state and the goal.
-        looks: the budget of objects that parameters and quantifiers may be bound to; unlimited by default. If
-            the budget is exceeded, the result is incomplete.
+        looks: the budget: the number of objects tried as values of parameters and quantified variables;
+            unlimited by default. If the budget is exceeded, the result is incomplete.
     """
 
     def __init__(
@@ -108,15 +108,15 @@ class Grounder:
         """Return the ground goal, or None if it is false in every state."""
         return self._ground_condition(self._problem.goal, {}, negated=False)
 
-    def generate_actions(self, allowed: frozenset[str] | None = None) -> Iterator[_GroundAction]:
+    def generate_actions(self, allowed_objects: frozenset[str] | None = None) -> Iterator[_GroundAction]:
         """Yield all ground actions that may be possible in some state and that change something.
 
         Args:
-            allowed: the objects that parameters may take; None for all. Quantifiers always range over all
-                objects.
+            allowed_objects: the objects that parameters may take; None for all. Quantifiers always range over
+                all objects.
         """
         for number, action in enumerate(self._domain.actions):
-            for binding in self._generate_bindings(action, allowed):
+            for binding in self._generate_bindings(action, allowed_objects):
                 key = (number, *binding.values())
                 if key not in self._ground:
                     self._ground[key] = self._ground_action(action, binding)
@@ -127,7 +127,7 @@ class Grounder:
     def find_goal_and_parameter_objects(self) -> frozenset[str]:
         """Return the objects that the goal names, and the objects of the types of operators' parameters.
 
-        Parameter types to which all objects belong add no objects.
+        A parameter type is ignored if all objects belong to the type.
         """
         named = {*find_object_names(self._problem.goal)}
         asked = {
@@ -141,7 +141,7 @@ class Grounder:
         return frozenset(named)
 
     def _generate_bindings(
-        self, action: m.PddlAction, allowed: frozenset[str] | None
+        self, action: m.PddlAction, allowed_objects: frozenset[str] | None
     ) -> Iterator[dict[str, str]]:
         """Return the bindings of parameters that satisfy the static conjuncts of an operator's precondition.
 
@@ -153,7 +153,7 @@ class Grounder:
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
             members = self._objects[m.get_variable_type(parameter)]
-            candidates = [name for name in members if allowed is None or name in allowed]
+            candidates = [name for name in members if allowed_objects is None or name in allowed_objects]
             stack = [
                 extended
                 for binding in stack
@@ -364,13 +364,13 @@ class _ActionAsLiteralMasks(NamedTuple):
 
 
 class GroundProblem:
-    """The literals of one problem, the literals of its goal, and the successors of its states.
+    """A grounded problem: its literals, the literals of its goal, and the successors of its states.
 
     Args:
         grounder: the grounder of the actions and the goal.
         actions: the ground actions, numbered in order.
         goal: the ground goal.
-        looks: the budget of literals, disjuncts, conditions and effects that may be tested.
+        looks: the budget: the number of literals, disjuncts, conditions and effects that may be tested.
 
     Attributes:
         atoms: number of atoms. In a mask of literals, the bits of true atoms come first, then the bits of
@@ -465,9 +465,9 @@ class GroundProblem:
         return needed
 
     def generate_successors(self, state: StateMask, literals: LiteralMask) -> Iterator[tuple[int, StateMask]]:
-        """Yield the successors of a state with given literals, in the order of the actions.
+        """Yield a pair for each action that is possible in a state with the given literals, in order.
 
-        Each is a pair: a mask with the bit of the action's number, and the successor.
+        A pair is a bit mask in which only the bit of the action is set, and the state after the action.
         """
         possible = self._every_action
         for literal, needing in self._needing.items():

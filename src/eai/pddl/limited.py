@@ -35,7 +35,7 @@ def make_limited_command(command: Sequence[str], cpu_seconds: int, memory_bytes:
 def exec_limited(parent: int, cpu_seconds: int, memory_bytes: int, command: list[str]) -> None:
     """Replace this process by a command, under limits; end instead if the parent has ended."""
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + _GRACE))
-    with contextlib.suppress(ValueError, OSError):  # macOS has no limit of address space.
+    with contextlib.suppress(ValueError, OSError):  # macOS cannot limit the address space
         resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if sys.platform == "linux":

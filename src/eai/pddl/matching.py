@@ -83,10 +83,10 @@ class OperatorMatch:
 
     Attributes:
         renamed: parameters of the answer whose gold names differ, with the gold names.
-        missing_any: whether any one of the missing clauses of the precondition would suffice. If not, all of
-            them are needed.
-        additional_any: whether any one of the additional clauses of the precondition suffices. If not, all
-            of them are required.
+        missing_any: whether the missing clauses of the precondition are alternatives (a disjunction in the
+            gold operator). If not, the gold operator requires all of them.
+        additional_any: whether the additional clauses of the precondition are alternatives (a disjunction in
+            the answer). If not, the answer requires all of them.
     """
 
     precondition: ClauseComparison
@@ -184,7 +184,7 @@ _CONNECTIVES = frozenset({"and", "or", "forall", "exists", "not", "when"})
 
 
 def find_predicates_in_text(text: str) -> frozenset[str]:
-    """Return the predicates in a clause that `write_clause` printed; a text of one name is a predicate."""
+    """Return the predicates in a text of `write_clause`. A text without brackets is a predicate."""
     return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})
 
 

@@ -251,7 +251,7 @@ class _OrderedEffectsConverter:
 
 
 def holds_for_at_most_one_value(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
-    """Whether a condition has a form that at most one value of a variable can satisfy."""
+    """Whether at most one value of a variable can satisfy a condition, because of the condition's form."""
     match condition:
         case f.And(operands):
             return any(holds_for_at_most_one_value(operand, variable, vocabulary) for operand in operands)

@@ -52,7 +52,7 @@ def find_offset_of_finding(
 
 
 def _find_expressions_at_location(definition: ExpressionList, place: str) -> Iterator[SExpr]:
-    """Yield the expressions at a location in words, such as ``effect of move``."""
+    """Yield the expressions at a location that is given in words, such as ``effect of move``."""
     kind, _, name = place.partition(" of ")
     if not name and place not in _SECTIONS:
         kind, _, name = place.rpartition(" ")
@@ -74,7 +74,7 @@ def _list_names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
 
 
 def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: DeclaredNames) -> Iterator[int]:
-    """Yield the offsets at which a section has the mistake of a finding, in the order of the text."""
+    """Yield the offsets in a section of the mistake that a finding describes, in the order of the text."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)

@@ -23,7 +23,7 @@ from eai.pddl.grounding import (
 from eai.planning.search import SearchEffort
 
 _ALL_LITERALS = -1
-"""Bit mask that contains all literals of any problem, and more bits."""
+"""Bit mask in which all bits are set, so that it contains the literals of every problem."""
 
 _MAX_ROUNDS = 2
 """Maximum number of attempts to make several literals true at once, if one makes another false."""
@@ -122,7 +122,7 @@ class Relaxation:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
         The relaxed states also end if the budget is exceeded. Each atom of ``atoms_made_again`` must be made
-        true again. Because its literal is true from the start, a second literal stands for this.
+        true again. Its literal is true from the start, so a second literal states that it is true again.
         """
         literals = start_literals
         lacking = [
@@ -214,7 +214,7 @@ _LookaheadPoint: TypeAlias = tuple[int, StateMask, LiteralMask]
 
 
 class _MissingGoalCounts(NamedTuple):
-    """Numbers of goal literals that are false in a state: those that were false at the start, and all."""
+    """Numbers of false goal literals in a state: literals that were also false at the start, and all."""
 
     false_at_start: int
     all: int
@@ -234,7 +234,7 @@ def find_lookahead_actions_and_states(
 
 
 class _RelaxedPlanFollower:
-    """Follows relaxed plans from one state: it has the actions so far, and the state that they reach."""
+    """Follows relaxed plans from one state, and stores the actions so far and the state that they reach."""
 
     def __init__(
         self, problem: GroundProblem, relaxation: Relaxation, state: StateMask, literals: LiteralMask
@@ -290,8 +290,8 @@ class _RelaxedPlanFollower:
     def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
         """Make several literals true at once, by rules of the relaxed states (layers) before ``depth``.
 
-        Return whether all of the literals are true then. The first attempt begins with the literals that are
-        reached latest, and the second attempt ends with them.
+        Return whether all of the literals are true then. There are two attempts: the first begins with the
+        literals that are reached latest, the second ends with these literals.
         """
         start_point = self._get_current_lookahead_point()
         for last in (False, True):

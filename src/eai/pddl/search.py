@@ -98,9 +98,9 @@ def _find_reachable_predicates(
 
 
 def _may_condition_hold(condition: f.Formula, reachable_predicates: Set[str]) -> bool:
-    """Whether a condition may hold if only some predicates have true atoms.
+    """Whether a condition may hold if only atoms of the reachable predicates can be true.
 
-    Only the condition's conjuncts are tested.
+    Only atoms, conjunctions and existential quantifiers are tested. All other conditions count as possible.
     """
     match condition:
         case f.Atom(predicate):
@@ -185,7 +185,7 @@ _STATES_BEFORE_PAIRS = 60
 """Number of evaluated states after which the search tests whether the goal's literals can hold together."""
 
 _BOOSTED_STATES = 1000
-"""Number of states taken from the preferred list after the search came nearer to the goal than before."""
+"""Number of states taken from the list of preferred states after the search came nearer to the goal."""
 
 _MAX_CENTRAL_STATES = 60
 """Maximum number of evaluated states in the first search, which only has actions on the goal's objects."""
@@ -200,9 +200,9 @@ class BuiltInPlanner:
 
     Attributes:
         limits: the limits of the search.
-        then: the next planner, for tasks that the search neither solves nor proves unsolvable. If None,
-            exceeded limits are `PlannerOutcome.TIME`, and tasks that cannot be grounded
-            `PlannerOutcome.UNSUPPORTED`.
+        then: the next planner, for tasks that the search neither solves nor proves unsolvable. If None, the
+            outcome is `PlannerOutcome.TIME` if a limit is exceeded, and `PlannerOutcome.UNSUPPORTED` if the
+            task cannot be grounded.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -289,7 +289,7 @@ class _AlternatingQueues:
             self._preferred.push(node, estimate, -self._arrivals)
 
     def pop(self) -> _GroundSearchNode | None:
-        """Return the next state of one of the two lists.
+        """Return the next state from the list of all states or the list of preferred states.
 
         A preferred state is in both lists, so it is returned twice.
         """
@@ -300,7 +300,7 @@ class _AlternatingQueues:
         return self._everything.pop()
 
     def prioritize_preferred_states(self) -> None:
-        """Let `_BOOSTED_STATES` further states come from the list of preferred states first."""
+        """Let the next `_BOOSTED_STATES` states come from the list of preferred states."""
         self._lead -= _BOOSTED_STATES
 
 
@@ -390,9 +390,9 @@ class _ConditionalEffect(NamedTuple):
 class _ReachableLiteralPairs:
     """Pairs of literals that may hold together in a reachable state.
 
-    For example, a hand that holds one thing holds no other. A relaxed plan ignores such pairs. Two literals
-    may hold together at the start, or after an action that makes one of them and makes or keeps the other
-    (h2; Haslum and Geffner 2000). Disjunctions in conditions are ignored, and conditional effects may happen
+    For example, one hand never holds two objects together, but a relaxed plan ignores this. Two literals may
+    hold together at the start, or after an action that makes one of them and makes or keeps the other (h2;
+    Haslum and Geffner 2000). Disjunctions in conditions are ignored, and conditional effects may happen
     together. So too many pairs are found, never too few: a goal with an unreachable pair has no plan.
 
     Args:
