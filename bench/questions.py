@@ -15,7 +15,7 @@ from eai.extensions.questions.question import QuestionForm, QuestionKind
 from eai.extensions.questions.shortcuts import (
     compute_answer_entropy,
     compute_guess_probabilities,
-    compute_shortcut_rates,
+    compute_success_rates_of_shortcuts,
     find_best_shortcut,
 )
 from eai.extensions.questions.writer import QuestionGenerator
@@ -39,7 +39,9 @@ def main() -> None:
             seconds = time.process_time() - start
             guesses = compute_guess_probabilities(questions)
             chances = [
-                compute_shortcut_rates([question for question in questions if question.form is form], guesses)
+                compute_success_rates_of_shortcuts(
+                    [question for question in questions if question.form is form], guesses
+                )
                 for form in QuestionForm
             ]
             best = [

@@ -72,7 +72,7 @@ def test_a_seventh_ability_goes_through_every_command(tmp_path: Path, distributi
 def test_a_seventh_ability_is_paid_by_the_credit_of_its_verdicts(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("counting", "abilities.counting:COUNTING", protocol.ABILITY_GROUP)
     for module in (declaration, protocol):
-        monkeypatch.setattr(module, "find_abilities", lambda: {Ability("counting"): point})
+        monkeypatch.setattr(module, "find_ability_entry_points", lambda: {Ability("counting"): point})
     paid = Reward(open_suite(SWITCHES, Ability("counting")), "diagnosis")
     named = len(SWITCHES.tasks(Source())["both"].relevant)
     assert (paid("both", str(named)), paid("both", str(named + 1))) == (1, 0)
@@ -99,12 +99,12 @@ def test_an_ability_is_one_value_for_each_name() -> None:
     assert pickle.loads(pickle.dumps(PAPER_ABILITIES)) == PAPER_ABILITIES  # noqa: S301 - our own
     assert pickle.loads(pickle.dumps(Ability("counting"))) is Ability("counting")  # noqa: S301
     assert sorted(PAPER_ABILITIES, key=get_ability_sort_key) == list(PAPER_ABILITIES)
-    assert get_ability_sort_key(Ability("counting")) == len(protocol.find_abilities())
+    assert get_ability_sort_key(Ability("counting")) == len(protocol.find_ability_entry_points())
 
 
 def test_an_entry_point_must_hold_the_ability_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("other", "abilities.counting:COUNTING", protocol.ABILITY_GROUP)
-    monkeypatch.setattr(declaration, "find_abilities", lambda: {Ability("other"): point})
+    monkeypatch.setattr(declaration, "find_ability_entry_points", lambda: {Ability("other"): point})
     with pytest.raises(InputError, match="expected the AbilityDeclaration of other"):
         declaration.get_declaration(Ability("other"))
     with pytest.raises(InputError, match="the ability none is not installed"):

@@ -65,7 +65,10 @@ TABLE = SimilarTaskTable([LAMP, BOTH], DOMAIN)
 
 
 def look_up(new_task: Task) -> list[tuple[str, str]]:
-    return [(a.operator, new_task.scene.objects[a.arguments[0]].name) for a in TABLE.adapt_plan(new_task)]
+    return [
+        (a.operator, new_task.scene.objects[a.arguments[0]].name)
+        for a in TABLE.adapt_plan_of_most_similar_task(new_task)
+    ]
 
 
 def test_the_plan_of_the_most_similar_goals_is_adapted_to_the_tasks_objects() -> None:
@@ -78,7 +81,7 @@ def test_the_plan_of_the_most_similar_goals_is_adapted_to_the_tasks_objects() ->
 def test_steps_about_missing_objects_are_left_out() -> None:
     new_task = task("new", {"a": "lamp"}, (), make_atom("lit", "a"), make_atom("warm", "a"))
     assert look_up(new_task) == [("LIGHT", "a")]
-    assert SimilarTaskTable([], DOMAIN).adapt_plan(new_task) == ()
+    assert SimilarTaskTable([], DOMAIN).adapt_plan_of_most_similar_task(new_task) == ()
 
 
 def test_a_task_is_not_looked_up_by_itself() -> None:
@@ -137,7 +140,7 @@ def test_the_lookup_table_solves_no_generated_task(like: str) -> None:
 
     for made in tasks(like):
         text = benchmark.notation.plans.join(
-            benchmark.notation.plans.write(table.adapt_plan(made.task), made.task.scene)
+            benchmark.notation.plans.write(table.adapt_plan_of_most_similar_task(made.task), made.task.scene)
         )
         verdict = ActionSequencingScorer(
             made.task, domain=benchmark.domain, notation=benchmark.notation.plans

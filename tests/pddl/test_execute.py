@@ -21,7 +21,7 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.execute import DerivedPredicates, PddlPlanExecutor, PlanStep, _StateEvaluation
+from eai.pddl.execute import DerivedPredicates, PddlPlanExecutor, PlanStep, _ConditionEvaluatorInState
 from eai.pddl.model import PddlAxiom, get_variable_type
 from eai.pddl.reader import read_action, read_domain, read_problem
 from pddl.random_pddl import OBJECTS, atoms, formulas
@@ -155,7 +155,7 @@ def plainly(formula: Formula, state: frozenset[Atom], binding: Mapping[str, str]
 @given(formulas((), 4), STATES)
 @settings(max_examples=examples(200))
 def test_conditions_mean_what_they_say(formula: Formula, state: frozenset[Atom]) -> None:
-    assert _StateEvaluation(state, DerivedPredicates(()), MEMBERS).holds(formula, {}) == plainly(
+    assert _ConditionEvaluatorInState(state, DerivedPredicates(()), MEMBERS).holds(formula, {}) == plainly(
         formula, state, {}
     )
 
@@ -196,7 +196,7 @@ def test_a_derived_predicate_stands_for_its_condition(
                 return part
 
     derived = DerivedPredicates([PddlAxiom("derived", (X, Y), condition)])
-    assert _StateEvaluation(state, derived, MEMBERS).holds(renamed(formula), {}) == plainly(
+    assert _ConditionEvaluatorInState(state, derived, MEMBERS).holds(renamed(formula), {}) == plainly(
         unfolded(formula), state, {}
     )
 
@@ -221,7 +221,7 @@ def test_a_derived_predicate_that_depends_on_itself_is_a_least_fixpoint(
     while more := {(a, d) for a, b in closure for c, d in pairs if b == c} - closure:
         closure |= more
     state = frozenset(Atom("q", tuple(map(Constant, pair))) for pair in pairs)
-    evaluation = _StateEvaluation(state, derived, MEMBERS)
+    evaluation = _ConditionEvaluatorInState(state, derived, MEMBERS)
     for a in MEMBERS["object"]:
         for b in MEMBERS["object"]:
             assert evaluation.holds(reach(Constant(a), Constant(b)), {}) == ((a, b) in closure)
@@ -229,7 +229,7 @@ def test_a_derived_predicate_that_depends_on_itself_is_a_least_fixpoint(
 
 
 def test_what_has_no_meaning_in_a_state_is_an_error() -> None:
-    evaluation = _StateEvaluation(frozenset(), DerivedPredicates(()), MEMBERS)
+    evaluation = _ConditionEvaluatorInState(frozenset(), DerivedPredicates(()), MEMBERS)
     with pytest.raises(ValueError, match="Eventually"):
         evaluation.holds(Eventually(Atom("r")), {})
     with pytest.raises(ValueError, match="not bound"):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.logic.formula import FALSE, TRUE, And, Atom, Constant, Equals, Formula, Not, Or, Variable
-from eai.pddl.execute import DerivedPredicates, _StateEvaluation
+from eai.pddl.execute import DerivedPredicates, _ConditionEvaluatorInState
 from eai.pddl.glossary import PddlNames, conjoin, disjoin, make_equality, negate, replace_variables
 from pddl.random_pddl import atoms, formulas
 
@@ -54,7 +54,7 @@ P, Q = Atom("p", (A,)), Atom("r")
 @given(st.lists(formulas((), 2), max_size=4), st.frozensets(atoms(()), max_size=8))
 def test_they_mean_what_the_connectives_mean(parts: list[Formula], state: frozenset[Atom]) -> None:
     def holds(formula: Formula) -> bool:
-        return _StateEvaluation(state, DerivedPredicates(()), MEMBERS).holds(formula, {})
+        return _ConditionEvaluatorInState(state, DerivedPredicates(()), MEMBERS).holds(formula, {})
 
     assert holds(conjoin(parts)) == all(map(holds, parts))
     assert holds(disjoin(parts)) == any(map(holds, parts))
@@ -63,7 +63,7 @@ def test_they_mean_what_the_connectives_mean(parts: list[Formula], state: frozen
 
 @given(formulas(("x",), 2), st.frozensets(atoms(()), max_size=8))
 def test_substitution_is_binding(formula: Formula, state: frozenset[Atom]) -> None:
-    evaluation = _StateEvaluation(state, DerivedPredicates(()), MEMBERS)
+    evaluation = _ConditionEvaluatorInState(state, DerivedPredicates(()), MEMBERS)
     assert evaluation.holds(replace_variables(formula, {"x": B}), {}) == evaluation.holds(formula, {"x": "b"})
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, ForPairs, Not, Or, Variable
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
-from eai.planning.greedy_search import _PreferredActions
+from eai.planning.greedy_search import _PreferredActionCollector
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import SearchEffort, SearchNode
 from eai.planning.subgoal import Subgoal
@@ -70,7 +70,7 @@ def test_conditions_on_other_objects_of_an_operator_are_established() -> None:
 
 
 def preferred(estimates: CostEstimates, formula: Formula) -> list[Action]:
-    found = _PreferredActions(HEURISTIC, estimates)
+    found = _PreferredActionCollector(HEURISTIC, estimates)
     found.collect_actions_towards(Subgoal(formula, {}, True))
     return list(found.actions)
 
@@ -83,7 +83,7 @@ def test_preferred_actions_are_possible_at_once() -> None:
     assert preferred(estimates, both) == [go, lift]
     supporter = estimates.find_cheapest_action_of_operators(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
-    found = _PreferredActions(HEURISTIC, estimates)
+    found = _PreferredActionCollector(HEURISTIC, estimates)
     found.collect_action(supporter.action, supporter.prerequisites)
     assert list(found.actions) == [go]
     assert estimates.find_cheapest_action_of_operators(("FLY",)).cost == INFINITE

@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 
 from eai.logic.formula import Formula
-from eai.planning.exclusion import ExclusionRules
+from eai.planning.exclusion import FactExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.derived import is_a
@@ -42,7 +42,9 @@ def literal(text: str) -> GroundAtom:
 )
 def test_literals_that_no_state_meets_are_excluded(literals: list[str], excluded: bool) -> None:
     assert (
-        ExclusionRules(toy.DOMAIN).make_fact_exclusion_prover(INITIAL).are_exclusive(map(literal, literals))
+        FactExclusionRules(toy.DOMAIN)
+        .make_fact_exclusion_prover(INITIAL)
+        .are_exclusive(map(literal, literals))
         is excluded
     )
 
@@ -51,19 +53,19 @@ def test_literals_of_the_initial_state_or_of_other_actions_are_not_excluded() ->
     both = [literal("holding red"), literal("holding blue")]
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
-    rules = ExclusionRules(toy.DOMAIN)
+    rules = FactExclusionRules(toy.DOMAIN)
     assert rules.make_fact_exclusion_prover(INITIAL).are_exclusive(both)
     assert not rules.make_fact_exclusion_prover(started).are_exclusive(both)
     snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
     assert (
-        not ExclusionRules(toy.DOMAIN.replace_operators(snatch))
+        not FactExclusionRules(toy.DOMAIN.replace_operators(snatch))
         .make_fact_exclusion_prover(INITIAL)
         .are_exclusive(both)
     )
 
 
 def test_a_pair_is_proved_once_for_all_episodes_and_objects() -> None:
-    rules = ExclusionRules(toy.DOMAIN)
+    rules = FactExclusionRules(toy.DOMAIN)
     at = [literal(f"at {words}") for words in ("robot hall", "robot shed")]
     assert rules.make_fact_exclusion_prover(INITIAL).are_exclusive(at)
     proofs = sum(map(len, rules.lemmas.values()))
@@ -84,7 +86,7 @@ def test_a_proof_is_reused_only_for_objects_with_the_properties_that_it_used(abs
     vocabulary = Vocabulary((wet, dry, sponge))
     kinds = {"cloth": "rag", "towel": "rag", "foam": "sponge"}
     scene = Scene(vocabulary, [WorldObject(name, kind) for name, kind in kinds.items()])
-    rules = ExclusionRules(Domain("wash", vocabulary, (soak, airing)))
+    rules = FactExclusionRules(Domain("wash", vocabulary, (soak, airing)))
     prover = rules.make_fact_exclusion_prover(scene.state([("sponge", (scene.index["foam"],))]))
     excluded = {
         name: prover.are_exclusive([GroundAtom(each, (scene.index[name],), True) for each in ("wet", "dry")])
@@ -109,7 +111,10 @@ def reachable(domain: Domain) -> set[State]:
 
 
 def test_no_reachable_state_meets_excluded_literals() -> None:
-    exclusion, states = ExclusionRules(toy.DOMAIN).make_fact_exclusion_prover(INITIAL), reachable(toy.DOMAIN)
+    exclusion, states = (
+        FactExclusionRules(toy.DOMAIN).make_fact_exclusion_prover(INITIAL),
+        reachable(toy.DOMAIN),
+    )
     facts = sorted({fact for state in states for fact in state.facts()})
     literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]
     excluded = [pair for pair in combinations(literals, 2) if exclusion.are_exclusive(pair)]

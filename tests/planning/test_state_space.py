@@ -17,7 +17,7 @@ from eai.agents.scorer import StateAndTakenActions, find_goal_reachability_and_l
 from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import DerivedPredicates, PddlState
 from eai.pddl.search import search
-from eai.planning.exclusion import ExclusionRules
+from eai.planning.exclusion import FactExclusionRules
 from eai.planning.planner import Planner
 from eai.planning.possible import PossibleFacts, find_unreachable_goals
 from eai.planning.repair.search import Repairer
@@ -69,7 +69,7 @@ def check_states(world: World, random: Random) -> None:
     }
     for (atom, truth), states in holding.items():
         assert possible.may_hold(atom, {}, truth) or not any(states), (atom, truth)
-    starts, rules = cycle(walk(world, Random(0))), ExclusionRules(domain)
+    starts, rules = cycle(walk(world, Random(0))), FactExclusionRules(domain)
     for _ in range(40):
         start, first = next(starts)
         pair = random.sample([*holding], random.choice((1, 2, 2)))
@@ -78,9 +78,9 @@ def check_states(world: World, random: Random) -> None:
             for atom, truth in pair
         ]
         excluded = rules.make_fact_exclusion_prover(start).are_exclusive(ground)
-        assert excluded == ExclusionRules(domain).make_fact_exclusion_prover(start).are_exclusive(ground), (
-            pair
-        )
+        assert excluded == FactExclusionRules(domain).make_fact_exclusion_prover(start).are_exclusive(
+            ground
+        ), pair
         if excluded:
             for state in reachable(world, first):
                 assert not all(world.executor.holds(a, state, {}) == truth for a, truth in pair), pair

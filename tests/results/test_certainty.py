@@ -9,7 +9,7 @@ from eai.results.certainty import (
     Interval,
     TaskContribution,
     compute_difference_intervals,
-    compute_mean_intervals,
+    compute_intervals_of_weighted_mean,
     compute_mean_rate_over_task_names,
     compute_rate_intervals,
     compute_student_quantile,
@@ -101,7 +101,7 @@ def test_a_rate_without_cases_has_no_interval() -> None:
     assert compute_rate_intervals([]) is None
     assert compute_rate_intervals(nothing) is None
     assert compute_difference_intervals(nothing, nothing) is None
-    assert compute_mean_intervals([(0.5, alone(1, 2)), (0.5, nothing)]) is None
+    assert compute_intervals_of_weighted_mean([(0.5, alone(1, 2)), (0.5, nothing)]) is None
     assert compute_mean_rate_over_task_names(nothing) is None
 
 
@@ -111,12 +111,15 @@ def test_the_mean_over_names_gives_each_name_equal_weight() -> None:
 
 def test_a_mean_of_rates_of_the_same_tasks_varies_with_their_names() -> None:
     cases = copies((10, 10), (0, 10), (10, 10), (5, 10), (0, 10), (10, 10))
-    whole, halves = compute_rate_intervals(cases), compute_mean_intervals([(0.5, cases), (0.5, cases)])
+    whole, halves = (
+        compute_rate_intervals(cases),
+        compute_intervals_of_weighted_mean([(0.5, cases), (0.5, cases)]),
+    )
     assert whole is not None
     assert halves is not None
     assert halves.interval == pytest.approx(whole.interval)  # the same twice is no surer than once
     opposite = [case._replace(share=Share(1 - case.share.numerator, 1)) for case in cases]
-    opposed = compute_mean_intervals([(0.5, cases), (0.5, opposite)])
+    opposed = compute_intervals_of_weighted_mean([(0.5, cases), (0.5, opposite)])
     assert opposed is not None
     assert opposed.interval.high - opposed.interval.low < 0.7 * (whole.interval.high - whole.interval.low)
 
@@ -191,7 +194,9 @@ def test_intervals_of_means_cover_the_true_value(rates: tuple[float, float]) -> 
     generator = random.Random(f"mean/{rates}")
 
     def draw() -> Interval | None:
-        found = compute_mean_intervals([(0.5, successes_by_name(generator, rate)) for rate in rates])
+        found = compute_intervals_of_weighted_mean(
+            [(0.5, successes_by_name(generator, rate)) for rate in rates]
+        )
         return found and found.interval
 
     assert covered(50 * sum(rates), 500, draw) >= PROMISED

@@ -12,7 +12,7 @@ from eai.results import partial_records
 from eai.results.partial_records import (
     append_record_batches,
     count_kept_records,
-    find_partial_file,
+    get_path_of_partial_file,
     publish_records,
     remove_partial_files,
 )
@@ -36,7 +36,7 @@ def test_appended_records_give_the_files_of_all_records(
         monkeypatch.setattr(partial_records.os, "link", refuse)
     write_record_batches(tmp_path / "whole", [make_record_batch(MADE)])
     file = tmp_path / "parts" / RECORDS
-    partial_file = find_partial_file(file, (), ANSWERS)
+    partial_file = get_path_of_partial_file(file, (), ANSWERS)
     assert count_kept_records(partial_file) == 0
     append_record_batches(partial_file, [make_record_batch(MADE[:2])])
     partial_file.write_bytes(partial_file.read_bytes() + cut.encode())
@@ -73,16 +73,16 @@ def test_other_answers_options_and_files_have_other_partial_files(tmp_path: Path
     read.write_text("a")
     file = tmp_path / RECORDS
     names = [
-        find_partial_file(file, ("strict",), ANSWERS),
-        find_partial_file(file, ("eai-1.0.5",), ANSWERS),
-        find_partial_file(file, ("strict",), other_text),
-        find_partial_file(file, ("strict",), ResponseFile("m", ANSWERS.responses, 0, (ANSWERS,))),
-        find_partial_file(file, ("strict",), ANSWERS, [read]),
+        get_path_of_partial_file(file, ("strict",), ANSWERS),
+        get_path_of_partial_file(file, ("eai-1.0.5",), ANSWERS),
+        get_path_of_partial_file(file, ("strict",), other_text),
+        get_path_of_partial_file(file, ("strict",), ResponseFile("m", ANSWERS.responses, 0, (ANSWERS,))),
+        get_path_of_partial_file(file, ("strict",), ANSWERS, [read]),
     ]
     read.write_text("b")
-    names.append(find_partial_file(file, ("strict",), ANSWERS, [read]))
+    names.append(get_path_of_partial_file(file, ("strict",), ANSWERS, [read]))
     assert len({*names}) == len(names)
-    assert find_partial_file(file, ("strict",), ANSWERS) == names[0]
+    assert get_path_of_partial_file(file, ("strict",), ANSWERS) == names[0]
 
 
 def test_finished_scoring_removes_partial_files_of_the_same_records_only(tmp_path: Path) -> None:

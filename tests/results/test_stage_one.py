@@ -91,7 +91,7 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
     answers = ResponseFile("m", tuple(Response(task, gold[task].text) for task in (GIFTS, JARS)))
     plain = score_run(suite, answers, {}, ScoringOptions())
     wrong = believed('{"node goals": [["open", "jar.n.01_1"], ["not", ["sliced", "peach.n.03_1"]]]}', source)
-    marked = [wrong.add_model_belief_to_record(record) for record in plain]
+    marked = [wrong.add_experiment_and_belief_summaries(record) for record in plain]
     assert all(getattr(record.verdict, "success", False) for record in plain)
     assert [replace(record, experiment=None, summaries={}) for record in marked] == plain
     assert {record.experiment for record in marked} == {experiment(goals_from="m")}
@@ -102,7 +102,9 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
 def test_records_have_the_stated_goals_in_their_summary(source: Source) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
     (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, ScoringOptions())
-    marked = believed('{"node goals": [["eaten", "peach.n.03_1"]]}', source).add_model_belief_to_record(plain)
+    marked = believed(
+        '{"node goals": [["eaten", "peach.n.03_1"]]}', source
+    ).add_experiment_and_belief_summaries(plain)
     written = json.loads(json.dumps(record_to_json(marked)))
     part = written["study"]["pipeline"]
     assert (part["label"], part["options"]) == ("goals-m", {"goals_from": "m"})

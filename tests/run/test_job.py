@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_ability_entry_points
 from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.benchmarks.copied_answers import (
@@ -29,7 +29,7 @@ OPENED: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("ability", [each for each in find_abilities() if each != ACTING], ids=str)
+@pytest.mark.parametrize("ability", [each for each in find_ability_entry_points() if each != ACTING], ids=str)
 @pytest.mark.parametrize("model", OPENED)
 def test_built_in_models_answer_only_their_abilities(model: str, ability: Ability) -> None:
     expected = nullcontext() if can_model_answer(f"eai/{model}", ability) else pytest.raises(InputError)

@@ -11,7 +11,7 @@ from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol, find_abilities
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol, find_ability_entry_points
 from eai.base.errors import EaiError, InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import list_benchmarks
@@ -25,8 +25,12 @@ SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for abilit
 
 
 def test_inspect_finds_every_suite_under_its_name() -> None:
-    of_files = {ability for ability in find_abilities() if get_declaration(ability).interaction.task_command}
-    others = find_abilities().keys() - of_files
+    of_files = {
+        ability
+        for ability in find_ability_entry_points()
+        if get_declaration(ability).interaction.task_command
+    }
+    others = find_ability_entry_points().keys() - of_files
     names = {*of_files, *(f"{domain}_{ability}" for domain in list_benchmarks() for ability in others)}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}

@@ -598,14 +598,14 @@ def _read_value_or_wrapped_json(
     ]
     wrapped = [(key, inner) for key, inner in inside if inner is not None]
     others = [member for member, (_, inner) in zip(value.members, inside, strict=True) if inner is None]
-    if len(wrapped) != 1 or any(_looks_like_part(key, member, form) for key, member in others):
+    if len(wrapped) != 1 or any(_looks_like_part_of_answer(key, member, form) for key, member in others):
         return None
     key, (meaning, repairs) = wrapped[0]
     named = () if key in form.wrappers and not others else ("wrapper_key",)
     return meaning, (*named, *repairs)
 
 
-def _looks_like_part(key: str, member: object, form: AnswerFormat[T]) -> bool:
+def _looks_like_part_of_answer(key: str, member: object, form: AnswerFormat[T]) -> bool:
     if not isinstance(member, str):
         return len(_list_nested_values(member)) > 0
     return has_line_of_answer(

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_ability_entry_points
 from eai.abilities.verdict import (
     EMPTY_SHARE,
     ConfusionCounts,
@@ -262,7 +262,7 @@ def get_declaration(ability: Ability) -> AbilityDeclaration[Any]:
     Raises:
         InputError: the ability is not installed, or its entry point is not a declaration of the ability.
     """
-    point = find_abilities().get(ability)
+    point = find_ability_entry_points().get(ability)
     if point is None:
         raise InputError(f"the ability {ability} is not installed: install the package that provides it")
     value = point.load()

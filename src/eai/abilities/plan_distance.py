@@ -102,7 +102,7 @@ class _StepDistanceMeasurer:
         bounds, unknown = [_DistanceBounds(0, inf)] * len(trajectory.states), 0
         for number, state in reversed([*enumerate(trajectory.states)]):
             goals = find_remaining_goals(self._task, executed[:number])
-            bounds[number] = self._find_bounds(state, goals, objects)
+            bounds[number] = self._find_distance_bounds(state, goals, objects)
             unknown = 0 if bounds[number].exact_distance is not None else unknown + 1
             if unknown == _MAX_SUCCESSIVE_UNKNOWN_DISTANCES:
                 break
@@ -126,7 +126,7 @@ class _StepDistanceMeasurer:
                 fault = steps[place].fault
                 yield _StepWithDistance(text, SLIP if fault is None else fault.kind.value, before, 0)
 
-    def _find_bounds(
+    def _find_distance_bounds(
         self, state: State, goals: tuple[Goal, ...], objects: tuple[int, ...]
     ) -> _DistanceBounds:
         if not self._has_distances:

@@ -161,7 +161,7 @@ _LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
 
 
 @cache
-def find_abilities() -> Mapping[Ability, EntryPoint]:
+def find_ability_entry_points() -> Mapping[Ability, EntryPoint]:
     """Return a mapping from installed abilities (kinds of questions) to entry points, the paper's first."""
     return {Ability(name): point for name, point in get_entry_points(ABILITY_GROUP, _LISTED_FIRST).items()}
 
@@ -171,5 +171,5 @@ def get_ability_sort_key(ability: Ability) -> int:
 
     Abilities that are not installed come last.
     """
-    abilities = list(find_abilities())
+    abilities = list(find_ability_entry_points())
     return abilities.index(ability) if ability in abilities else len(abilities)

@@ -50,7 +50,7 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
         else:
             carried_out.append(number)
             after = trajectory.states[len(carried_out)]
-            reports.append(_report_executed(fact_filter, domain, action, before, after))
+            reports.append(_report_executed_action(fact_filter, domain, action, before, after))
     return tuple(reports)
 
 
@@ -111,7 +111,7 @@ class _FactFilter:
         return tuple(texts)
 
 
-def _report_executed(
+def _report_executed_action(
     fact_filter: _FactFilter, domain: Domain, action: Action, before: State, after: State
 ) -> StepReport:
     difference = compare_states(before, after)

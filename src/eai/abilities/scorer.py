@@ -152,8 +152,8 @@ def assess_or_report_failure(
         if _is_unrelated_to_answer(error):
             raise
         return _assess_scorer_failure(scorer, empty_verdict, error)
-    looked_back = None if look_back is None else partial(_compute_or_default, look_back, verdict)
-    return Assessment(verdict, partial(_compute_or_default, explain, Explanation()), looked_back)
+    looked_back = None if look_back is None else partial(_compute_or_default_on_exception, look_back, verdict)
+    return Assessment(verdict, partial(_compute_or_default_on_exception, explain, Explanation()), looked_back)
 
 
 def describe_exception(error: Exception) -> str:
@@ -179,7 +179,7 @@ def _assess_scorer_failure(scorer: Scorer, empty_verdict: Verdict, error: Except
     return Assessment(verdict, lambda: Explanation((reason,)))
 
 
-def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) -> R:
+def _compute_or_default_on_exception(compute: Callable[..., R], default: R, *arguments: int) -> R:
     """Return the result of a function, or a default if the function raises an exception.
 
     The exception is logged as a warning. So an explanation that fails does not change the verdict.

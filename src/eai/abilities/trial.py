@@ -121,7 +121,7 @@ class Trial:
             text,
             verdict,
             slipped_at=slipped[0] if slipped else None,
-            goal_held_at=None if verdict.excluded else self._find_goal_step(start),
+            goal_held_at=None if verdict.excluded else self._count_steps_to_goals(start),
             explanation=explanation,
         )
         self.attempts.append(attempt)
@@ -153,7 +153,7 @@ class Trial:
             )
         )
 
-    def _find_goal_step(self, start: int) -> int | None:
+    def _count_steps_to_goals(self, start: int) -> int | None:
         """Return the number of steps from ``start`` until all goals first held; None if they never held."""
         whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _get_operator_names(whole.executed_actions)

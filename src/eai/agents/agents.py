@@ -204,11 +204,11 @@ class _Explorer:
     def _find_plan(self) -> Sequence[Action]:
         """Return the actions of a plan for the goals, or else of a plan to see more objects."""
         return (
-            self._plan_one_action_toward_goals()
+            self._find_plan_for_goals()
             or self._plan_to_see_objects(self._find_unvisited_objects_known_at_start())
-            or self._plan_one_action_toward_goals(_LIMITS_BEFORE_OPENING)
+            or self._find_plan_for_goals(_LIMITS_BEFORE_OPENING)
             or self._plan_to_open_container()
-            or self._plan_one_action_toward_goals(_LIMITS_OF_LAST_SEARCH)
+            or self._find_plan_for_goals(_LIMITS_OF_LAST_SEARCH)
         )
 
     def _plan_to_open_container(self) -> Sequence[Action]:
@@ -235,7 +235,7 @@ class _Explorer:
         goals = zip(self._game.task.goals, self._game.reached, strict=True)
         return [goal for goal, reached in goals if not reached]
 
-    def _plan_one_action_toward_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
+    def _find_plan_for_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
         """Return a plan for the goals; empty if an object of an unmet goal is unknown and cannot be made.
 
         A first search uses only the objects of the goals; a second search uses all known objects.
@@ -368,7 +368,7 @@ class _GreedyAgent(_Explorer):
         self._actions = goal.actions
         self._target = (make_subgoals(goal.conditions, game.task.scene), len(goal.actions))
 
-    def _plan_one_action_toward_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
+    def _find_plan_for_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
         """Return a plan with one action, after which the estimated distance to the goals is smallest.
 
         The plan is empty if the agent has not seen an object of an unmet goal, or if no action is possible.

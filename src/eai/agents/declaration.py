@@ -94,7 +94,7 @@ def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
     }
 
 
-def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
+def average_episode_verdicts(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
     """Return the verdict on a task's first scored episode, with ``mean`` set to means of all scored ones."""
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
@@ -180,5 +180,5 @@ ACTING = AbilityDeclaration(
     yes_no_metrics=frozenset(
         {"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}
     ),
-    combine_epochs=average_episodes,
+    combine_epochs=average_episode_verdicts,
 )

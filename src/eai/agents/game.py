@@ -121,7 +121,7 @@ class Game:
         self._faults: Counter[FaultKind] = Counter()
         templates = PromptTemplates(variant=setup.rules.prompts)
         self._memory = AgentMemory(setup.observer, setup.rules.feedback, templates)
-        self._at_start = self.reached = self._find_reached_goals()
+        self._at_start = self.reached = self._evaluate_each_goal()
         self.ended: GameEnd | None = None
         self.won = False
         self.refused: str | None = None
@@ -284,7 +284,7 @@ class Game:
             self._last = self.action
         if tried.fault is not None:
             self._faults[tried.fault] += 1
-        self.reached = self._find_reached_goals()
+        self.reached = self._evaluate_each_goal()
         return self._make_result(tried, repairs, done=meant is None)
 
     def _answer_agents_question(self, meant_object: str) -> _StepResult:
@@ -369,7 +369,7 @@ class Game:
             case _:
                 assert_never(outcome)
 
-    def _find_reached_goals(self) -> tuple[bool, ...]:
+    def _evaluate_each_goal(self) -> tuple[bool, ...]:
         goals, episode = self.setup.goals, self._episode
         return goals.find_reached_goals(
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None

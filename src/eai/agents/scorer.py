@@ -148,7 +148,7 @@ class _EpisodeScorer(Scorer):
                     same_as=first if first < number else None,
                 )
             )
-            steps.append(_report_turn(turns[-1], game))
+            steps.append(_make_step_report(turns[-1], game))
             history.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._make_verdict(game, episode, tuple(turns), game.ended or claimed)
@@ -212,7 +212,7 @@ class _EpisodeScorer(Scorer):
     def _make_assessment(
         self, verdict: ActingVerdict, steps: list[StepReport], history: list[StateAndTakenActions]
     ) -> Assessment:
-        def add_goal_reachability(max_states: int) -> ActingVerdict:
+        def make_verdict_with_goal_reachability(max_states: int) -> ActingVerdict:
             if self.task.has_no_plan:
                 return verdict
             if verdict.is_unreplayable:
@@ -240,7 +240,7 @@ class _EpisodeScorer(Scorer):
             goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
-        return Assessment(verdict, explain_episode_verdict, add_goal_reachability)
+        return Assessment(verdict, explain_episode_verdict, make_verdict_with_goal_reachability)
 
 
 _MAX_SHOWN = 100
@@ -257,7 +257,7 @@ def _describe_observation_difference(
     return f"{turn_name}: the observation is another one: {first[:_MAX_SHOWN]}"
 
 
-def _report_turn(turn: Turn, game: Game) -> StepReport:
+def _make_step_report(turn: Turn, game: Game) -> StepReport:
     """Return the entry of a turn in the explanation of a verdict.
 
     The reason of a failure is always one line, even if an object's name has a line break.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import DomainAndNotation, get_declaration
 from eai.abilities.notation.notation import Notation
-from eai.abilities.protocol import Ability, find_abilities
+from eai.abilities.protocol import Ability, find_ability_entry_points
 from eai.abilities.scorer import Scorer
 from eai.base.errors import InputError
 from eai.base.store import ReportProgress
@@ -37,7 +37,7 @@ def read_answer_formats(package: str) -> Mapping[Ability, str]:
     The texts are files in the folder ``formats`` of a package. An ability without a file has no entry.
     """
     folder = files(package) / FOLDER
-    files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
+    files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_ability_entry_points()}
     return {
         ability: file.read_text(encoding="utf-8").removesuffix("\n")
         for ability, file in files_by_ability.items()
@@ -207,7 +207,7 @@ class Benchmark:
         if own_tasks and not self.open_tasks(source):
             options = f"give --ability {' or '.join(own_tasks)}"
             raise InputError(f"--domain {self.reference}: {options}, as this file has no tasks for {ability}")
-        interaction = get_declaration(ability).interaction if ability in find_abilities() else None
+        interaction = get_declaration(ability).interaction if ability in find_ability_entry_points() else None
         if interaction is not None and interaction.task_command:
             wanted = f"a file that {interaction.task_command} writes"
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")

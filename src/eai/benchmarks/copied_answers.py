@@ -360,7 +360,10 @@ def open_answers_of_similar_tasks(
         )
     plans = benchmark.notation.plans
     return make_answers_by_task(
-        benchmark, ability, source, lambda task: plans.write(table.adapt_plan(task), task.scene)
+        benchmark,
+        ability,
+        source,
+        lambda task: plans.write(table.adapt_plan_of_most_similar_task(task), task.scene),
     )
 
 
@@ -378,7 +381,7 @@ class SimilarTaskTable:
         self._of_goal = group_pairs((text, number) for number, (_, goals) in numbered for text in goals)
         self._domain = domain
 
-    def adapt_plan(self, task: Task) -> tuple[Action, ...]:
+    def adapt_plan_of_most_similar_task(self, task: Task) -> tuple[Action, ...]:
         """Return the plan of the most similar other task, with objects of this task.
 
         Actions that the domain lacks are left out.
@@ -390,7 +393,7 @@ class SimilarTaskTable:
 
     def solves_by_adapted_plan(self, task: Task) -> bool:
         """Whether the adapted plan of the most similar other task solves this task."""
-        return solves_task(self._domain, task, self.adapt_plan(task))
+        return solves_task(self._domain, task, self.adapt_plan_of_most_similar_task(task))
 
     def find_most_similar_task(self, task: Task) -> Task | None:
         """Return the other task with the largest share of equal goals, or else the first other task.
@@ -448,10 +451,10 @@ def _make_shared_operator_lister(tasks: TaskSet[TransitionTask]) -> Callable[[Tr
 
 def _count_goals_by_category(task: Task) -> Counter[str]:
     """Return the goals of a task as texts in which categories replace objects, and count equal texts."""
-    return Counter([text for _, text in _write_goals_by_category(task)])
+    return Counter([text for _, text in _yield_goals_with_category_texts(task)])
 
 
-def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
+def _yield_goals_with_category_texts(task: Task) -> Iterator[tuple[f.Formula, str]]:
     """Yield each goal of a task with its text, in which categories replace objects."""
     category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
@@ -496,8 +499,8 @@ def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[
     Objects match if they occur in equal positions of equal goals, or else if they have the same category.
     """
     counterparts: dict[int, int] = {}
-    goals = list(_write_goals_by_category(target))
-    for formula, text in _write_goals_by_category(source):
+    goals = list(_yield_goals_with_category_texts(target))
+    for formula, text in _yield_goals_with_category_texts(source):
         position = next((i for i, (_, other) in enumerate(goals) if other == text), None)
         if position is not None:
             target_names = find_object_names(goals.pop(position)[0])

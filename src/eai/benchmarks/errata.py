@@ -151,7 +151,7 @@ class Errata:
         """Return the benchmark's tasks with their errors corrected."""
         by_task = self._group_errata_by_task(Ability.ACTION_SEQUENCING)
 
-        def correct_task(task_id: str) -> TaskT:
+        def load_corrected_task(task_id: str) -> TaskT:
             task = tasks[task_id]
             for entry in by_task.get(task_id, ()):
                 if entry.exclude is not None:
@@ -159,7 +159,7 @@ class Errata:
                 task = replace(task, script=_correct_script(task.script, entry, task.scene))
             return task
 
-        return TaskSet(tasks, correct_task, tasks.sha256) if by_task else tasks
+        return TaskSet(tasks, load_corrected_task, tasks.sha256) if by_task else tasks
 
     def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
         """Return the tasks of transition modeling with their errors corrected."""
@@ -167,18 +167,20 @@ class Errata:
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
         @cache
-        def load_operator_library() -> OperatorLibrary:
+        def load_corrected_operator_library() -> OperatorLibrary:
             return _rename_operators(next(iter(tasks.values())).domain, names)
 
-        def correct_operator_task(task_id: str) -> TransitionTask:
+        def load_corrected_operator_task(task_id: str) -> TransitionTask:
             task, problem = tasks[task_id], tasks[task_id].problem_text
             for entry in by_task.get(task_id, ()):
                 if entry.problem is not None:
                     problem = _replace_once(problem, entry.problem, entry.id)
             operators = tuple([names.get(name, name) for name in task.operators])
-            return replace(task, domain=load_operator_library(), operators=operators, problem_text=problem)
+            return replace(
+                task, domain=load_corrected_operator_library(), operators=operators, problem_text=problem
+            )
 
-        return TaskSet(tasks, correct_operator_task, tasks.sha256) if by_task else tasks
+        return TaskSet(tasks, load_corrected_operator_task, tasks.sha256) if by_task else tasks
 
     def make_question_corrector(
         self, ability: Ability, load_operators: Callable[[], Mapping[str, TransitionTask]]

@@ -250,14 +250,14 @@ def replace_goals_by_answers(benchmark: Benchmark, answers: Mapping[str, str]) -
     their goals.
     """
 
-    def take_goals_from_answer(task: Task) -> Task:
+    def replace_goals_by_answered_goals(task: Task) -> Task:
         answer = answers.get(task.id)
         if answer is None:
             return task
         goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         return replace(task, goals=goals.meaningful)
 
-    return benchmark.with_changed_tasks(take_goals_from_answer)
+    return benchmark.with_changed_tasks(replace_goals_by_answered_goals)
 
 
 def make_benchmark_starting_after_actions(

@@ -26,7 +26,11 @@ def derive_labels(task: Task, goal_labels: Mapping[str, str]) -> tuple[str, ...]
         goal_labels: goal predicate or action -> labels (field `labels` of
             `eai.benchmarks.benchmark.DataSet`).
     """
-    labels = {label for goal_key in _list_goal_keys(task) for label in _find_labels(goal_key, goal_labels)}
+    labels = {
+        label
+        for goal_key in _yield_goal_predicates_with_categories(task)
+        for label in _find_labels(goal_key, goal_labels)
+    }
     parts = [part for goal in task.goals for part in walk_subformulas(goal.formula)]
     if any(isinstance(part, (Exactly, ForPairs)) for part in parts):
         labels.add("quantified-goal")
@@ -43,7 +47,7 @@ def _make_task_horizon_label(goal_count: int) -> str:
     return "horizon-composite" if goal_count < _MIN_ACTIVITY_GOALS else "horizon-activity"
 
 
-def _list_goal_keys(task: Task) -> Iterator[tuple[str, str]]:
+def _yield_goal_predicates_with_categories(task: Task) -> Iterator[tuple[str, str]]:
     """Yield each predicate or action of the goals with the category of its first argument, or with ""."""
     scene = task.scene
     for goal in task.goals:

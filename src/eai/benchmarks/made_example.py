@@ -38,7 +38,7 @@ def make_example(domain: Domain, tasks: Collection[Task], predicates: Collection
         predicates: the predicates of goals.
     """
     first = next(iter(tasks))
-    for plan, final in islice(_list_plans(domain, first), _MAX_PLANS):
+    for plan, final in islice(_yield_short_plans_with_final_states(domain, first), _MAX_PLANS):
         facts = [fact for fact in compare_states(first.initial, final).added if fact.predicate in predicates]
         if facts and not any(
             task.scene.objects == first.scene.objects and solves_task(domain, task, plan) for task in tasks
@@ -51,23 +51,25 @@ def make_example(domain: Domain, tasks: Collection[Task], predicates: Collection
     return None
 
 
-def _list_plans(domain: Domain, task: Task) -> Iterator[tuple[tuple[Action, ...], State]]:
+def _yield_short_plans_with_final_states(
+    domain: Domain, task: Task
+) -> Iterator[tuple[tuple[Action, ...], State]]:
     """Yield plans with their final states: first plans of two actions, then plans of one action.
 
     In a plan of two actions, the second action is possible only after the first action.
     """
-    starting = _list_actions(domain, task, task.initial)
+    starting = _list_applicable_actions(domain, task, task.initial)
     possible = frozenset(starting)
     after = {action: domain.apply(task.initial, action) for action in starting}
     for action, state in after.items():
-        for last in _list_actions(domain, task, state):
+        for last in _list_applicable_actions(domain, task, state):
             if last not in possible:
                 yield (action, last), domain.apply(state, last)
     for action, state in after.items():
         yield (action,), state
 
 
-def _list_actions(domain: Domain, task: Task, state: State) -> list[Action]:
+def _list_applicable_actions(domain: Domain, task: Task, state: State) -> list[Action]:
     effort = SearchEffort(_MAX_BINDINGS)
     return [
         action

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from eai.abilities.protocol import Ability, find_abilities
+from eai.abilities.protocol import Ability, find_ability_entry_points
 from eai.base.errors import InputError
 
 OBFUSCATED, WITH_RULES = "-obfuscated", "-rules"
@@ -34,7 +34,7 @@ class TaskReference(NamedTuple):
         parts = text.split("/") if isinstance(text, str) else []
         for position in range(len(parts) - 2, 0, -1):
             ability = Ability(parts[position])
-            if ability in find_abilities():
+            if ability in find_ability_entry_points():
                 return TaskReference("/".join(parts[:position]), ability, "/".join(parts[position + 1 :]))
         raise InputError(f"{text!r:.102} is not a task: expected BENCHMARK/ABILITY/TASK")
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from eai.abilities.answer_schema import Schema, is_schema_accepted_by_providers
 from eai.abilities.declaration import QuestionMaker, get_declaration
 from eai.abilities.feedback import QuestionWriter, ScenePerception
-from eai.abilities.protocol import Ability, find_abilities
+from eai.abilities.protocol import Ability, find_ability_entry_points
 from eai.base.errors import InputError
 from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
@@ -299,7 +299,7 @@ def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
     names = dict.fromkeys((*list_benchmarks(), benchmark.name))
-    suites = {suite_name(name, ability) for name in names for ability in find_abilities()}
+    suites = {suite_name(name, ability) for name in names for ability in find_ability_entry_points()}
     expected_names = {
         *list_template_names(),
         *(f"{suite}{ending}.json" for suite in suites for ending in ("", "_system")),

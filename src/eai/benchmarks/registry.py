@@ -17,7 +17,7 @@ from pathlib import Path
 from traceback import TracebackException, extract_tb
 from typing import TYPE_CHECKING, Any
 
-from eai.abilities.protocol import Ability, find_abilities
+from eai.abilities.protocol import Ability, find_ability_entry_points
 from eai.base.entry_points import EntryPoint, describe_exit, get_entry_points
 from eai.base.errors import EaiError, InputError, did_you_mean
 from eai.base.files import find_files_below
@@ -185,7 +185,7 @@ def _open_single_ability_file(path: Path) -> Benchmark | None:
     """Return the benchmark of a file with tasks that are made for one ability, or None for other files."""
     from eai.abilities.declaration import get_declaration
 
-    for ability in find_abilities() if path.is_file() else ():
+    for ability in find_ability_entry_points() if path.is_file() else ():
         opener = get_declaration(ability).interaction.open_file
         if opener is not None and (tasks := opener(path)) is not None:
             return _make_single_ability_benchmark(ability, *tasks)

@@ -147,11 +147,11 @@ class Suite:
         if not isinstance(text, str):  # a mistake of the caller must not look like a wrong answer
             raise InputError(f"expected an answer to {task_id} as a text, found {type(text).__name__}")
         scorer, empty = self.scorer(task_id), get_declaration(self.ability).verdict()
-        return self.add_cause_if_unread(
+        return self.add_cause_if_unreadable(
             text, assess_or_report_failure(scorer, empty, lambda: scorer.assess(text))
         )
 
-    def add_cause_if_unread(self, text: str, assessment: Assessment) -> Assessment:
+    def add_cause_if_unreadable(self, text: str, assessment: Assessment) -> Assessment:
         """Return an assessment, with the reason added to its explanation if the answer cannot be read.
 
         No reason is added for readable answers, or under scoring rules other than ``strict``.

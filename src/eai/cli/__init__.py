@@ -75,7 +75,7 @@ _BY_PANEL = {
 }
 """Commands of the core by panel, in the order of the help. Commands of extensions are in the last panel."""
 
-_BELOW = ("export tasks", "export pictures")
+_FIRST_EXPORT_SUBCOMMANDS = ("export tasks", "export pictures")
 """Subcommands that the help of `eai export` lists first, in this order."""
 
 _NEED_OPTIONS = frozenset({"run", "check"})
@@ -93,7 +93,7 @@ class _CommandGroup(TyperGroup):
             if " " not in name
         }
         self._shown |= self.commands
-        self.commands = _LazyCommands(self._shown)
+        self.commands = _LazilyImportedCommands(self._shown)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of the commands without importing them."""
@@ -135,7 +135,7 @@ def _reword_wrong_value(message: str) -> str:
     return f"{message.removesuffix('.')}{hint}" if hint else message
 
 
-class _LazyCommands(UserDict[str, Any]):
+class _LazilyImportedCommands(UserDict[str, Any]):
     """A mapping of commands by name, which imports a command when it is looked up."""
 
     def __getitem__(self, name: str) -> Any:
@@ -145,7 +145,7 @@ class _LazyCommands(UserDict[str, Any]):
 @cache
 def _find_command_entry_points() -> Mapping[str, EntryPoint]:
     listed = [name for names in _BY_PANEL.values() for name in names]
-    return get_entry_points(_COMMANDS, (*listed, *_BELOW))
+    return get_entry_points(_COMMANDS, (*listed, *_FIRST_EXPORT_SUBCOMMANDS))
 
 
 def _find_help_panel(name: str) -> str:

@@ -91,12 +91,12 @@ def read_run_specification(
     try:
         return read_spec(tables)
     except InputError as error:
-        if file is not None and str(error) == _find_mistake_in_file(file):
+        if file is not None and str(error) == _describe_mistake_in_spec_file(file):
             raise InputError(f"{file}: {error}") from error
         raise
 
 
-def _find_mistake_in_file(file: Path) -> str:
+def _describe_mistake_in_spec_file(file: Path) -> str:
     try:
         read_spec(read_toml(file))
     except InputError as error:

@@ -172,7 +172,7 @@ def read_domain_data_for_explorer_page(
         else ExplorerDomainData()
     )
     if (out / _FILMS).is_dir():
-        words = replace(words, find_film=partial(_find_animation_link, out))
+        words = replace(words, find_film=partial(_find_animation_path, out))
     if pictures:
         return replace(
             words, find_scenes=load_from_extension("diagrams_of_answers", "--pictures")(Source(source))
@@ -180,7 +180,7 @@ def read_domain_data_for_explorer_page(
     return words
 
 
-def _find_animation_link(out: Path, record: Record) -> str:
+def _find_animation_path(out: Path, record: Record) -> str:
     """Return the path, in the report, of an answer's animation (`eai explain --film`); empty if none."""
     address = f"{_FILMS}/{make_film_file_name(record)}"
     return address if (out / address).is_file() else ""

@@ -45,7 +45,7 @@ from eai.run.spec import RunSpec, save_spec
 from eai.studies.prompts.choice import make_experiment_with_prompt_name
 from eai.studies.registry import add_study_summaries
 from eai.studies.variation import Endpoint, StageBeforeQuestions
-from eai.tasks.prompts.prompt import Prompt, PromptSet, pack_prompts
+from eai.tasks.prompts.prompt import Prompt, PromptSet, make_compact_prompt_mapping
 from eai.tasks.source import ErrataChoice, find_errata_choice, find_planner_choice
 
 LOGS = "logs"
@@ -209,7 +209,7 @@ def _make_compact_prompts_by_task_id(
 ) -> Mapping[str, Prompt]:
     """Return the prompts of some tasks in a form that takes little memory."""
     opened = library.open(suite.benchmark, suite.ability)
-    return pack_prompts((task_id, opened[task_id]) for task_id in task_ids)
+    return make_compact_prompt_mapping((task_id, opened[task_id]) for task_id in task_ids)
 
 
 def _leave_out_long_tasks(
@@ -238,7 +238,9 @@ def _leave_out_long_tasks(
     max_tokens = request.spec.generation.max_tokens
     long_tasks = [find_long_tasks(suite, asked, max_tokens, context) for suite, asked in chosen]
     fitting = [
-        pack_prompts((task_id, asked[task_id]) for task_id in asked if task_id not in long.needs)
+        make_compact_prompt_mapping(
+            (task_id, asked[task_id]) for task_id in asked if task_id not in long.needs
+        )
         for asked, long in zip(prompts, long_tasks, strict=True)
     ]
     if any(long.needs for long in long_tasks):
@@ -305,7 +307,7 @@ def _request_answers_and_score(
     from eai.run.context import choose_answer_limit
     from eai.run.log_scores import write_scores
     from eai.run.remarks import list_signs_of_ignored_requests
-    from eai.run.tasks import combine_experiments, make_trials, request_missing_answers
+    from eai.run.tasks import combine_experiments, make_suite_conversations, request_missing_answers
 
     spec, epochs = request.spec, epochs or request.spec.tasks.epochs
     asked, beliefs = (prompts, None) if first is None else first.make_prompts(endpoint, prompts, suite)
@@ -319,7 +321,7 @@ def _request_answers_and_score(
         asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
         rules, prompts_name = spec.setting.label or None, spec.prompts.name
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
-    trials = make_trials(
+    trials = make_suite_conversations(
         spec.combined_study_options.replanning if studied else None, request.library, suite, asked, beliefs
     )
     of_studies = spec.experiment if studied else Experiment()

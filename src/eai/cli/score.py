@@ -58,7 +58,7 @@ from eai.results.options import ScoringOptions
 from eai.results.partial_records import (
     append_record_batches,
     count_kept_records,
-    find_partial_file,
+    get_path_of_partial_file,
     publish_records,
     remove_partial_files,
 )
@@ -201,7 +201,7 @@ def score(
                 jobs = _list_scoring_jobs_of_suite(places, suite, out)
             else:
                 jobs = _list_scoring_jobs_by_path(places, domain, ability, protocol, source, out)
-        jobs = [part for job in jobs for part in _split_answers_by_game_rules(job)]
+        jobs = [part for job in jobs for part in _split_job_by_game_rules(job)]
         jobs = [replace(job, goals=goals, prompt_name=prompt_name, shard=shard) for job in jobs]
         print_note_if_planner_missing([job.suite for job in jobs])
         _print_note_on_unknown_tasks(jobs)
@@ -247,7 +247,7 @@ def _is_log_of_other_project(path: Path) -> bool:
     return "ability" not in (read_inspect_log(path, header_only=True).eval.metadata or {})
 
 
-def _split_answers_by_game_rules(job: _ScoringJob) -> list[_ScoringJob]:
+def _split_job_by_game_rules(job: _ScoringJob) -> list[_ScoringJob]:
     """Split a job by the game rules of its answers. Rules other than standard get own folders."""
     parts = split_answers_by_game_rules(job.suite.ability, job.answers)
     jobs = []
@@ -289,7 +289,7 @@ def _add_kept_records_to_job(job: _ScoringJob, settings: ScoringOptions) -> _Sco
     )
     paths = [path for path in (job.log, job.goals) if path is not None]
     files = [file for path in paths for file in (find_files_below(path, "*") or [path]) if file.is_file()]
-    file = find_partial_file(job.records_file, values, job.answers, files)
+    file = get_path_of_partial_file(job.records_file, values, job.answers, files)
     return replace(job, partial_file=file, kept=count_kept_records(file))
 
 

@@ -405,19 +405,19 @@ def _make_dnf_term_finder_for_disjunction(part_finders: Sequence[FindClosestDnfT
 
 
 def _make_dnf_term_finder_for_count(count: int, parts: Sequence[FindClosestDnfTerm]) -> FindClosestDnfTerm:
-    def find_closest(answer_mask: int) -> _ScoredDnfTerm | None:
+    def find_closest_dnf_term(answer_mask: int) -> _ScoredDnfTerm | None:
         overlaps = [overlap for part in parts if (overlap := part(answer_mask)) is not None]
         if len(overlaps) < count:
             return None
         return _conjoin_scored_dnf_terms(sorted(overlaps, key=_score, reverse=True)[:count])
 
-    return find_closest
+    return find_closest_dnf_term
 
 
 def _make_dnf_term_finder_for_pairing(
     count: int, table: Sequence[Sequence[FindClosestDnfTerm | None]]
 ) -> FindClosestDnfTerm:
-    def find_closest(answer_mask: int) -> _ScoredDnfTerm | None:
+    def find_closest_dnf_term(answer_mask: int) -> _ScoredDnfTerm | None:
         overlaps = [[None if cell is None else cell(answer_mask) for cell in row] for row in table]
         weights = [[None if overlap is None else overlap.score for overlap in row] for row in overlaps]
         cells = find_heaviest_matching(weights, count)
@@ -427,7 +427,7 @@ def _make_dnf_term_finder_for_pairing(
             else _conjoin_scored_dnf_terms([overlaps[row][column] for row, column in cells])
         )
 
-    return find_closest
+    return find_closest_dnf_term
 
 
 def _conjoin_scored_dnf_terms(parts: Iterable[_ScoredDnfTerm | None]) -> _ScoredDnfTerm | None:

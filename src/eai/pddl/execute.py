@@ -63,7 +63,7 @@ class DerivedPredicates:
         return tuple(reachable)
 
 
-class _StateEvaluation:
+class _ConditionEvaluatorInState:
     """Evaluates conditions in one state.
 
     Args:
@@ -282,7 +282,7 @@ class PddlPlanExecutor:
         self._objects = m.group_objects_by_type(domain, problem)
         self._problem = problem
         self._derived = DerivedPredicates(domain.axioms)
-        self._last: tuple[PddlState, _StateEvaluation] | None = None
+        self._last: tuple[PddlState, _ConditionEvaluatorInState] | None = None
 
     @property
     def initial_state(self) -> PddlState:
@@ -329,15 +329,15 @@ class PddlPlanExecutor:
         """
         return self._get_state_evaluation(state).holds(formula, binding)
 
-    def _get_state_evaluation(self, state: PddlState) -> _StateEvaluation:
+    def _get_state_evaluation(self, state: PddlState) -> _ConditionEvaluatorInState:
         """Return the evaluator of conditions in a state; the last evaluator is cached."""
         if self._last is None or self._last[0] is not state:
-            self._last = state, _StateEvaluation(state, self._derived, self._objects, self._looks)
+            self._last = state, _ConditionEvaluatorInState(state, self._derived, self._objects, self._looks)
         return self._last[1]
 
 
 def _find_changes(
-    effect: m.PddlEffect, evaluation: _StateEvaluation, binding: Valuation
+    effect: m.PddlEffect, evaluation: _ConditionEvaluatorInState, binding: Valuation
 ) -> Iterator[m.Add | m.Delete]:
     """Yield the ground additions and deletions of an effect in a state.
 

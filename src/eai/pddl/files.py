@@ -33,7 +33,7 @@ from eai.pddl.reader import (
     PddlReader,
     SExpr,
     Symbol,
-    find_unclosed_section,
+    find_start_of_unclosed_section,
     get_first_word,
     make_pddl_error,
     read_group,
@@ -235,7 +235,9 @@ def _read_first_definition(text: str) -> ExpressionList:
     try:
         return read_group(text)
     except PddlError as error:
-        offset = find_unclosed_section(text) if error.offence is PddlViolationKind.UNBALANCED else None
+        offset = (
+            find_start_of_unclosed_section(text) if error.offence is PddlViolationKind.UNBALANCED else None
+        )
         if offset is None:
             raise
         expected = "a closing parenthesis before this section"
@@ -274,7 +276,7 @@ def is_domain_file(path: Path) -> bool:
     return _read_definition_kinds(path) == ["domain"]
 
 
-def begins_with_domain(path: Path) -> bool:
+def begins_with_domain_definition(path: Path) -> bool:
     """Whether the first definition in a file defines a domain."""
     return _read_definition_kinds(path)[:1] == ["domain"]
 

@@ -331,7 +331,7 @@ def _find_object_name(term: f.Term, binding: _Binding) -> str:
     return binding[term.name] if isinstance(term, f.Variable) else term.name
 
 
-class _DisjunctionLiteral(NamedTuple):
+class _GroundDisjunction(NamedTuple):
     """A disjunction of conditions: the literal that stands for it, and the disjuncts as masks of literals.
 
     Disjuncts with one literal are also given as one mask (``simple``), and longer disjuncts as a tuple
@@ -392,12 +392,12 @@ class GroundProblem:
         self.initial = grounder.initial_atoms_mask
         self._looks = looks
         self._every_atom = (1 << self.atoms) - 1
-        self._choices: dict[tuple[int, ...], _DisjunctionLiteral] = {}
+        self._choices: dict[tuple[int, ...], _GroundDisjunction] = {}
         self._effort = 0
         self.goal = self._find_needed_literals(goal)
         self.actions = [self._compile_action(action) for action in actions]
         self._every_action = (1 << len(self.actions)) - 1
-        self._needing = index_masks_by_bit([action.needs for action in self.actions])
+        self._needing = map_bits_to_mask_indices([action.needs for action in self.actions])
         self._price = estimate_cost_of_condition_lookup(len(self.actions)) * len(self._needing)
 
     def _compile_action(self, action: _GroundAction) -> _ActionAsLiteralMasks:
@@ -417,13 +417,13 @@ class GroundProblem:
             ).literal
         return needed
 
-    def _add_disjunction_literal(self, disjuncts: tuple[int, ...]) -> _DisjunctionLiteral:
+    def _add_disjunction_literal(self, disjuncts: tuple[int, ...]) -> _GroundDisjunction:
         choice = self._choices.get(disjuncts)
         if choice is None:
             literal = 1 << 3 * self.atoms + len(self._choices)
             compound = tuple([option for option in disjuncts if option & option - 1])
             simple = sum({*disjuncts}.difference(compound))
-            choice = self._choices[disjuncts] = _DisjunctionLiteral(literal, disjuncts, simple, compound)
+            choice = self._choices[disjuncts] = _GroundDisjunction(literal, disjuncts, simple, compound)
             self._effort += 1 + len(compound)
         return choice
 
@@ -499,7 +499,7 @@ _IndexMask: TypeAlias = int
 """Set of indices of a sequence, as a bit mask."""
 
 
-def index_masks_by_bit(masks: Iterable[LiteralMask]) -> Mapping[_OneBitMask, _IndexMask]:
+def map_bits_to_mask_indices(masks: Iterable[LiteralMask]) -> Mapping[_OneBitMask, _IndexMask]:
     """Return a mapping from each bit to the indices of the masks that contain it."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):

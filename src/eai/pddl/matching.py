@@ -251,7 +251,7 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
         _AnswerAndGoldClauses(ours, *theirs)
         for ours, theirs in zip(own, _prepare_gold_clauses(gold), strict=True)
     ]
-    renamings = _generate_renamings(predicted, gold)
+    renamings = _list_parameter_renamings(predicted, gold)
     wanted = sum(len(side.gold_texts) for side in sides)
     renaming, matches = _find_best_renaming(
         sides,
@@ -343,7 +343,7 @@ def _split_answer_into_clauses(answer: Clause, gold: Clause) -> tuple[Clause, ..
     return (answer,) if unlike else _get_clause_parts(answer)
 
 
-def _generate_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
+def _list_parameter_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
     """Return the pairings of the two operators' parameters that agree in most types.
 
     The pairing by position comes first.

@@ -140,7 +140,7 @@ def list_type_alternatives(name: str) -> tuple[str, ...]:
     return tuple(name[len(_EITHER) : -1].split()) if name.startswith(_EITHER) else (name,)
 
 
-class _TypeMembers(dict[str, tuple[str, ...]]):
+class _ObjectsByType(dict[str, tuple[str, ...]]):
     """Mapping from each declared type, and from each ``either`` of types, to its objects."""
 
     def __missing__(self, name: str) -> tuple[str, ...]:
@@ -169,7 +169,7 @@ def group_objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[s
     for item in (*domain.constants, *problem.objects):
         for name in list_supertypes(above, item.type):
             members.setdefault(name, []).append(item.name)
-    return _TypeMembers({name: tuple(dict.fromkeys(items)) for name, items in members.items()})
+    return _ObjectsByType({name: tuple(dict.fromkeys(items)) for name, items in members.items()})
 
 
 def split_effect(

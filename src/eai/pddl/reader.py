@@ -104,7 +104,7 @@ def _read_expression(text: str) -> SExpr | None:
     return None
 
 
-def find_unclosed_section(text: str) -> int | None:
+def find_start_of_unclosed_section(text: str) -> int | None:
     """Return the offset of the first section that begins inside another section, or None.
 
     The text probably lacks the closing parenthesis of the outer section.

@@ -17,8 +17,8 @@ from eai.pddl.grounding import (
     LiteralMask,
     StateMask,
     estimate_cost_of_condition_lookup,
-    index_masks_by_bit,
     iterate_bit_masks,
+    map_bits_to_mask_indices,
 )
 from eai.planning.search import SearchEffort
 
@@ -87,8 +87,8 @@ class Relaxation:
             for change in action.changes
         ]
         self._price = estimate_cost_of_condition_lookup(len(self._rules))
-        self._making = index_masks_by_bit([rule.makes for rule in self._rules])
-        needing = index_masks_by_bit([rule.needs for rule in self._rules])
+        self._making = map_bits_to_mask_indices([rule.makes for rule in self._rules])
+        needing = map_bits_to_mask_indices([rule.needs for rule in self._rules])
         asked = problem.add_disjuncts_of_needed_disjunctions(
             reduce(or_, [rule.needs for rule in self._rules], problem.goal)
         )
@@ -165,7 +165,7 @@ class Relaxation:
             missing = needed & ~before
             needed &= before
             while missing:
-                action, needs, makes = self._find_first_rule_making(missing, fired)
+                action, needs, makes = self._find_first_rule_making_literals_true(missing, fired)
                 missing &= ~(makes | makes << self._again)
                 chosen.add(action)
                 if depth == 0:
@@ -177,12 +177,14 @@ class Relaxation:
         """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
         return self._build_relaxed_layers(literals, _ALL_LITERALS, 0)
 
-    def find_rules_making(self, literal: int, rules_mask: int) -> Iterator[_RelaxedEffect]:
+    def find_rules_making_literal_true(self, literal: int, rules_mask: int) -> Iterator[_RelaxedEffect]:
         """Yield the rules (conditional effects) among `rules_mask` that make a literal true, in order."""
         for bit in iterate_bit_masks(self._making.get(literal, 0) & rules_mask):
             yield self._rules[bit.bit_length() - 1]
 
-    def _find_first_rule_making(self, missing_literals: LiteralMask, fired_rules: int) -> _RelaxedEffect:
+    def _find_first_rule_making_literals_true(
+        self, missing_literals: LiteralMask, fired_rules: int
+    ) -> _RelaxedEffect:
         """Return the first rule (conditional effect) that makes any of the missing literals true."""
         making = 0
         for literal in iterate_bit_masks(missing_literals):
@@ -272,12 +274,12 @@ class _RelaxedPlanFollower:
         """
         missing, start_point = self._count_missing_goals(), self._get_current_lookahead_point()
         for depth, fired in enumerate(self._layers.fired):
-            for rule in self._relaxation.find_rules_making(literal, fired):
-                if self._try_rule(rule, depth) and self._count_missing_goals() < missing:
+            for rule in self._relaxation.find_rules_making_literal_true(literal, fired):
+                if self._apply_rule_if_possible(rule, depth) and self._count_missing_goals() < missing:
                     return
                 self._return_to_lookahead_point(start_point)
 
-    def _try_rule(self, rule: _RelaxedEffect, depth: int) -> bool:
+    def _apply_rule_if_possible(self, rule: _RelaxedEffect, depth: int) -> bool:
         """Make the precondition of a rule true, and apply its action. Return whether this is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):
@@ -311,8 +313,8 @@ class _RelaxedPlanFollower:
         If the literal was true at the start and has been lost, a rule of the first layer makes it true again.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
-            for rule in self._relaxation.find_rules_making(literal, fired):
-                self._try_rule(rule, min(before, depth - 1))
+            for rule in self._relaxation.find_rules_making_literal_true(literal, fired):
+                self._apply_rule_if_possible(rule, min(before, depth - 1))
                 return
 
     def _order_missing_literals(self, missing: LiteralMask, depth: int) -> list[int]:

@@ -15,7 +15,7 @@ import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
 from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_execution_schema, match_atom
 from eai.planning.search import SearchEffort
-from eai.planning.subgoal import GroundAtom, Subgoal, find_argument_indices, find_object
+from eai.planning.subgoal import GroundAtom, Subgoal, find_object, find_object_indices_of_arguments
 from eai.world.action import Action
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import DefinedPredicate, LookupPredicate
@@ -116,7 +116,7 @@ class Achiever:
         self._fixed = [c for c in self._filters if _is_static_formula(c, vocabulary)]
         self.is_fixed = len(self._fixed) == len(self._filters)
         self.conditions = tuple((c, self._compiler.compile_test(c)) for c in needed if c not in fixed)
-        self._literals = [_find_stored_literal(c, vocabulary) for c, _ in self.conditions]
+        self._literals = [_find_stored_atom(c, vocabulary) for c, _ in self.conditions]
         self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
@@ -172,7 +172,7 @@ class Achiever:
         condition, _ = self.conditions[index]
         if literal is None:
             return _GroundCondition(Subgoal(condition, scope, True), None)
-        arguments = find_argument_indices(literal, scope, scene)
+        arguments = find_object_indices_of_arguments(literal, scope, scene)
         atom = GroundAtom(literal.predicate, arguments, literal is condition)
         return _GroundCondition(Subgoal(condition, scope, True), atom)
 
@@ -315,7 +315,7 @@ class AchieversByPredicate:
             Achiever(schema, self._vocabulary, with_parameter_subgoals=with_parameter_subgoals)
             for schema in suitable
         ]
-        return sorted(achievers, key=_measure_complexity)
+        return sorted(achievers, key=_make_complexity_sort_key)
 
     def get_static_parts_of_state(self, state: State) -> Sequence[object]:
         """Return the parts of a state that no action changes. All states of one episode share them."""
@@ -352,7 +352,7 @@ class AchieversByPredicate:
         return list(operators.values())
 
 
-def _measure_complexity(achiever: Achiever) -> tuple[int, int]:
+def _make_complexity_sort_key(achiever: Achiever) -> tuple[int, int]:
     return achiever.open_variables, len(achiever.conditions)
 
 
@@ -420,7 +420,7 @@ def _is_static_formula(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     return all(_is_static_predicate(name, vocabulary) for name in find_predicates(formula))
 
 
-def _find_stored_literal(condition: f.Formula, vocabulary: Vocabulary) -> f.Atom | None:
+def _find_stored_atom(condition: f.Formula, vocabulary: Vocabulary) -> f.Atom | None:
     """Return the atom of a stored predicate that a condition demands or denies; None for other conditions."""
     literal = condition.operand if isinstance(condition, f.Not) else condition
     is_stored = (

@@ -16,7 +16,7 @@ import eai.logic.formula as f
 from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
 from eai.planning.achievers import AchieversByPredicate, FailingConditions, GroundActions
 from eai.planning.search import Limits, SearchEffort
-from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_argument_indices
+from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_object_indices_of_arguments
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator, Scope
 from eai.world.derived import DefinedPredicate
@@ -153,7 +153,7 @@ class _SubgoalSplitter:
 
     def ground_atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
         """Return a subgoal's atom with objects in place of its terms."""
-        arguments = find_argument_indices(atom, subgoal.scope, self._state.scene)
+        arguments = find_object_indices_of_arguments(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
     def split_into_parts(self, subgoal: Subgoal) -> SubgoalParts | None:
@@ -289,7 +289,7 @@ class CostEstimates:
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
         self._candidates: dict[object, GroundActions] = {}
         self._kept_tests: FailingConditions = (
-            {} if previous is None else self._take_valid_tests_from(previous)
+            {} if previous is None else self._take_over_valid_test_results(previous)
         )
         self._other_tests: FailingConditions = {}
         self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
@@ -364,7 +364,7 @@ class CostEstimates:
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
             return cached
-        if cached.action is not None or tried_limit >= limit or self._must_not_be_computed(atom):
+        if cached.action is not None or tried_limit >= limit or self._is_computation_forbidden(atom):
             return _NO_SUPPORTER
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
@@ -429,7 +429,7 @@ class CostEstimates:
         cached, tried_limit = self._costs.get(key, (INFINITE, 0.0))
         if cached < limit:
             return cached
-        if cached < INFINITE or tried_limit >= limit or self._must_not_be_computed(key):
+        if cached < INFINITE or tried_limit >= limit or self._is_computation_forbidden(key):
             return INFINITE
         self._open.add(key)
         horizon = _round_up_cost_limit(limit)
@@ -438,7 +438,7 @@ class CostEstimates:
         self._costs[key] = (cost, horizon)
         return cost if cost < limit else INFINITE
 
-    def _must_not_be_computed(self, key: _Key) -> bool:
+    def _is_computation_forbidden(self, key: _Key) -> bool:
         """Whether a cost must not be computed: its computation is under way, or is nested too deeply."""
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
@@ -518,7 +518,7 @@ class CostEstimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _take_valid_tests_from(self, previous: CostEstimates) -> FailingConditions:
+    def _take_over_valid_test_results(self, previous: CostEstimates) -> FailingConditions:
         """Take over the test results of earlier estimates, and return the results that hold in this state.
 
         The earlier estimates keep no results.

@@ -22,7 +22,7 @@ from eai.planning.effect_schema import (
     match_atom,
 )
 from eai.planning.search import SearchEffort
-from eai.planning.subgoal import find_argument_indices, find_object
+from eai.planning.subgoal import find_object, find_object_indices_of_arguments
 from eai.planning.successor_generator import ACTION_BINDINGS
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator, Scope
@@ -115,15 +115,15 @@ class FactChangeFinder:
         """Remove the effects of single actions from the cache, which grows with each new action."""
         self._effects.clear()
 
-    def find_actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
+    def find_actions_making_any_change(self, changes: Iterable[FactChange]) -> dict[Action, None]:
         """Return the actions that may make any of the changes, in a fixed order, as keys of a dict."""
         return dict.fromkeys(
             action
             for change in sorted(changes, key=make_change_sort_key)
-            for action in self.find_actions_making(change)
+            for action in self.find_actions_making_change(change)
         )
 
-    def find_actions_making(self, change: FactChange) -> tuple[Action, ...]:
+    def find_actions_making_change(self, change: FactChange) -> tuple[Action, ...]:
         """Return all actions that may change a fact. Actions that static facts rule out are left out."""
         all_makers = self._writers.get(change)
         if all_makers is None:
@@ -133,14 +133,12 @@ class FactChangeFinder:
                 for a in self.get_actions_of_operator(name)
             ]
             makers = [
-                action
-                for _, _, actions in self._find_schemas_and_actions_making(change)
-                for action in actions
+                action for _, _, actions in self._find_schemas_making_change(change) for action in actions
             ]
             all_makers = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
         return all_makers
 
-    def group_actions_making(
+    def group_actions_making_change(
         self, change: FactChange
     ) -> Iterator[tuple[Sequence[Action], list[ScopedCondition]]]:
         """Yield the actions that may change a fact, in groups with equal conditions.
@@ -150,7 +148,7 @@ class FactChangeFinder:
         yield from (
             (self.get_actions_of_operator(name), []) for name in self._find_operators_without_schema(change)
         )
-        for schema, scope, actions in self._find_schemas_and_actions_making(change):
+        for schema, scope, actions in self._find_schemas_making_change(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
             open_names = {name for _, names in conditions for name in names if name not in scope}
             names = [parameter.name for parameter in schema.operator.parameters]
@@ -169,7 +167,7 @@ class FactChangeFinder:
         """
         return [name for name, changed in self._unread.items() if change.predicate in changed]
 
-    def _find_schemas_and_actions_making(
+    def _find_schemas_making_change(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
         """Yield each effect schema that makes a change of a fact.
@@ -177,7 +175,7 @@ class FactChangeFinder:
         Each schema comes with its actions, and with the objects of the variables that the change determines.
         """
         for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
-            scope = match_atom(schema.atom, change.arguments, self._find_object)
+            scope = match_atom(schema.atom, change.arguments, self._find_object_index)
             if scope is not None:
                 parameters = enumerate(schema.operator.parameters)
                 bound = [(i, scope[parameter.name]) for i, parameter in parameters if parameter.name in scope]
@@ -258,7 +256,9 @@ class FactChangeFinder:
             if scope is not None:
                 conditions = self._schema_conditions.get(id(schema))
                 if conditions is None:
-                    conditions = self._schema_conditions[id(schema)] = _list_conditions_with_variables(schema)
+                    conditions = self._schema_conditions[id(schema)] = _list_conditions_and_free_variables(
+                        schema
+                    )
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
     def find_earlier_changes_for_wanted_change(
@@ -354,9 +354,9 @@ class FactChangeFinder:
         if schema.adds != change.truth or schema.atom.predicate != change.predicate:
             return None
         scope = dict(zip(schema.variables, action.arguments, strict=False))
-        return match_atom(schema.atom, change.arguments, self._find_object, scope)
+        return match_atom(schema.atom, change.arguments, self._find_object_index, scope)
 
-    def _find_object(self, constant: f.Constant) -> int:
+    def _find_object_index(self, constant: f.Constant) -> int:
         return find_object(constant, self._initial.scene)
 
     def find_necessary_changes(
@@ -412,7 +412,7 @@ class FactChangeFinder:
         for part, scope in parts:
             if self.holds(part, scope, state) != truth:
                 changes = self.find_necessary_changes(part, scope, state, truth=truth)
-                number = sum([len(self.find_actions_making(change)) for change in changes])
+                number = sum([len(self.find_actions_making_change(change)) for change in changes])
                 if number < fewest:
                     best, fewest = changes, number
                 if fewest <= _FEW_ACTIONS:
@@ -465,14 +465,14 @@ class FactChangeFinder:
         A variable with value None may be any object.
         """
         vocabulary = self._domain.vocabulary
-        for change in find_changes_towards(formula, scope, truth, vocabulary, self._find_object):
+        for change in find_changes_towards(formula, scope, truth, vocabulary, self._find_object_index):
             if change.predicate not in self._static:
                 yield change
 
     def _find_changes_of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> ChangeSet:
         name = atom.predicate
         derived = self._domain.vocabulary.derived_by_name.get(name)
-        arguments = find_argument_indices(atom, scope, self._initial.scene)
+        arguments = find_object_indices_of_arguments(atom, scope, self._initial.scene)
         if derived is None:
             return _NOTHING if name in self._static else frozenset((FactChange(name, arguments, truth),))
         defined = find_definition(derived)
@@ -503,7 +503,7 @@ class FactChangeFinder:
                 yield from (FactChange(name, anything, truth) for truth in (True, False))
 
 
-def _list_conditions_with_variables(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
+def _list_conditions_and_free_variables(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
     conditions = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
     return [(condition, find_free_variables(condition)) for condition in conditions]
 

@@ -111,8 +111,8 @@ def _make_nested_schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iter
             case Add(atom) | Delete(atom):
                 yield outer._replace(atom=atom, adds=isinstance(effect, Add))
             case When(condition, inner, otherwise):
-                yield from _make_nested_schemas(inner, _add_condition(outer, condition))
-                yield from _make_nested_schemas(otherwise, _add_condition(outer, f.Not(condition)))
+                yield from _make_nested_schemas(inner, _add_condition_to_schema(outer, condition))
+                yield from _make_nested_schemas(otherwise, _add_condition_to_schema(outer, f.Not(condition)))
             case ForEach(variable, condition, inner) | Let(variable, condition, inner):
                 # An effect whose variable has the name of an outer variable is left out.
                 if variable.name not in outer.variables:
@@ -124,7 +124,7 @@ def _make_nested_schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iter
                         wider = wider._replace(
                             checks=checks, read_variables=wider.read_variables | {variable.name}
                         )
-                    yield from _make_nested_schemas(inner, _add_condition(wider, condition))
+                    yield from _make_nested_schemas(inner, _add_condition_to_schema(wider, condition))
 
 
 def match_atom(
@@ -153,7 +153,7 @@ def match_atom(
     return scope
 
 
-def _add_condition(outer: EffectSchema, condition: f.Formula) -> EffectSchema:
+def _add_condition_to_schema(outer: EffectSchema, condition: f.Formula) -> EffectSchema:
     return outer._replace(conditions=(*outer.conditions, condition))
 
 

@@ -94,7 +94,7 @@ class _Condition(NamedTuple):
     unfolded: frozenset[str] = frozenset()
 
 
-class ExclusionRules:
+class FactExclusionRules:
     """The rules by which facts exclude each other in a domain, for any initial state."""
 
     def __init__(self, domain: Domain) -> None:
@@ -148,11 +148,11 @@ class _FactExclusionProver:
         initial: the initial state of the episode.
     """
 
-    def __init__(self, rules: ExclusionRules, initial: State) -> None:
+    def __init__(self, rules: FactExclusionRules, initial: State) -> None:
         self.rules = rules
         self.index = {constant: find_object(constant, initial.scene) for constant in rules.constants}
         self.are_true_at_start = lru_cache(_MAX_CACHED_ANSWERS)(self._are_true_at_start_uncached)
-        self.is_exclusive = lru_cache(_MAX_CACHED_ANSWERS)(self._is_exclusive)
+        self.is_exclusive = lru_cache(_MAX_CACHED_ANSWERS)(self._are_facts_exclusive)
         self._initial = initial
 
     def are_exclusive(self, literals: Iterable[GroundAtom]) -> bool:
@@ -165,7 +165,7 @@ class _FactExclusionProver:
             conditions
         )
 
-    def _is_exclusive(self, pair: _Facts) -> bool:
+    def _are_facts_exclusive(self, pair: _Facts) -> bool:
         """Whether it is proved that the two facts of a pair exclude each other in this episode."""
         arguments = [i for fact in pair for i in fact.arguments if isinstance(i, int)]
         objects = [*dict.fromkeys([*self.index.values(), *arguments])]

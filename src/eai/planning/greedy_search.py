@@ -115,7 +115,7 @@ class GreedySearch:
                 the target.
         """
         estimates = self.make_estimates(node, subgoals)
-        preferred = _PreferredActions(self.heuristic, estimates)
+        preferred = _PreferredActionCollector(self.heuristic, estimates)
         total = 0.0
         for condition in subgoals:
             cost = estimates.estimate(condition)
@@ -201,7 +201,7 @@ class _SingleGreedySearch:
         return None
 
 
-class _PreferredActions:
+class _PreferredActionCollector:
     """Collects the preferred actions of one state: applicable actions on cheapest estimated paths.
 
     Args:

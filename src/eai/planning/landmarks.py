@@ -20,7 +20,7 @@ import eai.logic.formula as f
 from eai.planning.conflict_changes import FactChangeFinder, make_change_sort_key
 from eai.planning.effect_schema import FactChange
 from eai.planning.search import SearchEffort
-from eai.planning.subgoal import Subgoal, find_argument_indices
+from eai.planning.subgoal import Subgoal, find_object_indices_of_arguments
 from eai.world.action import Action
 from eai.world.condition import Scope
 from eai.world.derived import find_definition
@@ -112,7 +112,7 @@ class _RelaxationGraph:
         """
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
-            reached = self._find_reached_conditions(actions)
+            reached = self._mark_reached_conditions(actions)
             if reached[self._goal]:
                 return None
             between = self._find_conditions_between_actions_and_goals(actions, reached)
@@ -166,7 +166,7 @@ class _RelaxationGraph:
         if groups is None:
             makers = [
                 (actions, {self._get_condition_node(*condition, True) for condition in conditions})
-                for actions, conditions in self._change_finder.group_actions_making(
+                for actions, conditions in self._change_finder.group_actions_making_change(
                     self._changes[node_number]
                 )
             ]
@@ -177,7 +177,7 @@ class _RelaxationGraph:
             ]
         return groups
 
-    def _find_reached_conditions(self, actions: Collection[Action]) -> bytearray:
+    def _mark_reached_conditions(self, actions: Collection[Action]) -> bytearray:
         missing, reached = self._missing.copy(), bytearray(len(self._missing))
         pending = [_TRUE]
         while pending:
@@ -280,7 +280,7 @@ class _RelaxationGraph:
         return self._add_conjunction_node(numbers) if all_needed else self._add_disjunction_node(numbers)
 
     def _add_atom_node(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
-        arguments = find_argument_indices(atom, scope, self._initial.scene)
+        arguments = find_object_indices_of_arguments(atom, scope, self._initial.scene)
         derived = self._change_finder.derived(atom.predicate)
         defined = None if derived is None else find_definition(derived)
         if defined is None:
@@ -311,7 +311,7 @@ class _RelaxationGraph:
     def _add_change_node(self, change: FactChange) -> int:
         number = self._numbers.get(change)
         if number is None:
-            makers = self._change_finder.find_actions_making(change) or [
+            makers = self._change_finder.find_actions_making_change(change) or [
                 a for a in self._others if self._change_finder.may_make_change(a, change)
             ]
             number = self._numbers[change] = self._add_graph_node((), 1, len(makers)) if makers else _FALSE

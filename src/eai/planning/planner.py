@@ -19,7 +19,7 @@ from eai.logic.formula import Atom, Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.search import Limits, SearchEndReason, SearchNode, SearchResult
-from eai.planning.subgoal import GroundAtom, Subgoal, find_argument_indices, make_subgoals
+from eai.planning.subgoal import GroundAtom, Subgoal, find_object_indices_of_arguments, make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -269,7 +269,9 @@ class _ReasonableOrder:
         formula, scope, truth = goal
         if not isinstance(formula, Atom) or formula.predicate in self._search.heuristic.derived:
             return GroundAtom("", (), truth)
-        return GroundAtom(formula.predicate, find_argument_indices(formula, scope, self._scene), truth)
+        return GroundAtom(
+            formula.predicate, find_object_indices_of_arguments(formula, scope, self._scene), truth
+        )
 
     def _make_key(self, earlier: int, later: int) -> tuple[object, ...]:
         pair = self._literals[earlier], self._literals[later]
@@ -356,7 +358,7 @@ class _GoalAgenda:
             pending.append(_NEXT_ACTION)
         for i in self._generate_goals_by_cost(node, [i for i in pending if i not in late]):
             if i == _NEXT_ACTION:
-                further = self._search_subgoals(node, reached, node.met + 1, limits)
+                further = self._search_plan_for_subgoals(node, reached, node.met + 1, limits)
             else:
                 protected = () if self._must_undo_goals(node, i, reached) else reached
                 further = self._reach_goal_by_parts(node, self._goals[i], protected, limits)
@@ -423,7 +425,7 @@ class _GoalAgenda:
             further = self._reach_one_more_part(node, goal, protected, limits)
             if further is None:
                 whole_limits = replace(limits, states=_WHOLE_GOAL_FACTOR * limits.states)
-                return self._search_subgoals(node, (*protected, goal), node.met, whole_limits)
+                return self._search_plan_for_subgoals(node, (*protected, goal), node.met, whole_limits)
             node = further
             if self._search.make_estimates(node).estimate(goal) == 0.0:
                 return node
@@ -450,12 +452,12 @@ class _GoalAgenda:
             if costs[i] > _MAX_DIRECT_COST:
                 further = self._reach_goal_by_parts(node, parts[i], reached, limits)
             elif costs[i] > 0.0:
-                further = self._search_subgoals(node, (*reached, parts[i]), node.met, limits)
+                further = self._search_plan_for_subgoals(node, (*reached, parts[i]), node.met, limits)
             if further is not None:
                 return further
         return None
 
-    def _search_subgoals(
+    def _search_plan_for_subgoals(
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int, limits: Limits
     ) -> PlanNode | None:
         end = self._search.search(node, subgoals, needed_action_goal_count, limits)

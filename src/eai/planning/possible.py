@@ -61,7 +61,7 @@ class PossibleFacts:
         before = -1
         while self.count_possible_literals() > before and self.has_examined_all_actions:
             before = self.count_possible_literals()
-            self._apply_actions()
+            self._apply_all_actions_once()
 
     @property
     def has_examined_all_actions(self) -> bool:
@@ -196,7 +196,7 @@ class PossibleFacts:
             if result or len(self._proved) == proved_before:
                 return result
 
-    def _apply_actions(self) -> None:
+    def _apply_all_actions_once(self) -> None:
         """Apply every action once. Effects that are impossible now may become possible in the next round."""
         self._denied.clear()
         self._done.clear()

@@ -41,7 +41,7 @@ For pairs, the parts form a table: a number of parts must hold, no two of them i
 """
 
 
-def find_argument_indices(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
+def find_object_indices_of_arguments(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
     """Return the indices of the objects that the terms of an atom denote."""
     return tuple(
         [scope[t.name] if isinstance(t, f.Variable) else find_object(t, scene) for t in atom.arguments]

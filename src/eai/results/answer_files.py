@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from eai.abilities.protocol import Ability, find_abilities, get_ability_sort_key
+from eai.abilities.protocol import Ability, find_ability_entry_points, get_ability_sort_key
 from eai.base.errors import EaiError, InputError
 from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
@@ -227,12 +227,12 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
 
 def read_suite_from_path(file: Path) -> tuple[str, str] | None:
     """Return the domain and the ability that a path names, or None if it names no suite."""
-    for ability in find_abilities():
+    for ability in find_ability_entry_points():
         domain = read_model_name(file).removesuffix(f"_{ability}")
         if domain != read_model_name(file):
             return domain, ability.value
     folders = file.absolute().parent.parts
-    positions = [i for i, name in enumerate(folders) if name in find_abilities() and i]
+    positions = [i for i, name in enumerate(folders) if name in find_ability_entry_points() and i]
     return (folders[positions[-1] - 1], folders[positions[-1]]) if positions else None
 
 

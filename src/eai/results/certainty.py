@@ -308,7 +308,9 @@ def _compute_confidence_intervals_of_rate(cases: TaskContributions) -> Confidenc
     )
 
 
-def compute_mean_intervals(parts: Sequence[tuple[float, TaskContributions]]) -> ConfidenceIntervals | None:
+def compute_intervals_of_weighted_mean(
+    parts: Sequence[tuple[float, TaskContributions]],
+) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a weighted mean of rates on the same tasks.
 
     The result is None if no task contributes to one of the rates.

@@ -172,7 +172,7 @@ class ModelBeliefsInPrompts:
         prompts = library.open(suite.benchmark, suite.ability, beliefs)
         return {task_id: prompts[task_id] for task_id in beliefs}
 
-    def add_model_belief_to_record(self, record: Record) -> Record:
+    def add_experiment_and_belief_summaries(self, record: Record) -> Record:
         """Return the record with the options of its run, and with values on the beliefs in its question.
 
         Beliefs are goals or a scene as a model understood them. The values, such as the number of errors in a
@@ -197,9 +197,9 @@ def add_experiment_and_stated_beliefs(
     If the question stated beliefs of a model (`ModelBeliefsInPrompts`), the record also gets the values that
     studies report on the beliefs, such as the number of errors in a scene.
     """
-    return (record if beliefs is None else beliefs.add_model_belief_to_record(record)).add_experiment(
-        experiment
-    )
+    return (
+        record if beliefs is None else beliefs.add_experiment_and_belief_summaries(record)
+    ).add_experiment(experiment)
 
 
 @dataclass(frozen=True, slots=True)
@@ -389,7 +389,7 @@ def score_answers(
             records.extend([record.drop_explanations() for record in batch])
             yield make_record_batch(batch)
 
-    def describe_run(totals: RunTotals) -> RunFieldAndRatesByAttempt:
+    def make_run_field_and_rates(totals: RunTotals) -> RunFieldAndRatesByAttempt:
         result = SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
         digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
         run_fields = {
@@ -398,7 +398,7 @@ def score_answers(
         }
         return run_fields, compute_rates_by_attempt(records)
 
-    totals = write_record_batches(folder, make_batches(), describe_run)
+    totals = write_record_batches(folder, make_batches(), make_run_field_and_rates)
     return SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
 
 

@@ -17,7 +17,7 @@ def format_markdown_table(table: Table) -> str:
     Intervals of a row are printed in a row of their own, below it.
     """
     columns = table.columns_with_headings
-    lines = [line for row in table.rows for line in _format_row(columns, row)]
+    lines = [line for row in table.rows for line in _format_row_and_its_intervals(columns, row)]
     notes = [f"{format_superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
     return "\n".join([*_format_grid(columns, lines), *([""] if notes else []), *notes]) + "\n"
 
@@ -58,7 +58,7 @@ def _format_line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _format_row(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
+def _format_row_and_its_intervals(columns: Sequence[Column], row: Sequence[Cell]) -> Iterator[list[str]]:
     """Yield the cells of a row as one list and, if the row has intervals, its intervals as a second list."""
     yield [_format_cell(column, cell) for column, cell in zip(columns, row, strict=True)]
     if any(isinstance(cell, Estimate) and cell.low is not None for cell in row):

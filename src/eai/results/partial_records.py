@@ -21,7 +21,7 @@ _DIGEST_LENGTH = 16
 """Number of hexadecimal digits in the names of partial files."""
 
 
-def find_partial_file(
+def get_path_of_partial_file(
     file: Path, settings: Sequence[object], answers: ResponseFile, read_files: Iterable[Path] = ()
 ) -> Path:
     """Return the path of a partial file, which keeps the scored answers of a command until it ends.

@@ -191,7 +191,7 @@ class Reward:
         if not can_earn_reward(suite.ability):
             raise InputError(f"answers to {suite.ability.value} have no reward; choose another ability")
         self.limit = limit
-        self._at_start = cache(self._find_goals_at_start)
+        self._at_start = cache(self._find_which_goals_hold_at_start)
         self._met_at_start = cache(self._find_partial_success_at_start)
 
     def __reduce__(self) -> tuple[Callable[..., Reward], tuple[Suite, Shaping]]:
@@ -267,7 +267,7 @@ class Reward:
         gained = compute_condition_gain(verdict.partial, self._met_at_start(task_id), inputs.gain)
         return replace(inputs, conditions=gained)
 
-    def _find_goals_at_start(self, task_id: str) -> tuple[bool, ...]:
+    def _find_which_goals_hold_at_start(self, task_id: str) -> tuple[bool, ...]:
         """Return for each goal of a task, in order, whether it is reached without any action."""
         task = self.suite.tasks[task_id]
         return GoalTest(task).find_reached_goals(task.initial, ())

@@ -256,7 +256,7 @@ def collect_rows_in_table(
     lines are its definition. Names in braces in either text are replaced by arguments of the function.
     """
 
-    def decorate(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
+    def make_function_that_returns_table(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
         first, _, below = (rows.__doc__ or "").partition("\n")
         heading, definition = first.removesuffix(".") if title is None else title, " ".join(below.split())
 
@@ -271,7 +271,7 @@ def collect_rows_in_table(
 
         return build_table
 
-    return decorate
+    return make_function_that_returns_table
 
 
 def format_short_number(number: float | None) -> str:

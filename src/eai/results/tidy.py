@@ -101,7 +101,7 @@ def _make_answer_line(
     values: dict[str, Any] = {
         **key,
         "outcome": find_answer_outcome(record).value,
-        "success": _find_success_in_overview_table(record, shares),
+        "success": _find_success_by_overview_metric(record, shares),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
         "error_step": None if error is None else error.step,
@@ -123,7 +123,7 @@ def _has_plans(record: Record) -> bool:
     return get_declaration(record.ability).answers_are_plans
 
 
-def _find_success_in_overview_table(record: Record, shares: ShareByMetric) -> bool | None:
+def _find_success_by_overview_metric(record: Record, shares: ShareByMetric) -> bool | None:
     """Return whether an answer succeeds by the first yes-or-no metric of the ability's overview table.
 
     Return None if it has no such metric.

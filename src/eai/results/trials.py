@@ -229,7 +229,7 @@ def make_trial_record(
 
 def _add_cause_of_unreadable_answer(suite: Suite, attempt: Attempt) -> Attempt:
     explanation = attempt.explanation or Explanation()
-    named = suite.add_cause_if_unread(attempt.response, Assessment(attempt.verdict, lambda: explanation))
+    named = suite.add_cause_if_unreadable(attempt.response, Assessment(attempt.verdict, lambda: explanation))
     if not isinstance(named.verdict, PlanVerdict):
         return attempt
     return replace(attempt, verdict=named.verdict, explanation=attempt.explanation and named.explain())

@@ -104,7 +104,7 @@ def is_prompt_too_long(error: BaseException) -> bool:
     return _TOO_LONG.search(str(_find_last_error(error))) is not None
 
 
-def is_about_max_tokens(error: BaseException) -> bool:
+def is_refusal_of_max_tokens(error: BaseException) -> bool:
     """Whether a server refused the maximum number of tokens of an answer."""
     return _MAX_TOKENS.search(str(_find_last_error(error))) is not None
 

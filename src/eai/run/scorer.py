@@ -32,7 +32,7 @@ from inspect_ai.solver import TaskState
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, GoalPartReport, StepReport
-from eai.abilities.protocol import Ability, Protocol, find_abilities
+from eai.abilities.protocol import Ability, Protocol, find_ability_entry_points
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.verdict import Verdict
 from eai.base.files import to_file_name
@@ -164,7 +164,7 @@ def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
 EXPERIMENT = "experiment"
 """Name of the field with the options of studies (variations of questions), in samples and in records."""
 
-SCORERS = {ability: _register_scorer(ability) for ability in find_abilities()}
+SCORERS = {ability: _register_scorer(ability) for ability in find_ability_entry_points()}
 """Mapping from abilities to their scorers; the score of a sample has the ability's name."""
 
 

@@ -44,10 +44,10 @@ from eai.run.request_errors import (
     describe_error,
     find_context_length,
     find_http_status,
-    is_about_max_tokens,
     is_connection_refused,
     is_prerequisite_missing,
     is_prompt_too_long,
+    is_refusal_of_max_tokens,
 )
 from eai.tasks.prompts.prompt import Prompt
 
@@ -366,7 +366,7 @@ async def _ask_within_limit(
             first_usage = reply.usage
         except Exception as error:
             if not is_prompt_too_long(error):
-                if not is_about_max_tokens(error):
+                if not is_refusal_of_max_tokens(error):
                     raise
                 run.answer_limit = None
     output, parts, usage = await _ask_model(messages, restrictions)

@@ -241,7 +241,9 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 if stage is not None:
                     asked, beliefs = _make_prompts_that_state_beliefs(stage, asked, suite)
                     about = beliefs.metadata
-                trials = make_trials(spec.combined_study_options.replanning, library, suite, asked, beliefs)
+                trials = make_suite_conversations(
+                    spec.combined_study_options.replanning, library, suite, asked, beliefs
+                )
                 solver = make_solver_without_journal(trials)
                 experiment = combine_experiments(
                     [experiment, None if beliefs is None else beliefs.experiment]
@@ -264,7 +266,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
     return registered
 
 
-def make_trials(
+def make_suite_conversations(
     options: ReplanningOptions | None,
     library: PromptLibrary,
     suite: Suite,

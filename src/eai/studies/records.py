@@ -18,7 +18,7 @@ ReportDone: TypeAlias = Callable[[int], None]
 """Function that a long analysis calls with the number of finished steps, to show progress."""
 
 
-def _hide_progress(title: str, total: int) -> AbstractContextManager[ReportDone]:
+def _show_no_progress(title: str, total: int) -> AbstractContextManager[ReportDone]:
     return nullcontext(lambda done: None)
 
 
@@ -44,7 +44,7 @@ class StudyRecords:
     folder: Path = Path()
     source: Source = field(default_factory=Source)
     note: Callable[[str], None] = _ignore_note
-    progress: Callable[[str, int], AbstractContextManager[ReportDone]] = _hide_progress
+    progress: Callable[[str, int], AbstractContextManager[ReportDone]] = _show_no_progress
     _cached_tables: MutableMapping[bool, TidyTables] = field(default_factory=dict)
 
     def read_runs(self) -> Iterator[Run]:

@@ -151,7 +151,7 @@ class GoalTest:
             actions: the names of the executed actions, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
-        return self._partial_success_finder.find_largest_met_share(
+        return self._partial_success_finder.find_largest_share_of_met_conditions(
             final, reached, _are_met_in_turn(self._actions, actions)
         )
 
@@ -218,7 +218,9 @@ class _PartialSuccessFinder:
         self._known: dict[tuple[int, int], Share] = {}
         self.share_if_none_met = Share(0, max(1, self._best(0).total))
 
-    def find_largest_met_share(self, final: State, reached: Sequence[bool], action_goals_met: bool) -> Share:
+    def find_largest_share_of_met_conditions(
+        self, final: State, reached: Sequence[bool], action_goals_met: bool
+    ) -> Share:
         """Return the largest share of met conditions among all lists of conditions that satisfy the goals.
 
         Args:

@@ -18,7 +18,7 @@ from eai.pddl.declaration import ConvertedPddlDomain
 from eai.pddl.export import export_domain_and_problem
 from eai.pddl.files import (
     ProblemFile,
-    begins_with_domain,
+    begins_with_domain_definition,
     find_line_of_word,
     is_domain_file,
     read_domain_text,
@@ -45,7 +45,7 @@ def open_pddl_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
         InputError: not exactly one file begins with a domain, there is no problem, or a file cannot be read.
     """
     files = find_files_below(folder, f"*{_SUFFIX}")
-    domains = [file for file in files if begins_with_domain(file)]
+    domains = [file for file in files if begins_with_domain_definition(file)]
     if len(domains) != 1:
         listed = f"{len(domains)} of them: {', '.join(map(str, domains))}" if domains else "none"
         raise InputError(f"{folder}: expected one file *{_SUFFIX} that defines a domain, found {listed}")

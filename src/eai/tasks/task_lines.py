@@ -218,7 +218,7 @@ def write_task_line(
     values |= {} if task.relevant == everything else {"relevant": [names[i] for i in task.relevant]}
     values["facts"] = group_facts_by_predicate(task.initial)
     values["goals"] = write_goals([goal.formula for goal in task.goals], domain, scene)
-    plan = list_plan(task)
+    plan = convert_plan_to_word_lists(task)
     sound = all(domain.operator_arities.get(operator) == len(objects) for operator, *objects in plan)
     values |= {"plan": plan} if plan and sound else {}
     special = {} if task.special is None else asdict(task.special)
@@ -228,7 +228,7 @@ def write_task_line(
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 
-def list_plan(task: Task) -> list[list[str]]:
+def convert_plan_to_word_lists(task: Task) -> list[list[str]]:
     """Return the plan of a task in the format of task files."""
     return _list_actions(task.script, task.scene)
 

@@ -84,7 +84,7 @@ class SuiteWording:
         """
         arities = [(name, self._find_predicate_arity(name)) for name in (*self.predicates, *self.static)]
         return _join_lines(
-            f"{self._get_answer_name(name)}({', '.join(make_parameter_names(arity))})"
+            f"{self._get_predicate_name_in_answers(name)}({', '.join(make_parameter_names(arity))})"
             for name, arity in arities
         )
 
@@ -184,7 +184,7 @@ class SuiteWording:
 
     def write_fact_with_names(self, predicate: str, object_names: Iterable[str]) -> str:
         """Return a fact about objects with the given names, as text for prompts."""
-        return f"{self._get_answer_name(predicate)}({', '.join(object_names)})"
+        return f"{self._get_predicate_name_in_answers(predicate)}({', '.join(object_names)})"
 
     def write_instruction_line(self, task: Task) -> str:
         """Return a task's instruction as a line; empty if prompts omit it or state it in place of goals."""
@@ -202,7 +202,7 @@ class SuiteWording:
             write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_goals_in_prompt.goals
         )
 
-    def _get_answer_name(self, predicate: str) -> str:
+    def _get_predicate_name_in_answers(self, predicate: str) -> str:
         return self.answer_names.get(predicate, predicate)
 
     def _find_predicate_arity(self, predicate: str) -> int:

@@ -145,10 +145,10 @@ def _find_defects_of_reported_fault(
     if fault.earlier is not None and not 0 <= fault.earlier <= history.number:
         yield f"{action.operator}: the history rule returned a state outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _find_effects_of_additional_step(domain, history.state, action)
+        yield from _find_defects_of_additional_step(domain, history.state, action)
 
 
-def _find_effects_of_additional_step(domain: Domain, before: State, action: Action) -> Iterator[_Defect]:
+def _find_defects_of_additional_step(domain: Domain, before: State, action: Action) -> Iterator[_Defect]:
     after = domain.apply(before, action)
     for effect in _find_effects_made_true(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {format_ltl(effect)}"

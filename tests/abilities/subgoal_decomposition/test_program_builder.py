@@ -103,7 +103,7 @@ def test_alternatives_without_literals_are_counted() -> None:
 def test_an_exists_tries_the_objects_of_the_task() -> None:
     variable = next(iter([formula("exists x. (lit(x))")])).variable  # type: ignore[attr-defined]
     assert EXTENT.list_relevant_objects(variable) == [1, 2, 3]
-    assert EXTENT.list_all_objects(variable) == tuple(range(OBJECTS))
+    assert EXTENT.list_values_of_variable(variable) == tuple(range(OBJECTS))
     assert _QuantifierRange(replace(TASK, relevant=())).list_relevant_objects(variable) == tuple(
         range(OBJECTS)
     )

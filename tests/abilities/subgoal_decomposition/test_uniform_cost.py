@@ -10,7 +10,7 @@ from eai.abilities.subgoal_decomposition.uniform_cost import (
     MovementPath,
     PermittedActions,
     SearchGoal,
-    _find_best_failed_attempt,
+    _find_best_failed_plan,
     _MovementFinder,
     _UniformCostSearch,
 )
@@ -120,7 +120,7 @@ def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
     search = _UniformCostSearch(goal, PermittedActions(press, (), (), (), 0), 600)
     assert search.find_shortest_plans(start) == []
     tested[0] = 0
-    found = _find_best_failed_attempt([search])
+    found = _find_best_failed_plan([search])
     assert found.failed_check is not None or found.plans
     assert 0 < tested[0] <= MOST
     assert found.effort >= tested[0] // 32, "effort stands for tests, too"

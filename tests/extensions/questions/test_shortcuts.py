@@ -23,7 +23,7 @@ from eai.extensions.questions.shortcuts import (
     ClosedQuestion,
     SurfaceCueCounts,
     compute_guess_probabilities,
-    compute_shortcut_rates,
+    compute_success_rates_of_shortcuts,
     draw_closed_question,
     find_best_shortcut,
     make_feature_reader,
@@ -134,7 +134,7 @@ def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
         for form in forms:
             some = [each for each in questions if (each.kind, each.form) == (kind, form)]
             assert len(some) == EACH
-            chances = compute_shortcut_rates(some, guesses)
+            chances = compute_success_rates_of_shortcuts(some, guesses)
             assert set(chances) == {"guess", *SHORTCUTS}
             assert (chances[find_best_shortcut(chances)].share or 0) <= (
                 0.3 if form is QuestionForm.CHOICE else 0.55

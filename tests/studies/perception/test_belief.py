@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.planning.planner import Planner
-from eai.studies.perception.belief import UNSEEN, apply_scene_graph
+from eai.studies.perception.belief import UNSEEN, replace_scene_by_scene_graph
 from eai.studies.perception.scene_graph import SceneGraph
 from eai.tasks.planning import find_plan
 from studies.perception.kitchen import DOMAIN, KITCHEN, TRUTH, WORDS, fact, kitchen_task, seen
@@ -13,7 +13,7 @@ ALL = ("in cup_1 box_1", "on box_1 table_1", "lit lamp_1")
 
 def plan(graph: SceneGraph) -> list[str]:
     """Return a plan for the perceived scene."""
-    task = apply_scene_graph(kitchen_task(), WORDS, graph)
+    task = replace_scene_by_scene_graph(kitchen_task(), WORDS, graph)
     found = find_plan(task, Planner(DOMAIN))
     return [
         " ".join([each.operator, *(task.scene.objects[i].name for i in each.arguments)])
@@ -23,7 +23,7 @@ def plan(graph: SceneGraph) -> list[str]:
 
 def test_a_complete_scene_graph_leaves_the_task_unchanged() -> None:
     task = kitchen_task()
-    assert apply_scene_graph(task, WORDS, TRUTH) is task
+    assert replace_scene_by_scene_graph(task, WORDS, TRUTH) is task
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_a_planner_plans_in_the_perceived_scene(facts: tuple[str, ...], done: li
 
 def test_an_unseen_object_has_no_category_and_is_not_in_the_plan() -> None:
     objects = tuple(name for name in TRUTH.objects if name != "lamp_2")
-    task = apply_scene_graph(kitchen_task(), WORDS, seen(*ALL, objects=objects))
+    task = replace_scene_by_scene_graph(kitchen_task(), WORDS, seen(*ALL, objects=objects))
     assert task.scene.objects[5].category == UNSEEN
     assert 5 not in task.relevant
     assert plan(seen(*ALL, objects=objects)) == ["TAKE cup_1", "PUT_ON cup_1 table_1"]
@@ -49,7 +49,7 @@ def test_an_unseen_object_has_no_category_and_is_not_in_the_plan() -> None:
 
 def test_an_invented_object_has_the_category_of_the_object_with_a_similar_name() -> None:
     graph = seen(*ALL, "lit lamp_2", "on lamp_7 table_1", objects=(*TRUTH.objects, "lamp_7", "dragon"))
-    task = apply_scene_graph(kitchen_task(), WORDS, graph)
+    task = replace_scene_by_scene_graph(kitchen_task(), WORDS, graph)
     new = [(thing.name, thing.category) for thing in task.scene.objects[6:]]
     assert new == [("lamp_7", "lamp"), ("dragon", "dragon")]
     assert task.initial.has("can_light", 6)
@@ -58,14 +58,16 @@ def test_an_invented_object_has_the_category_of_the_object_with_a_similar_name()
 
 
 def test_a_perceived_circle_of_supports_is_left_out() -> None:
-    task = apply_scene_graph(kitchen_task(), WORDS, seen(*ALL, "in table_1 cup_1"))
+    task = replace_scene_by_scene_graph(kitchen_task(), WORDS, seen(*ALL, "in table_1 cup_1"))
     told = [str(each) for each in WORDS.make_true_graph(task).facts]
     assert "in(table_1, cup_1)" not in told
     assert {str(fact(each)) for each in ALL} == {*told}
 
 
 def test_a_prompt_states_the_perceived_scene() -> None:
-    task = apply_scene_graph(kitchen_task(), WORDS, seen("lit lamp_2", objects=("cup_1", "lamp_2", "lamp_7")))
+    task = replace_scene_by_scene_graph(
+        kitchen_task(), WORDS, seen("lit lamp_2", objects=("cup_1", "lamp_2", "lamp_7"))
+    )
     wording = KITCHEN.observation_wording()
     assert wording.describe_initial_state(task) == "lit(lamp_2)"
     assert wording.describe_objects(task).splitlines() == [

@@ -12,7 +12,7 @@ from eai.tasks.prompts.prompt import (
     Prompt,
     PromptFiles,
     _PackedPrompts,
-    pack_prompts,
+    make_compact_prompt_mapping,
     read_prompt_file,
     read_system_message_file,
 )
@@ -58,9 +58,12 @@ def test_packed_prompts_are_the_prompts_in_less_memory() -> None:
     prompts["odd"] = Prompt(
         "lone \udc80", stop=("}",), turns=(("a", "b"),), images=(Image("image/png", b"1"),)
     )
-    packed = pack_prompts(prompts.items())
+    packed = make_compact_prompt_mapping(prompts.items())
     assert packed == prompts
     assert list(packed) == list(prompts)
     assert isinstance(packed, _PackedPrompts)
     assert sum(len(text) for text, _ in packed._packed.values()) < 2 * len(rules)
-    assert pack_prompts({"0": Prompt(""), "1": Prompt("?")}.items()) == {"0": Prompt(""), "1": Prompt("?")}
+    assert make_compact_prompt_mapping({"0": Prompt(""), "1": Prompt("?")}.items()) == {
+        "0": Prompt(""),
+        "1": Prompt("?"),
+    }

@@ -151,7 +151,7 @@ class GoalInterpretationScorer(Scorer):
             meant = self.gold.mask_of.get(goal, 0) & wanted
             wanted_number = meant.bit_count()
             if times > 1:
-                times = min(times, max(1, wanted_number, self.lexicon.count_meant_object_tuples(goal)))
+                times = min(times, max(1, wanted_number, self.lexicon.count_possible_object_tuples(goal)))
             matched |= meant if times >= wanted_number else keep_lowest_bits(meant, times)
             if times > wanted_number:
                 wrong += [str(goal)] * (times - wanted_number)
@@ -263,7 +263,7 @@ class GoalInterpretationScorer(Scorer):
         for goal in [*known]:
             name = lexicon.find_unknown_name(goal)
             if name is not None:
-                times = min(known.pop(goal), max(1, lexicon.count_meant_object_tuples(goal)))
+                times = min(known.pop(goal), max(1, lexicon.count_possible_object_tuples(goal)))
                 unknown += [(goal, name)] * times
         return _GoalsByValidity(known, tuple(unknown), tuple(ill_formed))
 

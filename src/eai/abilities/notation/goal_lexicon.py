@@ -82,7 +82,7 @@ class GoalLexicon:
             return None if goal.predicate in self.actions else goal.predicate
         return None if goal.predicate in self._arity else goal.predicate
 
-    def count_meant_object_tuples(self, goal: WrittenGoal) -> int:
+    def count_possible_object_tuples(self, goal: WrittenGoal) -> int:
         """Return how many different tuples of objects the names in a goal can mean."""
         return prod([self.objects[name] for name in goal.names])
 
@@ -169,7 +169,7 @@ class _StatedGoals:
 
 def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
     """Return the goals that an answer to goal interpretation states for a task."""
-    translator = _GoalTranslator(task, domain, notation)
+    translator = _GoalToFormulaTranslator(task, domain, notation)
     read = notation.read_conditions(text, translator.to_formula)
     if isinstance(read, Unreadable):
         return _StatedGoals((), unreadable=read.reason)
@@ -183,7 +183,7 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
     )
 
 
-class _GoalTranslator:
+class _GoalToFormulaTranslator:
     """Translates the words of an answer into formulas about the scene of a task.
 
     If several objects of the task have the same name, the name in an answer means the object that the task

@@ -79,7 +79,7 @@ def read_nested_formula(
             one, other = read_subformula(premise), read_subformula(conclusion)
             return None if one is None or other is None else f.Implies(one, other)
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
-            count = _read_count(head.pop(0)) if word in ("forn", "fornpairs") and head else None
+            count = _read_quantifier_count(head.pop(0)) if word in ("forn", "fornpairs") and head else None
             bound = [
                 variable
                 for entry_variable in head
@@ -132,7 +132,7 @@ def _read_variable(value: object) -> f.Variable | None:
             return None
 
 
-def _read_count(value: object) -> int | None:
+def _read_quantifier_count(value: object) -> int | None:
     match value:
         case bool():
             return None
@@ -169,7 +169,7 @@ class GoalSections(NamedTuple):
     repairs: tuple[str, ...] = ()
 
 
-def make_sections_format(
+def make_goal_sections_format(
     read: Callable[[GoalSections], GoalSections | None], find_flaw: Callable[[object], str | None]
 ) -> AnswerFormat[GoalSections]:
     """Return the form of an answer that is a JSON object with a list of goals under each section key.
@@ -526,7 +526,7 @@ def _get_sections_if_all_are_lists(sections: GoalSections) -> GoalSections | Non
     return sections if not has_parts and (are_remarks or not plain) else None
 
 
-_LISTS = make_sections_format(_get_sections_if_all_are_lists, lambda value: None)
+_LISTS = make_goal_sections_format(_get_sections_if_all_are_lists, lambda value: None)
 
 
 def _convert_goal_to_json_entry(goal: WrittenGoal) -> object:

@@ -119,18 +119,22 @@ def make_plan_format(
         read_steps_in_text: returns the steps in a string of the JSON value, or None.
     """
 
-    def read_item(value: object) -> StepList | None:
+    def read_steps_in_item(value: object) -> StepList | None:
         return read_steps_in_text(value) if isinstance(value, str) else read(value)
 
     names = {action.casefold() for action in actions}
     part, line = _compile_step_and_step_line_patterns(frozenset(actions))
     return AnswerFormat(
         description,
-        lambda value: join_item_steps(value, read_item) if isinstance(value, list) else read_item(value),
+        lambda value: (
+            join_steps_of_items(value, read_steps_in_item)
+            if isinstance(value, list)
+            else read_steps_in_item(value)
+        ),
         is_part=lambda text: part.search(text) is not None,
         is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
         is_text_with_part=lambda text: line is not None and _has_step_among_few_words(text, line, names),
-        flaw=lambda value: _find_list_flaw(value, read_item),
+        flaw=lambda value: _find_list_flaw(value, read_steps_in_item),
         join=join_step_lists,
         is_piece=lambda steps: steps.is_single_step,
         repairs_of=lambda steps: steps.repairs,
@@ -139,7 +143,9 @@ def make_plan_format(
     )
 
 
-def join_item_steps(items: Iterable[object], read: Callable[[object], StepList | None]) -> StepList | None:
+def join_steps_of_items(
+    items: Iterable[object], read: Callable[[object], StepList | None]
+) -> StepList | None:
     """Return the steps in several JSON values as one list, or None if some value has no steps."""
     parts = [read(item) for item in items]
     return None if None in parts else join_step_lists([part for part in parts if part is not None])

@@ -226,7 +226,9 @@ def read_plan_lines(
                 line.start, line.end, AnswerSpanKind.READ if line.start in starts else AnswerSpanKind.PROSE
             )
         )
-    repairs |= dict.fromkeys(["special_tokens"] if body != _EMPHASIS.sub(_blank_out, plain) else [])
+    repairs |= dict.fromkeys(
+        ["special_tokens"] if body != _EMPHASIS.sub(_replace_match_by_blanks, plain) else []
+    )
     repairs |= dict.fromkeys(["wide_characters"] if plain != outside else [])
     repairs |= dict.fromkeys(["prose"] if any(line.has_prose for line in plan) else [])
     repairs |= dict.fromkeys(["code_fence"] if block else [])
@@ -235,7 +237,7 @@ def read_plan_lines(
     return WrittenPlan(taken, tuple(repairs), tuple(sorted(spans)))
 
 
-def _blank_out(match: re.Match[str]) -> str:
+def _replace_match_by_blanks(match: re.Match[str]) -> str:
     return " " * len(match[0])
 
 

@@ -93,7 +93,7 @@ class SubgoalNotation:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_output_list(text, frozenset(map_formula_spellings_to_names(alone)))
+        return read_subgoals_in_output_list(text, frozenset(map_formula_spellings_to_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.
@@ -171,7 +171,7 @@ class SubgoalNotation:
         return make_object_schema({"output": make_list_schema(make_text_schema())})
 
 
-def read_output_list(
+def read_subgoals_in_output_list(
     text: str, names_without_arguments: Collection[str], other_list_keys: Collection[str] = ()
 ) -> WrittenSubgoals | Unreadable:
     """Return the formulas in the list ``output`` of an answer's JSON object, or why they cannot be read.
@@ -184,7 +184,7 @@ def read_output_list(
         names_without_arguments: names that take no objects.
         other_list_keys: other keys of the JSON object whose values may be lists.
     """
-    reading = read_json(text, _make_output_format(frozenset(other_list_keys)))
+    reading = read_json(text, _make_output_list_format(frozenset(other_list_keys)))
     if isinstance(reading, Unreadable):
         return reading
     repairs = dict.fromkeys(reading.repairs)
@@ -199,7 +199,7 @@ def read_output_list(
 
 
 @lru_cache(16)
-def _make_output_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[str]]:
+def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[str]]:
     def find_flaw(value: object) -> str | None:
         if not isinstance(value, JsonObject):
             return None
@@ -218,7 +218,7 @@ def _make_output_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[st
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 
-    def read_formulas(value: object) -> list[str] | None:
+    def read_formula_texts(value: object) -> list[str] | None:
         if find_flaw(value) is not None or not isinstance(value, JsonObject):
             return None
         entries = dict(value.members).get(_OUTPUT)
@@ -228,7 +228,7 @@ def _make_output_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[st
     wanted = f'JSON object with "{_OUTPUT}", a list of strings'
     return AnswerFormat(
         wanted,
-        read_formulas,
+        read_formula_texts,
         is_part=contains_json_string,
         is_line_of_answer=_is_formula_line,
         flaw=find_flaw,

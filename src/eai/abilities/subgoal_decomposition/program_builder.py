@@ -74,7 +74,7 @@ class _QuantifierRange:
         self._scene = task.scene
         self._relevant = task.relevant
 
-    def list_all_objects(self, variable: f.Variable) -> Sequence[int]:
+    def list_values_of_variable(self, variable: f.Variable) -> Sequence[int]:
         """Return all objects of a variable's class, as values of a ``forall`` variable."""
         return tuple(iterate_bits(self._scene.get_category_mask(variable.category)))
 
@@ -132,7 +132,7 @@ class _QuantifierRange:
             case f.Exists(variable, body):
                 choices = len(self.list_relevant_objects(variable)) * self._count_disjuncts(body)
             case f.ForAll(variable, body):
-                choices = self._count_disjuncts(body) ** len(self.list_all_objects(variable))
+                choices = self._count_disjuncts(body) ** len(self.list_values_of_variable(variable))
             case _:
                 choices = 1
         return min(choices, MAX_LITERALS + 1)
@@ -146,7 +146,9 @@ class _QuantifierRange:
             case f.Exists(_, body):
                 return self._count_literals_of_longest_disjunct(body)
             case f.ForAll(variable, body):
-                return len(self.list_all_objects(variable)) * self._count_literals_of_longest_disjunct(body)
+                return len(self.list_values_of_variable(variable)) * self._count_literals_of_longest_disjunct(
+                    body
+                )
             case _:
                 return 1
 
@@ -176,16 +178,16 @@ _MAX_CACHED_STATES = 16
 """Maximum number of states for which the plans of a subgoal are cached, over all branches of a search."""
 
 
-class _FailureReason(NamedTuple):
+class _UnmetSubgoalReason(NamedTuple):
     """The reason why a subgoal does not hold, as the id of a failed check and as a text."""
 
     id: str
     words: str
 
 
-_BY_NOTHING = _FailureReason("no_action_brings_it_about", "no action brings it about")
-_EXCLUDED = _FailureReason("parts_exclude_each_other", "its parts exclude each other")
-_NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it brings it about")
+_BY_NOTHING = _UnmetSubgoalReason("no_action_brings_it_about", "no action brings it about")
+_EXCLUDED = _UnmetSubgoalReason("parts_exclude_each_other", "its parts exclude each other")
+_NOT_DONE = _UnmetSubgoalReason("not_brought_about", "nothing that is done for it brings it about")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -288,14 +290,14 @@ class ProgramCompiler:
     def _make_state_requirement(
         self,
         formula: f.Formula,
-        failure_reason: _FailureReason,
+        failure_reason: _UnmetSubgoalReason,
         disjuncts: tuple[tuple[GroundAtom, ...], ...] = (),
     ) -> _StateRequirement:
         if self.lexicon.has_unknown_names(formula):
             raise _make_not_executable_error(formula)
         meaning = self.lexicon.replace_by_domain_names(formula)
 
-        def make_failed_subgoal_check(reason: _FailureReason) -> Check:
+        def make_failed_subgoal_check(reason: _UnmetSubgoalReason) -> Check:
             words = f"{format_ltl(formula)} does not hold, and {reason.words}"
             return Check(meaning, FaultKind.MISSING_STEP, words, id=reason.id)
 
@@ -525,7 +527,7 @@ class _SubgoalProgramBuilder:
                     yield from self._list_disjuncts(instance)
             case f.ForAll(variable, body):
                 instances = self._replace_variable_by_each_object(
-                    variable, body, self._extent.list_all_objects(variable)
+                    variable, body, self._extent.list_values_of_variable(variable)
                 )
                 yield from self._list_disjuncts(f.And(tuple(instances)))
             case _:

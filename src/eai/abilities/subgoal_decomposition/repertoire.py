@@ -132,11 +132,11 @@ class OperatorIndex:
         self._effects = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self._writes = {o.name: frozenset(find_changed_predicates(o)) for o in domain.operators}
         self._checks = {
-            o.name: self._find_non_derived_predicates(_list_check_conditions(o)) for o in domain.operators
+            o.name: self._find_stored_dependencies(_list_check_conditions(o)) for o in domain.operators
         }
         self._asks = {
             name: self._checks[name]
-            | self._find_non_derived_predicates([f for effect in effects for f in effect.conditions])
+            | self._find_stored_dependencies([f for effect in effects for f in effect.conditions])
             for name, effects in self._effects.items()
         }
         self.movement = _drop_duplicates(
@@ -175,7 +175,7 @@ class OperatorIndex:
 
         For a derived predicate, these operators change the stored predicates in its definition.
         """
-        sources = self._find_non_derived_predicates([Atom(predicate)])
+        sources = self._find_stored_dependencies([Atom(predicate)])
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
     def map_operators_to_changeable_literals(self, literals: Sequence[GroundAtom]) -> dict[str, LiteralBits]:
@@ -240,7 +240,7 @@ class OperatorIndex:
         for operator, numbers in self._cached_patterns(numbered_literal):
             given = [None if number is None else values[number] for number in numbers]
             if possible_in is None:
-                argument_tuples = [*islice(_fill_arguments(given, objects), MAX_LISTED)]
+                argument_tuples = [*islice(_generate_argument_tuples(given, objects), MAX_LISTED)]
             else:
                 argument_tuples = self._find_possible_arguments(operator, given, objects, possible_in)
             actions |= {
@@ -280,7 +280,7 @@ class OperatorIndex:
         patterns: dict[_OperatorPattern, None] = {}
         for operator in self.find_operators_that_change(numbered_literal.predicate):
             for effect, change in product(self._effects[operator.name], changes):
-                scope = _match_effect(effect, change)
+                scope = _match_effect_to_change(effect, change)
                 if scope is not None:
                     patterns[operator.name, tuple([scope.get(p.name) for p in operator.parameters])] = None
         return tuple(patterns)
@@ -307,7 +307,7 @@ class OperatorIndex:
         tried = [condition for attempt in operator.alternatives for condition in attempt.conditions]
         conditions = [*([check.condition] for check in operator.checks), tried]
         moved = [
-            not self._moved.isdisjoint(self._find_non_derived_predicates(formulas)) for formulas in conditions
+            not self._moved.isdisjoint(self._find_stored_dependencies(formulas)) for formulas in conditions
         ]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         fixable = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
@@ -341,7 +341,7 @@ class OperatorIndex:
         )
 
     def _classify_changeability(self, check: Check, movement_can_change: bool) -> _OperatorCheckChangeability:
-        if self._changed.isdisjoint(self._find_non_derived_predicates([check.condition])):
+        if self._changed.isdisjoint(self._find_stored_dependencies([check.condition])):
             return _OperatorCheckChangeability.FIXED
         return (
             _OperatorCheckChangeability.REST
@@ -372,11 +372,11 @@ class OperatorIndex:
             supporting += asking
         return [operator for operator in candidates if operator in supporting]
 
-    def _find_non_derived_predicates(self, formulas: Iterable[Formula]) -> frozenset[str]:
+    def _find_stored_dependencies(self, formulas: Iterable[Formula]) -> frozenset[str]:
         return frozenset(find_stored_dependencies(find_predicates(*formulas), self._domain.vocabulary))
 
 
-def _fill_arguments(
+def _generate_argument_tuples(
     decided_arguments: Sequence[int | None], objects: Sequence[int]
 ) -> Iterator[tuple[int, ...]]:
     """Yield all tuples of different objects for an operator's arguments, in the order of objects.
@@ -390,7 +390,7 @@ def _fill_arguments(
     for index in objects if first is None else (first,):
         if index not in rest:
             others = [other for other in objects if other != index]
-            yield from ((index, *after) for after in _fill_arguments(rest, others))
+            yield from ((index, *after) for after in _generate_argument_tuples(rest, others))
 
 
 def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
@@ -398,7 +398,7 @@ def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int,
     return tuple(dict.fromkeys([i for indices in arguments for i in indices if i != scene.agent]))
 
 
-def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
+def _match_effect_to_change(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
     """Return a mapping from an operator's parameters to the objects with which its effect makes a change.
 
     The change is that a fact becomes true, or false. Return None if the effect cannot make this change.

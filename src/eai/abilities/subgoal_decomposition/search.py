@@ -273,7 +273,7 @@ _NO_SUBGOAL = -1
 """Subgoal number that means the end of the program, after all subgoals."""
 
 
-def _fail_branch(
+def _mark_branch_as_failed(
     branch: ExecutionBranch,
     subgoal_number: int,
     failed_check: Check,
@@ -439,7 +439,7 @@ class _Exploration:
         self._effort.used += result.effort
         if result.failed_check is not None:
             self._record_ended_branch(
-                _fail_branch(branch, instruction.subgoal, result.failed_check), self._failed
+                _mark_branch_as_failed(branch, instruction.subgoal, result.failed_check), self._failed
             )
         elif not result.plans:
             self._waiting[instruction.then].append(branch)
@@ -467,7 +467,7 @@ class _Exploration:
             outcome = attempt_action(self._domain, past, action)
             if isinstance(outcome, State):
                 if executed == most:
-                    return _fail_branch(branch, subgoal, TOO_FAR)
+                    return _mark_branch_as_failed(branch, subgoal, TOO_FAR)
                 executed += 1
                 refined += executed == 1
                 met = self._goal.count_parts_met_after(met, past.state, action)
@@ -487,12 +487,12 @@ class _Exploration:
         if instruction.holds(branch.state):
             self._waiting[instruction.then].append(branch)
             return
-        earlier = self._find_earlier_state(branch, instruction)
+        earlier = self._find_index_of_last_satisfying_state(branch, instruction)
         if not self._has_reached_limit():
-            failed = _fail_branch(branch, instruction.subgoal, instruction.check, earlier)
+            failed = _mark_branch_as_failed(branch, instruction.subgoal, instruction.check, earlier)
             self._record_ended_branch(failed, self._failed)
 
-    def _find_earlier_state(
+    def _find_index_of_last_satisfying_state(
         self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction
     ) -> int | None:
         """Return the index of the latest state in which a required subgoal held, or None.

@@ -111,7 +111,7 @@ def find_plans(
         if plans:
             return SubgoalPlans(plans, effort)
         failed.append(search)
-    attempt = _find_best_failed_attempt(failed)
+    attempt = _find_best_failed_plan(failed)
     return attempt._replace(effort=effort + attempt.effort)
 
 
@@ -328,7 +328,7 @@ The action is None if the plan fails only because it is too long.
 """
 
 
-def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
+def _find_best_failed_plan(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """Return the failed plan that comes nearest to the goal, after all searches failed.
 
     The plan ends with the failing action after which most literals of the goal would hold. Ties go to the

@@ -163,15 +163,17 @@ def read_operators(
     hidden = _HEAD_IN_COMMENT.search(text)
     piece = hidden[0][:40] if hidden else _find_part_with_unknown_keyword(_COMMENT.sub("", text))
     if piece is not None:
-        return _make_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
+        return _mark_answer_as_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
     first = _HEAD.search(text)
     if _has_end_of_operator(text if first is None else text[: first.start()]):
-        return _make_unreadable(reading, _NO_BEGINNING)
+        return _mark_answer_as_unreadable(reading, _NO_BEGINNING)
     operators: dict[str, WrittenOperator] = {}
     for segment in _split_operators(text):
         operator = readings.get_or_compute(segment, len(segment), partial(_read_operator, segment))
         if isinstance(operator, PddlFinding):
-            return _make_unreadable(reading, f"the {operator.place} cannot be read: {operator.description}")
+            return _mark_answer_as_unreadable(
+                reading, f"the {operator.place} cannot be read: {operator.description}"
+            )
         if operators.pop(operator.name, None) is not None:
             operator = replace(operator, repairs=(*operator.repairs, "duplicate_operator"))
         repairs = (*repairs, *operator.repairs)
@@ -179,7 +181,7 @@ def read_operators(
     return ParsedAnswer(operators, tuple(dict.fromkeys(repairs)), reading.spans)
 
 
-def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
+def _mark_answer_as_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
     unread = [replace(span, kind=AnswerSpanKind.UNREAD) for span in reading.spans if span.kind in _READ]
     others = [span for span in reading.spans if span.kind not in _READ]
     return Unreadable(reason, spans=tuple(sorted([*unread, *others])))
@@ -281,11 +283,11 @@ def _read_operator(text_with_comments: str) -> WrittenOperator | PddlFinding:
     """Return the operator at the beginning of a text. Prose after the operator is ignored."""
     text = _COMMENT.sub("", text_with_comments)
     operator = _read_operator_definition(text, len(text_with_comments))
-    end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
+    end = _find_operator_end_before_prose(text) if isinstance(operator, PddlFinding) else None
     return operator if end is None else _read_operator_definition(text[:end], len(text_with_comments))
 
 
-def _find_end_before_prose(text: str) -> int | None:
+def _find_operator_end_before_prose(text: str) -> int | None:
     try:
         end = read_group(text).end
     except PddlError:
@@ -308,7 +310,7 @@ def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOp
             group, made = _read_list(part)
             repairs |= dict.fromkeys(made)
             try:
-                action = _add_part(action, part, group)
+                action = _add_part_to_operator(action, part, group)
                 allowed.add(part.keyword)
             except PddlError as error:
                 unread.append(PddlFinding(error.offence, error.expected, place))
@@ -376,7 +378,7 @@ def _read_list(part: _OperatorPart) -> tuple[ExpressionList, tuple[str, ...]]:
     raise make_pddl_error(part.text, group.end, PddlViolationKind.MALFORMED, "one list behind a keyword")
 
 
-def _add_part(action: PddlAction, part: _OperatorPart, expression: ExpressionList) -> PddlAction:
+def _add_part_to_operator(action: PddlAction, part: _OperatorPart, expression: ExpressionList) -> PddlAction:
     """Return an operator with one more part.
 
     Raises:

@@ -128,7 +128,9 @@ class OperatorJudgement:
     excluded: TaskExclusion | None = None
 
 
-def _solve_unless_result(planner: PddlPlanner, task_or_result: PlanningTask | PlannerResult) -> PlannerResult:
+def _solve_if_planning_task(
+    planner: PddlPlanner, task_or_result: PlanningTask | PlannerResult
+) -> PlannerResult:
     return task_or_result if isinstance(task_or_result, PlannerResult) else planner.solve(task_or_result)
 
 
@@ -177,7 +179,7 @@ class OperatorScoringRules(ABC):
         """
 
     @property
-    def empty_result(self) -> PlannerResult:
+    def result_without_operators(self) -> PlannerResult:
         """The result of planning for an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
@@ -195,7 +197,7 @@ class OperatorScoringRules(ABC):
         if planner is None:
             return NOT_RUN
         return self.results.get_or_compute(
-            key, text_length, lambda: _solve_unless_result(planner, make_task())
+            key, text_length, lambda: _solve_if_planning_task(planner, make_task())
         )
 
 
@@ -264,7 +266,7 @@ class PaperOperatorRules(OperatorScoringRules):
         """Return the judgement on a missing answer: each operator of the task is missing."""
         compared = [self._compare_with_gold(task, name, None) for name in task.operators]
         missing = tuple([report for report, _ in compared])
-        planning = self.empty_result
+        planning = self.result_without_operators
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
         return OperatorJudgement(missing, planning, works, literals=_sum_literal_counts(compared))
 

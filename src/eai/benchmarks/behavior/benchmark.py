@@ -25,7 +25,7 @@ from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
 from eai.benchmarks.errata import load_errata
-from eai.benchmarks.published import make_prompt_reader, open_behavior_operators
+from eai.benchmarks.published import make_prompt_reader, open_behavior_operator_tasks
 from eai.benchmarks.reference_wheel import find_task_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english_words
@@ -37,7 +37,7 @@ from eai.tasks.wording import ObjectName, SuiteWording, get_declared_object_name
 _NOTATION = BehaviorGoalNotation()
 
 
-def _format_answered_goals_as_lists(believed_task: BelievedTask) -> str:
+def _format_goals_of_answer_as_lists(believed_task: BelievedTask) -> str:
     """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
     spelling = _map_instance_to_object_names(believed_task)
     entries = [
@@ -47,13 +47,17 @@ def _format_answered_goals_as_lists(believed_task: BelievedTask) -> str:
     return "\n".join([str(words) for words in entries if words])
 
 
-def _format_answered_goals_as_formulas(believed_task: BelievedTask) -> str:
+def _format_goals_of_answer_as_formulas(believed_task: BelievedTask) -> str:
     """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
     names = _map_instance_to_object_names(believed_task)
     categories = {obj.category for obj in believed_task.task.scene.objects}
 
     def spell_as_in_subgoals(word: str) -> str:
-        return word.replace(".", "_") if word in categories else _write_object_name(names.get(word, word))
+        return (
+            word.replace(".", "_")
+            if word in categories
+            else _spell_object_for_subgoal_prompt(names.get(word, word))
+        )
 
     formulas = [
         _format_formula(entry, spell_as_in_subgoals, nested=False)
@@ -64,10 +68,10 @@ def _format_answered_goals_as_formulas(believed_task: BelievedTask) -> str:
 
 GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     Ability.ACTION_SEQUENCING: GoalSection(
-        "target environment state:\n", "\n\n\ninteractable objects", _format_answered_goals_as_lists
+        "target environment state:\n", "\n\n\ninteractable objects", _format_goals_of_answer_as_lists
     ),
     Ability.SUBGOAL_DECOMPOSITION: GoalSection(
-        "## Goal States\n", "\n\n## Output", _format_answered_goals_as_formulas
+        "## Goal States\n", "\n\n## Output", _format_goals_of_answer_as_formulas
     ),
 }
 """Ability -> section of the official prompts that states the goals."""
@@ -109,7 +113,7 @@ def _yield_nested_words(entry: object) -> Iterator[str]:
                 yield from _yield_nested_words(item)
 
 
-def _write_object_name(name: str) -> str:
+def _spell_object_for_subgoal_prompt(name: str) -> str:
     """Return a name as subgoal prompts spell objects: ``carton_n_02.2`` for ``carton.n.02_2``."""
     if "toggled" in name:
         return "toggledon"
@@ -202,7 +206,7 @@ def _get_instance_name(task: Task, index: int) -> str:
 open_tasks = open_tasks_once_per_store(open_behavior_tasks)
 """Returns the 100 tasks of BEHAVIOR."""
 
-open_operators = open_tasks_once_per_store(open_behavior_operators)
+open_operators = open_tasks_once_per_store(open_behavior_operator_tasks)
 """Returns BEHAVIOR's 100 tasks of transition modeling."""
 
 

@@ -51,7 +51,7 @@ def convert_tasks(wheel: ArchiveFiles, bddl: ArchiveFiles, report: ReportProgres
     for done, (task_id, listed_task) in enumerate(tasks.items()):
         report("converting", "BEHAVIOR tasks", done, len(tasks))
         lines.append(_format_line(task_id, converter.convert_task(task_id, listed_task)))
-        options.append(_format_line(task_id, converter.read_alternatives_by_goal(task_id)))
+        options.append(_format_line(task_id, converter.read_alternatives_of_goals(task_id)))
     report("converting", "BEHAVIOR tasks", len(tasks), len(tasks))
     return {TASKS_MEMBER: b"".join(lines), OPTIONS_MEMBER: b"".join(options)}
 
@@ -97,7 +97,7 @@ class _ArchivedTaskConverter:
             "plan": [[step["action"], re.split(r"\s*,\s*", step["object"].strip())] for step in plan],
         }
 
-    def read_alternatives_by_goal(self, task_id: str) -> list[object]:
+    def read_alternatives_of_goals(self, task_id: str) -> list[object]:
         """Return, for each goal in the data set, the alternative sets of conditions that reach the goal."""
         return list(self._options[task_id]["goal_conditions"].values())
 

@@ -193,7 +193,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
         ("ONTOP", free, put_on(H, X), "onto the object"),
-        ("INSIDE", (*_require_object_fits_inside(hand, fits), *free), put_in(H, X), "into the object"),
+        ("INSIDE", (*_require_open_fitting_container(hand, fits), *free), put_in(H, X), "into the object"),
         ("NEXTTO", free, (*beside, *make_effects_of_putting_beside(H, X)), "next to the object"),
         (
             "UNDER",
@@ -208,7 +208,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     yield _make_placing_action(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
 
 
-def _require_object_fits_inside(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
+def _require_open_fitting_container(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
     return NO_INSIDE, fits_inside, missing_step(hand.empty_hand_condition | ~p.closed(X), "{x} is closed")
 
 
@@ -235,7 +235,7 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
     has_contents = affordance(~empty, "what the hand holds is empty")
     for name, checks, effects, where in (
-        ("INSIDE", _require_object_fits_inside(hand, fits), put_in(C, X), "into the object"),
+        ("INSIDE", _require_open_fitting_container(hand, fits), put_in(C, X), "into the object"),
         ("ONTOP", (has_contents,), put_on(C, X), "onto the object"),
     ):
         poured = ForEach(

@@ -49,7 +49,7 @@ def _load_english() -> EnglishWords:
     return read_english_words("eai.benchmarks.behavior_1k")
 
 
-def _make_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
+def _make_prompt_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
     """Return the names of objects and predicates in the prompts for an ability.
 
     For plans and subgoals, the result also has a function that describes hidden facts, such as recipes.
@@ -126,7 +126,10 @@ def _make_variant(
     describe: Callable[[Task], str] = describe_unobservable_facts,
     open_operators: OpenTasks[TransitionTask] = _open_operator_tasks,
 ) -> Benchmark:
-    wordings, operators = partial(_make_wording, describe), {Ability.TRANSITION_MODELING: open_operators}
+    wordings, operators = (
+        partial(_make_prompt_wording, describe),
+        {Ability.TRANSITION_MODELING: open_operators},
+    )
     return Benchmark(
         name,
         build_domain(),

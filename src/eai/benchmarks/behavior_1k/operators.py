@@ -92,7 +92,7 @@ def use_up(obj: Variable) -> tuple[Effect, ...]:
     )
 
 
-def make_effects_of_joining_neighbour(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+def make_effects_of_putting_beside(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     """Return effects that put an object on or in its neighbour's support, or on its neighbour's floor."""
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
@@ -186,16 +186,16 @@ def make_placing_actions() -> Iterator[Operator]:
         yield _make_placing_action(name, text, (Add(relation(X, Y)),), *checks)
     beside, under = make_symmetric_effects(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
     yield _make_placing_action(
-        "PLACE_UNDER", f"put {first} under the second", (under, *make_effects_of_joining_neighbour(X, Y))
+        "PLACE_UNDER", f"put {first} under the second", (under, *make_effects_of_putting_beside(X, Y))
     )
     yield _make_placing_action(
-        "PLACE_NEXTTO", f"put {first} next to the second", (*beside, *make_effects_of_joining_neighbour(X, Y))
+        "PLACE_NEXTTO", f"put {first} next to the second", (*beside, *make_effects_of_putting_beside(X, Y))
     )
     together = Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F))
     yield _make_placing_action(
         "PLACE_BETWEEN",
         f"put {first} next to both the second and the third",
-        (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *make_effects_of_joining_neighbour(X, Y)),
+        (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *make_effects_of_putting_beside(X, Y)),
         require_different(Y, Z),
         missing_step(together, "{y} and {z} are not in one place"),
         others=(Y, Z),
@@ -215,7 +215,7 @@ def make_detach_action() -> Operator:
     return Operator("DETACH", (X, Y), checks, effects, text, role=OperatorRole.TAKES)
 
 
-def _make_state_action(
+def _make_action_changing_object_state(
     name: str,
     ability: Predicate,
     state: Predicate,
@@ -235,24 +235,28 @@ def _make_state_action(
     return Operator(name, (X,), checks, (Add(state(X)) if to else Delete(state(X)), *effects), text)
 
 
-def make_state_actions() -> Iterator[Operator]:
+def make_actions_changing_object_states() -> Iterator[Operator]:
     """Yield the actions that set states: OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF, FOLD and UNFOLD.
 
     The first four actions follow OmniGibson's primitives of these names. FOLD and UNFOLD follow its object
     state ``folded``.
     """
     hand = missing_step(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
-    yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)
-    yield _make_state_action("CLOSE", p.openable, p.is_open, "close the object", to=False)
-    yield _make_state_action(
+    yield _make_action_changing_object_state("OPEN", p.openable, p.is_open, "open the object", to=True)
+    yield _make_action_changing_object_state("CLOSE", p.openable, p.is_open, "close the object", to=False)
+    yield _make_action_changing_object_state(
         "TOGGLE_ON", p.toggleable, p.is_toggled_on, "switch the object on", to=True, hand=hand
     )
-    yield _make_state_action(
+    yield _make_action_changing_object_state(
         "TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False, hand=hand
     )
     unfolded, folded = Delete(p.is_unfolded(X)), Delete(p.is_folded(X))
-    yield _make_state_action("FOLD", p.foldable, p.is_folded, "fold the object", unfolded, to=True)
-    yield _make_state_action("UNFOLD", p.foldable, p.is_unfolded, "unfold the object", folded, to=True)
+    yield _make_action_changing_object_state(
+        "FOLD", p.foldable, p.is_folded, "fold the object", unfolded, to=True
+    )
+    yield _make_action_changing_object_state(
+        "UNFOLD", p.foldable, p.is_unfolded, "unfold the object", folded, to=True
+    )
 
 
 def make_slice_action() -> Operator:
@@ -294,16 +298,16 @@ def make_dice_action() -> Operator:
     """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
-    def make_effect_placing_dice(container_condition: Formula, *relations: Predicate) -> Effect:
+    def make_effect_placing_diced_food(container_condition: Formula, *relations: Predicate) -> Effect:
         return ForEach(
             C, container_condition, (ForEach(S, diced, tuple(Add(relation(C, S)) for relation in relations)),)
         )
 
     effects = (
         ForEach(S, diced, (Add(p.present(S)),)),
-        make_effect_placing_dice(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
-        make_effect_placing_dice(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
-        make_effect_placing_dice(p.lies_on(X, C), p.has_cover),
+        make_effect_placing_diced_food(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
+        make_effect_placing_diced_food(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
+        make_effect_placing_diced_food(p.lies_on(X, C), p.has_cover),
         *use_up(X),
     )
     text = "cut the first object into dice with the second, which is in a hand"
@@ -705,7 +709,11 @@ def build_domain() -> Domain:
     containers. It sees and reaches objects without a known floor from everywhere. It sees a substance if it
     sees the open container with this substance, its source, or an object covered or soaked with it.
     """
-    operators = (*make_placing_actions(), *make_state_actions(), *(make() for make in _MAKERS))
+    operators = (
+        *make_placing_actions(),
+        *make_actions_changing_object_states(),
+        *(make() for make in _MAKERS),
+    )
 
     def is_in_sight(obj: Variable) -> Formula:
         here = Implies(Exists(F, p.floor_of(obj, F)), Exists(F, p.robot_on(F) & p.floor_of(obj, F)))

@@ -136,7 +136,7 @@ class _Activity:
         ]
 
     @cached_property
-    def objects_goal_may_move(self) -> frozenset[str]:
+    def objects_that_goal_may_move(self) -> frozenset[str]:
         """Objects that the goal may move.
 
         A chair counts, too, if the goal is to put the chair next to an object.
@@ -307,7 +307,7 @@ class _SceneMaker:
         for name, kind in self._kind_of_each.items():
             yield from self._yield_ability_facts(name, kind)
             yield from self._yield_heat_and_cold_facts(name, kind)
-            yield from self._yield_removal_facts(name, kind)
+            yield from self._yield_substance_removal_facts(name, kind)
             yield from self._yield_facts_on_products_and_attachments(name, kind)
         yield from self._yield_facts_on_sliced_halves()
         for name, substance in sorted(self._gives):
@@ -327,7 +327,7 @@ class _SceneMaker:
         others = {
             p.fixed: has(kind, "sceneObject")
             and name in self._rooms
-            and name not in self._activity.objects_goal_may_move,
+            and name not in self._activity.objects_that_goal_may_move,
             p.floor: k.get_lemma(kind) in GROUND,
             p.sliceable: kind in rules.slice,
             p.diceable: kind in rules.dice and kind not in rules.slice,
@@ -367,7 +367,7 @@ class _SceneMaker:
             if cold is not None and cold.temperature <= 0 and self._kinds.has_ability(its_kind, "freezable"):
                 yield p.chills, (name, other)
 
-    def _yield_removal_facts(self, tool: str, tool_kind: str) -> _SceneFacts:
+    def _yield_substance_removal_facts(self, tool: str, tool_kind: str) -> _SceneFacts:
         washes = tool_kind == k.WASHER or self._kinds.has_ability(tool_kind, "drains")
         for other, substance in self._kind_of_each.items():
             if not self._kinds.has_ability(substance, "substance"):

@@ -106,11 +106,11 @@ def open_tasks(
     texts = packed if definitions is None else definitions
 
     @cache
-    def get_scene_builder() -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
+    def get_scene_builder_and_kinds() -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
         return open_scene_builder(pack, texts, supplement)
 
     def build_task(task_id: str) -> Task:
-        make_scene, known_kinds = get_scene_builder()
+        make_scene, known_kinds = get_scene_builder_and_kinds()
         activity, initial = make_scene(task_id)
         is_packed = packed.get(task_id) == texts[task_id]
         unknown = [kind for kind in sorted({*activity.synsets.values()}) if kind not in known_kinds]

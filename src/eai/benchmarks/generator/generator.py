@@ -75,7 +75,7 @@ from eai.tasks.goal_test import GoalTest, solves_task
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
-from eai.tasks.task_lines import list_plan
+from eai.tasks.task_lines import convert_plan_to_word_lists
 from eai.world.domain import Domain
 from eai.world.relation import iterate_bits
 from eai.world.state import State
@@ -393,7 +393,7 @@ class TaskGenerator:
 
         The returned task also has a temptation: a plan that reaches only the other goals.
         """
-        tempting = {"temptation": list_plan(task)}
+        tempting = {"temptation": convert_plan_to_word_lists(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(GoalByGoalPlan, self._planner, initial), self._listings
             temporal = TemporalGoalFinder(
@@ -405,7 +405,9 @@ class TaskGenerator:
                 [*(task_goal.formula for task_goal in task.goals), temporal.goal], rng
             )
             goals, plan = (*task.goals, goal(temporal.goal)), tuple(temporal.plan)
-            tempting = {"temptation": list_plan(replace(task, script=tuple(temporal.temptation)))}
+            tempting = {
+                "temptation": convert_plan_to_word_lists(replace(task, script=tuple(temporal.temptation)))
+            }
             return GeneratedTask(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
         guards = list(
             find_hazard_goals(self.benchmark.notation.english.hazards, self.benchmark.domain, words)

@@ -18,9 +18,9 @@ from eai.abilities.notation.goals import (
     SpellingAndArity,
     WrittenGoal,
     WrittenGoals,
-    make_sections_format,
+    make_goal_sections_format,
 )
-from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output_list
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_subgoals_in_output_list
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
@@ -135,7 +135,7 @@ def _keep_sections_if_known(sections: GoalSections) -> GoalSections | None:
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = make_sections_format(_keep_sections_if_known, _find_section_error)
+_FORM = make_goal_sections_format(_keep_sections_if_known, _find_section_error)
 
 
 def _read_goals_of_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
@@ -209,7 +209,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
 
     def domain_for_execution(self) -> Domain:
         """Return the domain for subgoals, which has an additional action for switching hands."""
-        return virtualhome.domain_with_hand_switch()
+        return virtualhome.make_domain_with_hand_switch()
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names in formulas about a scene: objects as the data set names them, or by class."""
@@ -221,7 +221,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
 
         Actions without objects need no brackets.
         """
-        return read_output_list(text, self._alone, ("actions_to_include",))
+        return read_subgoals_in_output_list(text, self._alone, ("actions_to_include",))
 
     def join(self, parts: Iterable[str]) -> str:
         """Return the subgoals as one answer."""

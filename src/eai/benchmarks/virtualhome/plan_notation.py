@@ -28,7 +28,7 @@ from eai.abilities.notation.plan_form import (
     StepList,
     WrittenPlan,
     WrittenStep,
-    join_item_steps,
+    join_steps_of_items,
     make_plan_format,
     read_labelled_step,
     read_steps_keyed_by_action,
@@ -193,7 +193,7 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
 
     def read_step_list(value: object) -> StepList | None:
         if isinstance(value, list):
-            return join_item_steps(value, read_step_list)
+            return join_steps_of_items(value, read_step_list)
         if not isinstance(value, JsonObject):
             return None
         if value.members == ((_STEPS, []),):

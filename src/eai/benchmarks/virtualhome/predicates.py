@@ -242,7 +242,7 @@ def _make_origin_predicate(origin_relation_index: int, name: str) -> LookupPredi
     )
 
 
-def _require_objects_on(support: f.Variable, min_count: int) -> f.Formula:
+def _make_min_object_count_formula(support: f.Variable, min_count: int) -> f.Formula:
     """Return the formula that holds if at least `min_count` different objects are on the object `support`."""
     things = [f.Variable(f"y{i}") for i in range(min_count)]
     formula: f.Formula = f.And(())
@@ -264,7 +264,9 @@ def _make_full_seat_predicate(name: str, capacities: Mapping[str, int]) -> Compu
         return state.relation("ONTOP").column(seat).bit_count() >= capacity
 
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
-    sized = tuple(is_a(X, *categories) & _require_objects_on(X, n) for n, categories in by_size.items())
+    sized = tuple(
+        is_a(X, *categories) & _make_min_object_count_formula(X, n) for n, categories in by_size.items()
+    )
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
     return ComputedPredicate(
         name, 1, is_seat_full, ("ONTOP",), DefinedPredicate(name, (X,), f.Or((*sized, others)))

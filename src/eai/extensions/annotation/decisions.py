@@ -192,7 +192,7 @@ def find_changes_made_by_demonstration(task: Task, domain: Domain) -> Demonstrat
     """
     if not task.script:
         raise InputError(f"{task.id}: the task has no plan, so it is no demonstration")
-    final = _find_final_state(task, domain)
+    final = _find_final_state_of_demonstration(task, domain)
     changed = _find_changed_objects_mask(task.initial, final)
     predicates = task.scene.vocabulary.predicates
     facts = (
@@ -209,7 +209,7 @@ def find_changes_made_by_demonstration(task: Task, domain: Domain) -> Demonstrat
     return DemonstrationChanges(task, tuple(facts), tuple(action.operator for action in task.script))
 
 
-def _find_final_state(task: Task, domain: Domain) -> State:
+def _find_final_state_of_demonstration(task: Task, domain: Domain) -> State:
     if task.annotated_final is not None:
         return task.annotated_final
     done = execute_plan(domain, task.initial, task.script)

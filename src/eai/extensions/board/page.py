@@ -115,9 +115,7 @@ def build_page_and_count_submissions(
         DataError: the data set cannot be obtained.
     """
     places = [each for path in paths for each in _find_submissions_and_seasons(path)]
-    seasons = [
-        _read_leaderboard_season_tasks_and_html(place) for place in places if (place / MANIFEST).is_file()
-    ]
+    seasons = [_read_season_benchmark_and_html(place) for place in places if (place / MANIFEST).is_file()]
     opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
     @cache
@@ -132,7 +130,7 @@ def build_page_and_count_submissions(
         if name in submissions:
             raise InputError(f"{place}: another submission has the name {name}; rename one")
         report_submission(name)
-        with _unpack_checked_submission(place) as folder:
+        with _unpack_and_check_submission(place) as folder:
             submissions[name] = _score_submission(name, folder, opened, open_suite_of_domain)
     return _build_page_html(submissions, [html for _, html in seasons]), len(submissions)
 
@@ -160,7 +158,7 @@ def _read_submission_name(place: Path) -> str:
 
 
 @contextmanager
-def _unpack_checked_submission(place: Path) -> Iterator[Path]:
+def _unpack_and_check_submission(place: Path) -> Iterator[Path]:
     """Unpack a submission and yield its folder. Raise InputError if it has links or is too large."""
     if place.is_symlink():
         raise InputError(f"{place}: is a link; a submission must be a folder or a zip")
@@ -239,7 +237,7 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
     return answers
 
 
-def _read_leaderboard_season_tasks_and_html(folder: Path) -> tuple[Benchmark | None, str]:
+def _read_season_benchmark_and_html(folder: Path) -> tuple[Benchmark | None, str]:
     """Return the tasks of a season (None before they are published), and HTML that describes the season.
 
     Raises:

@@ -88,7 +88,7 @@ def build_submission(
         if name is not None and (PurePosixPath(name).name != name or not name.strip(".")):
             raise InputError(f"{name!r}: expected the name of a folder, not a path")
     files = find_response_files(run)
-    model = model or _find_only_model(run, files)
+    model = model or _find_name_of_single_model(run, files)
     expected = get_identifiers_by_submission_file(store, prompts)
     members = {}
     for domain, ability in _SUITES:
@@ -208,7 +208,7 @@ def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None)
     return tuple(i if i.startswith(SCENE_PREFIX) else convert_published_id(i) for i in identifiers)
 
 
-def _find_only_model(run: Path, files: Sequence[Path]) -> str:
+def _find_name_of_single_model(run: Path, files: Sequence[Path]) -> str:
     names = sorted({file.parent.name for file in files if file.name == f"{file.parent.name}{SUFFIX}"})
     if len(names) != 1:
         raise InputError(f"{run}: expected the answers of one model, found {', '.join(names) or 'none'}")

@@ -49,13 +49,13 @@ def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     """
     verdict = suite.score(task_id, text)
     if verdict.excluded is not None:
-        return _make_invalid_rewards(suite, task_id, verdict.excluded)
+        return _make_rewards_of_invalid_answer(suite, task_id, verdict.excluded)
     if verdict.error is not None and verdict.error.check in (UNREPLAYABLE, RAISED):
-        return _make_invalid_rewards(suite, task_id, verdict.error.detail)
+        return _make_rewards_of_invalid_answer(suite, task_id, verdict.error.detail)
     return {**_compute_reward_and_rates(suite, verdict), "valid": 1.0}
 
 
-def _make_invalid_rewards(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
+def _make_rewards_of_invalid_answer(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
     print(reason, file=sys.stderr)
     return {**_compute_reward_and_rates(suite, suite.score(task_id, "")), "valid": 0.0}
 
@@ -98,7 +98,7 @@ def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[st
     try:
         return compute_rewards(suite, task_id, read_text_of_ended_episode(folder, suite, task_id))
     except InputError as error:
-        return _make_invalid_rewards(suite, task_id, str(error))
+        return _make_rewards_of_invalid_answer(suite, task_id, str(error))
 
 
 def main() -> None:

@@ -215,7 +215,9 @@ def _read_turns(path: Path, lines: Sequence[tuple[int, str]]) -> list[tuple[str,
     return [(action, "\n".join(replies)) for action, replies in turns]
 
 
-def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark) -> LoggedEpisode:
+def _add_replay_results(
+    episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark
+) -> LoggedEpisode:
     """Replay an episode in the game that its name or first observation determines."""
     games = _find_tasks_of_episode(episode, tasks)
     if len(games) != 1:
@@ -278,4 +280,4 @@ def _translate_steps_to_commands(
             yield "" if puts else None
 
 
-ALFWORLD = LogReader("ALFWorld", _is_alfworld_log, _read_episodes, _replay)
+ALFWORLD = LogReader("ALFWorld", _is_alfworld_log, _read_episodes, _add_replay_results)

@@ -39,7 +39,7 @@ def make_table_of_same_named_tasks(
     rows = [
         (
             name,
-            ", ".join(map(_name_outcome, of_task)),
+            ", ".join(map(_format_setting_and_outcome, of_task)),
             *_make_cells_of_same_named_task(tasks[name], benchmark),
         )
         for name, of_task in by_task.items()
@@ -47,7 +47,7 @@ def make_table_of_same_named_tasks(
     yield from sorted(rows, key=lambda row: (row[6] is None, row[6]))
 
 
-def _name_outcome(episode: LoggedEpisode) -> str:
+def _format_setting_and_outcome(episode: LoggedEpisode) -> str:
     is_late = episode.ending is Ending.OUT_OF_TIME
     return f"{episode.setting}: {episode.outcome.value}" + is_late * f" ({episode.ending.value})"
 

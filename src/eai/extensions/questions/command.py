@@ -31,7 +31,7 @@ from eai.extensions.questions.question import Question, QuestionForm, QuestionKi
 from eai.extensions.questions.shortcuts import (
     compute_answer_entropy,
     compute_guess_probabilities,
-    compute_shortcut_rates,
+    compute_success_rates_of_shortcuts,
     find_best_shortcut,
 )
 from eai.extensions.questions.writer import QuestionGenerator
@@ -158,4 +158,7 @@ def _print_best_rates_of_guessing_and_shortcuts(
 def _compute_success_rates_of_shortcuts(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
     guesses = compute_guess_probabilities(questions)
     groups = group_pairs(((question.kind, question.form), question) for question in questions)
-    return {kind_and_form: compute_shortcut_rates(group, guesses) for kind_and_form, group in groups.items()}
+    return {
+        kind_and_form: compute_success_rates_of_shortcuts(group, guesses)
+        for kind_and_form, group in groups.items()
+    }

@@ -184,7 +184,7 @@ def make_why_not_question(
         Action(operator.name, tuple(rng.sample(setting.non_agent_object_indices, operator.arity)))
         for _ in range(_RANDOM_BINDINGS)
     ]
-    unmet = {each: setting.find_unmet_requirements(state, each) for each in drawn}
+    unmet = {each: setting.find_numbers_of_unmet_requirements(state, each) for each in drawn}
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None

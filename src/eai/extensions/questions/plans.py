@@ -115,7 +115,9 @@ def _find_outcome_of_plan(
     states = _find_states(setting, start, plan[executed_steps:])
     position = executed_steps + len(states) - 1
     if position < len(plan):
-        return _PlanOutcome((), position, setting.find_unmet_requirements(states[-1], plan[position])[0])
+        return _PlanOutcome(
+            (), position, setting.find_numbers_of_unmet_requirements(states[-1], plan[position])[0]
+        )
     return _PlanOutcome(
         tuple([n for n, held in enumerate(setting.evaluate_goals(states[-1]), 1) if not held])
     )

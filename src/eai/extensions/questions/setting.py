@@ -108,7 +108,7 @@ class QuestionSetting:
         binding = operator.bind(state, action.arguments)
         return operator.apply(state, binding) if operator.is_possible(state, binding) else None
 
-    def find_unmet_requirements(self, state: State, action: Action) -> tuple[int, ...]:
+    def find_numbers_of_unmet_requirements(self, state: State, action: Action) -> tuple[int, ...]:
         """Return which requirements of an action are not met: their numbers, counted from 1."""
         operator = self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
@@ -189,7 +189,8 @@ class QuestionSetting:
         """Whether an action can never be possible, because of the kinds of its objects."""
         checks = self.domain.compiled_operators[action.operator].operator.checks
         return any(
-            checks[n - 1].fault is FaultKind.AFFORDANCE for n in self.find_unmet_requirements(state, action)
+            checks[n - 1].fault is FaultKind.AFFORDANCE
+            for n in self.find_numbers_of_unmet_requirements(state, action)
         )
 
 

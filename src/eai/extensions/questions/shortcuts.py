@@ -440,7 +440,9 @@ def compute_guess_probabilities(questions: Sequence[Question]) -> dict[str, floa
     }
 
 
-def compute_shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
+def compute_success_rates_of_shortcuts(
+    questions: Sequence[Question], guesses: Mapping[str, float]
+) -> dict[str, Rate]:
     """Return the rate of right answers of guessing and of each shortcut, by name.
 
     If a question records no value for a shortcut, the probability of a right guess is used.

@@ -245,7 +245,7 @@ class QuestionGenerator:
         if group.failures == _MAX_FAILURES:
             return None
         turn, group.turn = group.turn, group.turn + 1
-        for draft in self._make_drafts(self._take_tasks(group, seed), group, turn, seed):
+        for draft in self._make_drafts(self._yield_next_task_ids(group, seed), group, turn, seed):
             question, closed = self._write_question_and_prompt_without_rules(draft, group, turn)
             prompt_hash = hashlib.sha256(question.prompt.encode()).digest()
             if prompt_hash in group.prompt_hashes:
@@ -262,7 +262,7 @@ class QuestionGenerator:
         group.failures += 1
         return None
 
-    def _take_tasks(self, group: _QuestionGroupProgress, seed: int) -> Iterator[str]:
+    def _yield_next_task_ids(self, group: _QuestionGroupProgress, seed: int) -> Iterator[str]:
         """Yield the ids of the tasks to try next for a group of questions.
 
         All groups use one random order of the tasks, but begin at different positions.

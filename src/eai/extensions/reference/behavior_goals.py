@@ -45,7 +45,7 @@ def split_condition_into_predicate_and_objects(condition: Value) -> tuple[Value,
     return parts
 
 
-def _find_kind(predicate: Value) -> GoalKind | None:
+def _find_goal_kind(predicate: Value) -> GoalKind | None:
     """Return whether a predicate is a state or a relation, as a kind of goal; None for unknown predicates."""
     if predicate in STATES:
         return GoalKind.STATE
@@ -114,7 +114,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
         unknown = [[name for name in names if name not in self._objects] for _, *names in formed]
         groups = self._split_into_matched_additional_missing_conditions(conditions)
         kinds = [
-            [_find_kind(split_condition_into_predicate_and_objects(condition)[0]) for condition in group]
+            [_find_goal_kind(split_condition_into_predicate_and_objects(condition)[0]) for condition in group]
             for group in groups
         ]
         matched, wrong, missing = [tuple(map(_format_condition, group)) for group in groups]
@@ -126,7 +126,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             predicted=len(conditions),
             ill_formed=len(seen) - len(formed),
             hallucinated=tuple(str(names[0]) for names in unknown if names),
-            unknown_predicates=tuple(str(parts[0]) for parts in seen if _find_kind(parts[0]) is None),
+            unknown_predicates=tuple(str(parts[0]) for parts in seen if _find_goal_kind(parts[0]) is None),
             matched=matched,
             wrong=wrong,
             missing=missing,

@@ -178,7 +178,7 @@ class PublishedOperatorRules(OperatorScoringRules):
             )
             for operator in gold
         ]
-        return OperatorJudgement(tuple(missing), self.empty_result)
+        return OperatorJudgement(tuple(missing), self.result_without_operators)
 
     def plan_with_each_operator_of_answer(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
@@ -196,7 +196,7 @@ class PublishedOperatorRules(OperatorScoringRules):
             return {}
         gold = task.domain.operators
         tried = {
-            operator.name: _replace_part(operator, gold[operator.name], replaced_part)
+            operator.name: _replace_part_of_gold_operator(operator, gold[operator.name], replaced_part)
             for operator in written
             if operator.name in gold
         }
@@ -248,7 +248,9 @@ def _compare_operators(
     )
 
 
-def _replace_part(written: OperatorText, gold: OperatorText, replaced: ReplacedPart) -> OperatorText:
+def _replace_part_of_gold_operator(
+    written: OperatorText, gold: OperatorText, replaced: ReplacedPart
+) -> OperatorText:
     match replaced:
         case "precondition":
             return replace(gold, precondition=written.precondition)

@@ -128,7 +128,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         """
         try:
             outcome = super()._explore_executions_of_subgoals(compiled)
-        except _ReferenceCrashError as halt:
+        except _EaiEvalCrashError as halt:
             return reject_unparseable(str(halt))
         if isinstance(outcome, RejectedAnswer):
             return outcome
@@ -153,7 +153,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return _set_counted_errors(super()._make_rejection_verdict(rejected), {})
 
 
-class _ReferenceCrashError(Exception):
+class _EaiEvalCrashError(Exception):
     """Raised for a subgoal at which eai-eval raises an exception. The message says why."""
 
 
@@ -164,7 +164,7 @@ def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
     """
 
     def plans(state: State) -> SubgoalPlans:
-        raise _ReferenceCrashError(reason)
+        raise _EaiEvalCrashError(reason)
 
     return plans
 

@@ -85,7 +85,7 @@ def list_plans_for_atom(predicate: str, arguments: Sequence[int], state: State) 
             return []
 
 
-def make_action_plans(action: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
+def make_plans_for_action(action: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
     """Return the plans for a subgoal that is an action: a list with one plan."""
     act = Action(action, tuple(arguments))
     if not arguments:
@@ -178,7 +178,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             )
         if isinstance(literal, Occurs):
             action = self.lexicon.to_action(literal)
-            return lambda state: SubgoalPlans(make_action_plans(*action, state))
+            return lambda state: SubgoalPlans(make_plans_for_action(*action, state))
         atom = self.lexicon.to_literal(literal)
         if atom is None:
             raise AssertionError(f"expected an atom about objects of the task, found {format_ltl(literal)}")

@@ -51,7 +51,7 @@ def make_parts_that_show_states(body: Body) -> Iterator[ObjectBodyPart]:
     for state, (colour, many, size) in _SPECKS.items():
         for part in largest:
             number = max(3, round(many * _estimate_area(part.box) / total))
-            yield from _spread_dots(part, state, colour, number, size)
+            yield from _make_dots_on_part(part, state, colour, number, size)
 
 
 def _make_power_light(body: Body) -> ObjectBodyPart:
@@ -67,7 +67,7 @@ def _estimate_area(box: Box) -> float:
     return float(x * y + y * z + z * x)
 
 
-def _spread_dots(
+def _make_dots_on_part(
     part: ObjectBodyPart, state: str, colour: Vector, dot_count: int, size: float
 ) -> Iterator[ObjectBodyPart]:
     half = (part.box[1] - part.box[0]) / 2

@@ -23,10 +23,10 @@ def answer_queries_from_standard_input() -> None:
         os.dup2(nothing.fileno(), 0)  # a query that names /dev/stdin must not read the requests
     os.dup2(2, 1)  # libraries may print
     for line in requests:
-        print(_answer_line(line), file=results, flush=True)
+        print(_make_reply_to_line(line), file=results, flush=True)
 
 
-def _answer_line(line: str) -> str:
+def _make_reply_to_line(line: str) -> str:
     request = json.loads(line)
     reply: dict[str, Json]
     try:

@@ -68,7 +68,7 @@ class PlanStateCache:
         self._after: dict[tuple[int, Action], tuple[int | None, bool]] = {}
         self._missed: dict[int, tuple[Subgoal, ...]] = {}
 
-    def take_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
+    def compute_moment_after_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
         """Return the moment (`PlanMoment`) after a step, or None if the step is impossible.
 
         The moment's number of executed goal operators rises if the step executes the next operator that the
@@ -125,7 +125,7 @@ class PlanStateCache:
         """
         moments = [*earlier_path[: first_entry + 1]]
         for _, action in plan[first_entry:]:
-            after = moments[-1] if action is None else self.take_step(moments[-1], action)
+            after = moments[-1] if action is None else self.compute_moment_after_step(moments[-1], action)
             if after is None:
                 break
             moments.append(after)
@@ -139,7 +139,7 @@ class PlanStateCache:
         failed = 0
         for action in steps:
             if action is not None:
-                after = self.take_step(moment, action)
+                after = self.compute_moment_after_step(moment, action)
                 failed += after is None
                 moment = after or moment
         number, taken = moment
@@ -265,7 +265,7 @@ class _HelpingEditFinder:
     ) -> list[HelpingEdits]:
         helping_edits: list[HelpingEdits] = []
         actions = {
-            **self._change_finder.find_actions_making_any(fact_changes),
+            **self._change_finder.find_actions_making_any_change(fact_changes),
             **{
                 a: None
                 for n in sorted(operator_names)
@@ -286,7 +286,7 @@ class _HelpingEditFinder:
             if entry.is_kept and undoes:
                 helping_edits.append((position - 1, (None,)))
             if not earlier_changes <= fact_changes:
-                actions |= self._change_finder.find_actions_making_any(earlier_changes - fact_changes)
+                actions |= self._change_finder.find_actions_making_any_change(earlier_changes - fact_changes)
                 insertions = tuple(actions)
                 fact_changes |= earlier_changes
         return helping_edits

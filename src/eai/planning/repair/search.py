@@ -241,7 +241,7 @@ class Repairer:
             skipped_before: number of steps left out just before this step.
             effort: counter of the effort for making steps possible.
         """
-        after = self.states.take_step(moment, step)
+        after = self.states.compute_moment_after_step(moment, step)
         if after is not None:
             return (step,), after
         before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
@@ -322,19 +322,19 @@ class Repairer:
                     yield PlanEdit(position, position, None)
                 else:
                     candidates = dict(find_edits(without, path_without)).get(position, ())
-                yield from self._complete_edit_with_action(
+                yield from self._generate_edits_inserting_actions(
                     plan, PlanEdit(position, position, None), path[position], candidates, landmarks
                 )
             else:
-                yield from self._complete_edit_with_action(
+                yield from self._generate_edits_inserting_actions(
                     plan, PlanEdit(position, None, None), path[position], actions, landmarks
                 )
                 if position < len(plan) and (position, (None,)) not in helping:
-                    yield from self._complete_edit_with_action(
+                    yield from self._generate_edits_inserting_actions(
                         plan, PlanEdit(position, position, None), path[position], actions, landmarks
                     )
 
-    def _complete_edit_with_action(
+    def _generate_edits_inserting_actions(
         self,
         plan: PlanSteps,
         edit: PlanEdit,
@@ -359,7 +359,7 @@ class Repairer:
             ):
                 continue
             if self.states.get_step_outcome(moment[0], action)[1] and self._succeeds_from(
-                self.states.take_step(moment, action), rest
+                self.states.compute_moment_after_step(moment, action), rest
             ):
                 yield edit._replace(action=action)
 
@@ -622,5 +622,5 @@ class _RepairSearch:
         """Whether an inserted action is impossible at its position, or changes nothing."""
         if node.cost.insertions:
             return False
-        after = self._states.take_step(node.path[position], action)
+        after = self._states.compute_moment_after_step(node.path[position], action)
         return after is None or after == node.path[position]

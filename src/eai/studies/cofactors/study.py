@@ -128,13 +128,13 @@ def make_bin_function(feature: str, values: Iterable[int], width: int) -> Callab
     highest = max(values, default=0)
     if feature != STEPS:
         if highest > 1000:
-            return _find_decade_bounds
+            return _find_bin_between_powers_of_ten
         sizes = (nice * 10**power for power in range(4) for nice in _BIN_SIZES)
         width = next(size for size in sizes if highest // size < _MAX_BINS)
     return lambda value: (value // width * width, value // width * width + width - 1)
 
 
-def _find_decade_bounds(value: int) -> tuple[int, int]:
+def _find_bin_between_powers_of_ten(value: int) -> tuple[int, int]:
     if value < 2:
         return value, value
     power = 10 ** int(math.log10(value) + 1e-9)
@@ -309,7 +309,7 @@ def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) 
 def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerScoreName) -> Figures:
     adjusted, _, curves, by_action, by_predicate = tables
     for suite, rows in group_rows_by_suite(curves).items():
-        yield name_suite_figure(suite, "curves", draw_feature_curves(rows, f"{measure}, percent"))
+        yield name_suite_figure(suite, "curves", draw_success_by_feature(rows, f"{measure}, percent"))
     for suite, rows in group_rows_by_suite(adjusted).items():
         yield name_suite_figure(suite, "adjusted", draw_feature_effects(rows))
     for suite, rows in group_rows_by_suite(by_action).items():
@@ -335,7 +335,7 @@ _HEIGHT = 1.9
 _EFFECT_ROW = 0.3
 
 
-def draw_feature_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None:
+def draw_success_by_feature(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None:
     """Draw success by feature, one panel per feature; return None if no feature is known.
 
     The line of the mean of all models has intervals. Each model has a thin line without intervals.

@@ -47,7 +47,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
         graph = graphs.get(task.id)
         if graph is None:
             return task
-        seen = apply_scene_graph(task, words, graph)
+        seen = replace_scene_by_scene_graph(task, words, graph)
         unseen = {item.name for item in seen.scene.objects if item.category == UNSEEN}
         goals = [goal for goal in seen.goals if unseen.isdisjoint(find_object_names(goal.formula))]
         return replace(seen, goals=tuple(goals))
@@ -55,7 +55,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
     return benchmark.with_changed_tasks(replace_scene_of_task)
 
 
-def apply_scene_graph(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Task:
+def replace_scene_by_scene_graph(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Task:
     """Return the task with the scene that a scene graph describes."""
     true_graph = words.make_true_graph(task)
     if set(graph.facts) == set(true_graph.facts) and set(graph.mentioned_objects) == set(true_graph.objects):

@@ -120,7 +120,9 @@ class _NoisySceneGraphMaker:
         self._names = words.list_object_names(task)
         agent = None if task.scene.agent is None else self._names[task.scene.agent]
         objects = [name for name in self._truth.objects if name != agent]
-        self._unseen = {name for name in objects if self._seed_random("unseen", name).random() < noise.unseen}
+        self._unseen = {
+            name for name in objects if self._make_seeded_random("unseen", name).random() < noise.unseen
+        }
         self._seen_names = [name for name in self._truth.objects if name not in self._unseen]
         described = {name for fact in self._truth.facts for name in fact.arguments}
         self._described_names = [name for name in objects if name in described and name not in self._unseen]
@@ -133,7 +135,7 @@ class _NoisySceneGraphMaker:
 
     def perceive_scene(self) -> SceneGraph:
         visible = [fact for fact in self._truth.facts if self._unseen.isdisjoint(fact.arguments)]
-        draws = {fact: self._seed_random("fact", str(fact)).random() for fact in visible}
+        draws = {fact: self._make_seeded_random("fact", str(fact)).random() for fact in visible}
         kept = [fact for fact in visible if draws[fact] >= self._noise.missing]
         moved = [
             fact for fact in kept if draws[fact] >= 1 - self._noise.misplaced and len(fact.arguments) == 2
@@ -145,7 +147,7 @@ class _NoisySceneGraphMaker:
             facts[fact] = self._misplace_object(fact, facts)
             self._supports.add_fact(facts[fact])
         in_order = [facts[fact] for fact in kept]
-        in_order += self._draw_unnecessary_facts(visible, in_order)
+        in_order += self._draw_untrue_facts(visible, in_order)
         doubles = dict(self._draw_objects_with_duplicates())
         in_order += [
             extra
@@ -159,11 +161,11 @@ class _NoisySceneGraphMaker:
     ) -> SceneGraphFact:
         """Return the relation with its second object replaced; unchanged if no other object is possible."""
         seen, objects = set(listed_by_true_fact.values()), list(self._described_names)
-        self._seed_random("place", str(fact)).shuffle(objects)
+        self._make_seeded_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
         return next((other for other in others if self._is_new_untrue_fact(other, seen)), fact)
 
-    def _draw_unnecessary_facts(
+    def _draw_untrue_facts(
         self, visible_facts: Sequence[SceneGraphFact], listed_facts: Sequence[SceneGraphFact]
     ) -> list[SceneGraphFact]:
         """Return random untrue facts for a scene graph, at most as many as there are visible facts.
@@ -178,7 +180,7 @@ class _NoisySceneGraphMaker:
             if name not in words.holding_predicate_names
         ]
         for fact in visible_facts:
-            draw = self._seed_random("more", str(fact))
+            draw = self._make_seeded_random("more", str(fact))
             if draw.random() >= self._noise.unnecessary:
                 continue
             drawn = (self._draw_fact(draw, predicates) for _ in range(_MAX_DRAWS))
@@ -218,7 +220,7 @@ class _NoisySceneGraphMaker:
         for name in self._seen_names:
             if (
                 name in self._described_names
-                and self._seed_random("double", name).random() < self._noise.invented
+                and self._make_seeded_random("double", name).random() < self._noise.invented
             ):
                 duplicate = _make_unused_name(name, taken)
                 taken.add(duplicate)
@@ -234,10 +236,10 @@ class _NoisySceneGraphMaker:
         facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
         if not facts:
             return None
-        chosen = self._seed_random("of double", name).choice(facts)
+        chosen = self._make_seeded_random("of double", name).choice(facts)
         return chosen._replace(arguments=(duplicate, *chosen.arguments[1:]))
 
-    def _seed_random(self, error_kind: str, fact_or_object: str) -> random.Random:
+    def _make_seeded_random(self, error_kind: str, fact_or_object: str) -> random.Random:
         """Return the random generator for one possible error, seeded by its kind and its fact or object."""
         digest = hashlib.sha256(f"{self._key} {error_kind} {fact_or_object}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - noise, not secrets

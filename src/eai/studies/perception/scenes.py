@@ -20,7 +20,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
 from eai.results.epochs import ModelBeliefsInPrompts
-from eai.studies.perception.belief import apply_scene_graph, make_scene_graph_vocabulary
+from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scene_by_scene_graph
 from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import perceive_with_noise
@@ -41,7 +41,7 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _make_beliefs_about_scenes(
+def _make_beliefs_with_scene_format(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> ModelBeliefsInPrompts:
     """Return perceived scenes, which questions state instead of the true scenes, with the scene format."""
@@ -61,12 +61,14 @@ def make_scene_beliefs(
         words: the names of predicates and objects in scene graphs.
         graphs: the scene graphs by task id; tasks without a graph are left out.
     """
-    beliefs = {i: BelievedTask(apply_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()}
+    beliefs = {
+        i: BelievedTask(replace_scene_by_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()
+    }
     errors = {
         i: dataclass_to_json(find_perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()
     }
     about = {i: {SCENE: graph.json_text} for i, graph in graphs.items()}
-    return _make_beliefs_about_scenes(
+    return _make_beliefs_with_scene_format(
         label, beliefs, metadata=about, summaries={i: {STUDY: summary} for i, summary in errors.items()}
     )
 
@@ -104,7 +106,7 @@ def make_scenes_stated_in_questions(
         words = make_scene_graph_vocabulary(benchmark)
         seen = {i: perceive_with_noise(task, words, options.noise) for i, task in tasks.items()}
         return replace(make_scene_beliefs(options.options_label, tasks, words, seen), look=look)
-    return _make_beliefs_about_scenes(
+    return _make_beliefs_with_scene_format(
         options.options_label, _describe_true_scenes(options, benchmark, tasks, templates), look=look
     )
 
@@ -138,7 +140,7 @@ def _perceive_scene_before_attempt(
         ], {}
     words = make_scene_graph_vocabulary(benchmark)
     seen = perceive_with_noise(changed_task, words, options.noise, str(attempt))
-    return BelievedTask(apply_scene_graph(changed_task, words, seen)), {SCENE: seen.json_text}
+    return BelievedTask(replace_scene_by_scene_graph(changed_task, words, seen)), {SCENE: seen.json_text}
 
 
 def _add_scene_context(

@@ -157,7 +157,7 @@ class _RunsBySceneFormat:
             else {}
         )
 
-    def make_cost_of_perception_errors_cells(self, group: _TasksWithPerceptionErrors) -> Row:
+    def make_perception_error_cost_cells(self, group: _TasksWithPerceptionErrors) -> Row:
         """Return four cells on a group of tasks: number, metric, metric without errors, difference.
 
         The last two cells use answers to the same tasks whose questions showed the true scene, without errors
@@ -251,7 +251,7 @@ def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
             if task.percent_of_facts_missing == high == 0 or low < task.percent_of_facts_missing <= high
         ]
         if group:
-            yield (low, high, *runs.make_cost_of_perception_errors_cells(group))
+            yield (low, high, *runs.make_perception_error_cost_cells(group))
 
 
 @collect_rows_in_table("perception_kinds", ("kind", *_COSTS))
@@ -273,7 +273,7 @@ def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
         task for task in runs.tasks_with_perception_errors if len(task.perception_error_kinds) > 1
     ]
     yield from [
-        (kind, *runs.make_cost_of_perception_errors_cells(group)) for kind, group in groups.items() if group
+        (kind, *runs.make_perception_error_cost_cells(group)) for kind, group in groups.items() if group
     ]
 
 
@@ -305,7 +305,7 @@ def _make_predicate_row(name: str, runs: _RunsBySceneFormat) -> Row:
     lost_share = Estimate.from_cases(
         [task.make_contribution_to_rate(share) for task, share in zip(tasks, shares, strict=True)]
     )
-    return (name, lost_share, len(lost), *runs.make_cost_of_perception_errors_cells(only_lost))
+    return (name, lost_share, len(lost), *runs.make_perception_error_cost_cells(only_lost))
 
 
 def _make_cost_sort_key(row: Row) -> tuple[float, str]:

@@ -128,7 +128,7 @@ class _ModularAndPipelineRuns:
         when they are carried out, or the plan fails. `success`: the plan is right all the same.
         """
         records = self._select_common_records(self.pipeline)
-        successes = {case.task: case for case in self._make_main_metric_cases(records)}
+        successes = {case.task: case for case in self._list_contributions_to_main_metric(records)}
         breaks = {
             record.task_id: _find_first_failing_ability(record, successes[record.task_id])
             for record in records
@@ -197,7 +197,10 @@ class _ModularAndPipelineRuns:
                 )
                 success = next(iter(compare_runs(modular, pipeline).differences.values()))
                 only = len(success.only_first), len(success.only_second)
-                one, other = self._make_main_metric_cases(modular), self._make_main_metric_cases(pipeline)
+                one, other = (
+                    self._list_contributions_to_main_metric(modular),
+                    self._list_contributions_to_main_metric(pipeline),
+                )
                 perfect = [
                     case._replace(
                         share=make_rate_contribution_of_answer(self.reachable.get(case.task, False))
@@ -233,7 +236,7 @@ class _ModularAndPipelineRuns:
             "names what does not exist": _make_test_that_summary_field_is_set("stage_1_unknown"),
             "has ill-formed entries": _make_test_that_summary_field_is_set("stage_1_left_out"),
         }
-        successes = {case.task: case for case in self._make_main_metric_cases(records)}
+        successes = {case.task: case for case in self._list_contributions_to_main_metric(records)}
         for heading, is_so in kinds.items():
             cases = [successes[record.task_id] for record in records if is_so(record)]
             yield heading, len(cases), Estimate.from_cases(cases)
@@ -259,14 +262,15 @@ class _ModularAndPipelineRuns:
             tasks = {case.task for case in by_condition[condition] if case.share.numerator}
             sides = [
                 compute_rate(
-                    case.share for case in self._make_main_metric_cases(self._select_records(side, tasks))
+                    case.share
+                    for case in self._list_contributions_to_main_metric(self._select_records(side, tasks))
                 )
                 for side in (self.modular, self.pipeline)
             ]
             solved = [int(side.numerator) for side in sides]
             yield condition, Estimate.from_cases(by_condition[condition]), len(tasks), *solved
 
-    def _make_main_metric_cases(self, records: Sequence[Record]) -> Sequence[TaskContribution]:
+    def _list_contributions_to_main_metric(self, records: Sequence[Record]) -> Sequence[TaskContribution]:
         return make_contributions_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
     def _select_common_records(self, run_records: Sequence[Record]) -> list[Record]:
@@ -369,7 +373,8 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
     if chains and not any(map(_has_pipeline_options, runs)):
         return
     pairs = [
-        _make_pipeline_pair(*two, records.source, goals, search=search) for two in _pair_runs(records, runs)
+        _make_pipeline_pair(*two, records.source, goals, search=search)
+        for two in _pair_modular_and_pipeline_runs(records, runs)
     ]
     if not pairs and not chains:
         raise InputError(
@@ -389,7 +394,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
             yield _make_pair_analysis(pool_pipeline_pairs(of_kind), f"{len(of_kind)} pipelines", folder)
 
 
-def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
+def _pair_modular_and_pipeline_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
     """Yield pairs of runs that differ only in the goals in their questions: true or a model's goals."""
     plain = {run.key: run for run in runs if not _has_pipeline_options(run)}
     pipelines = [run for run in runs if _has_pipeline_options(run)]
@@ -430,13 +435,13 @@ def _make_pipeline_pair(
         if search:
             tasks = {record.task_id for record in pipeline.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
-            reachable = dict(_find_tasks_solved_with_stated_goals(benchmark, wanted, source))
+            reachable = dict(_check_whether_stated_goals_suffice(benchmark, wanted, source))
     return _ModularAndPipelineRuns(
-        modular.records, pipeline.records, reachable, conditions, _find_paper_percents_of_both_runs(key)
+        modular.records, pipeline.records, reachable, conditions, _find_paper_percents_by_metric(key)
     )
 
 
-def _find_tasks_solved_with_stated_goals(
+def _check_whether_stated_goals_suffice(
     benchmark: Benchmark, goal_answers: Mapping[str, str], source: Source
 ) -> Iterator[tuple[str, bool]]:
     """Yield each task id with whether a plan for a model's goals also reaches the true goals of the task."""
@@ -449,7 +454,7 @@ def _find_tasks_solved_with_stated_goals(
             yield task_id, bool(success)
 
 
-def _find_paper_percents_of_both_runs(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
+def _find_paper_percents_by_metric(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
     """Return metric -> the paper's percentages for a model, first of its modular run, then of its pipeline.
 
     Questions of the modular run state the true goals; those of the pipeline state goals that a model

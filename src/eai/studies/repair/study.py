@@ -73,7 +73,7 @@ def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
     most two), and one_edit (a single edit suffices).
     """
     for key, answers in repairs:
-        bounded = _select_repairs_with_known_bounds(answers)
+        bounded = _select_answers_with_known_distance_bounds(answers)
         if not bounded:
             continue
         near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in bounded]
@@ -83,7 +83,7 @@ def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
         yield (*key.protocol_domain_ability_and_name, len(bounded), len(answers) - len(bounded), *shares)
 
 
-def _select_repairs_with_known_bounds(
+def _select_answers_with_known_distance_bounds(
     answers: Sequence[tuple[Record, Repair]],
 ) -> list[tuple[Record, Repair]]:
     """Return the answers for which bounds of the smallest number of edits are known."""
@@ -98,7 +98,7 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
     for answers that a single edit makes right, the median number of different edits that do so.
     """
     for key, answers in repairs:
-        bounded = _select_repairs_with_known_bounds(answers)
+        bounded = _select_answers_with_known_distance_bounds(answers)
         times = Counter(min(r.distance, _MAX_DISTANCE) for _, r in bounded if r.distance is not None)
         ties = [r.ties for _, r in bounded if r.ties is not None]
         if times:

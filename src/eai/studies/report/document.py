@@ -59,7 +59,7 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
         ((table.title, format_suite_title(item.key.domain, item.key.ability)), pair)
         for table in map(read_paper_table, setting.tables_of_all_models)
         for item in ours
-        for pair in _list_paper_differences(table, item)
+        for pair in _list_differences_from_paper_rates(table, item)
     )
     return [_make_paper_agreement_row(table, suite, pairs) for (table, suite), pairs in by_table.items()]
 
@@ -82,7 +82,7 @@ def _make_paper_agreement_row(
     }
 
 
-def _list_paper_differences(table: PaperTable, summary: RunSummary) -> Iterator[tuple[float, str]]:
+def _list_differences_from_paper_rates(table: PaperTable, summary: RunSummary) -> Iterator[tuple[float, str]]:
     """Yield each difference from a rate in the paper, in percentage points, and a text with both rates."""
     model = map_files_to_paper_models()[summary.key.model]
     for column in table.columns:

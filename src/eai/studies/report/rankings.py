@@ -23,7 +23,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results import paper_tables
-from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_mean_intervals
+from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_intervals_of_weighted_mean
 from eai.results.coverage import TaskCoverage, combine_coverage
 from eai.results.paper_tables import PaperColumn, PaperTable, ScoresOfPublishedAnswers
 from eai.results.rate import Rate
@@ -359,7 +359,7 @@ def _average_scores_over_abilities(
     weighted = [
         (weight, cases[metric]) for metric, weight in compute_weights_of_averaged_metrics(percents).items()
     ]
-    return _make_score(percent, compute_mean_intervals(weighted), coverage)
+    return _make_score(percent, compute_intervals_of_weighted_mean(weighted), coverage)
 
 
 def _make_score(

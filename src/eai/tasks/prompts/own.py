@@ -19,7 +19,7 @@ from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.pddl.model import OBJECT, PddlDomain, get_variable_type
 from eai.pddl.writer import write_atom, write_axiom, write_domain, write_formula, write_problem, write_term
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.prompts.prompt import BelievedTask, Prompt, pack_prompts
+from eai.tasks.prompts.prompt import BelievedTask, Prompt, make_compact_prompt_mapping
 from eai.tasks.prompts.short import (
     RULES,
     explain_symbols_of_short_lists,
@@ -150,7 +150,9 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
         }
         return Prompt(templates.fill_template(f"{name}.txt", values), images=belief.images)
 
-    return pack_prompts((task_id, render_prompt(task_id, task)) for task_id, task in tasks.items())
+    return make_compact_prompt_mapping(
+        (task_id, render_prompt(task_id, task)) for task_id, task in tasks.items()
+    )
 
 
 def render_task_prompt(
@@ -284,7 +286,7 @@ def render_operator_prompts(
         }
         return Prompt(templates.fill_template("transition_modeling.txt", values))
 
-    return pack_prompts((task_id, render_prompt(task)) for task_id, task in tasks.items())
+    return make_compact_prompt_mapping((task_id, render_prompt(task)) for task_id, task in tasks.items())
 
 
 def _find_names_to_print(

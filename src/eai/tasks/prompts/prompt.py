@@ -115,7 +115,7 @@ class _PackedPrompts(Mapping[str, Prompt]):
         return len(self._packed)
 
 
-def pack_prompts(prompts: Iterable[tuple[str, Prompt]]) -> Mapping[str, Prompt]:
+def make_compact_prompt_mapping(prompts: Iterable[tuple[str, Prompt]]) -> Mapping[str, Prompt]:
     """Return a mapping from task ids to prompts that takes little memory, given pairs of id and prompt."""
     return _PackedPrompts(prompts)
 
