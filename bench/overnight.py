@@ -7,8 +7,8 @@ stands for the start of the command, and is subtracted before the exponent of gr
 time and memory are those that the system states for the process.
 
 Hours at the goal continue the line through the last two sizes. They are left out if the exponent is above
-1.15. Tasks of BEHAVIOR are never extrapolated, because the generator has too few different ones. Hours for
-tasks of VirtualHome leave out that copies become more frequent. Hours on eight cores are the hours of one
+1.15. Hours for generated tasks leave out that copies become more frequent. Tasks are not extrapolated if the
+command estimates that there are fewer different ones than the goal. Hours on eight cores are the hours of one
 process divided by eight, if the command takes `--workers`. Questions of one kind and form have one worker at
 a time, so questions are divided by 4.3. Memory is not extrapolated.
 
@@ -77,7 +77,8 @@ class WorkLine(NamedTuple):
         size: size of the goal.
         measure: returns the cost at a size, in an empty folder.
         workers: whether the command takes `--workers`.
-        is_extrapolated: whether the cost may be extrapolated if it is linear.
+        estimate: estimates from the results in a folder how many different tasks there are; None if unknown.
+            If they are fewer than the goal, the cost is not extrapolated.
         speedup: how many times faster the command is on eight cores.
     """
 
@@ -86,7 +87,7 @@ class WorkLine(NamedTuple):
     size: int
     measure: Callable[[int, Path], ChildCost]
     workers: bool = True
-    is_extrapolated: bool = True
+    estimate: Callable[[Path], int | None] = lambda folder: None
     speedup: float = _CORES
 
 
@@ -130,7 +131,7 @@ def make_lines(records: Sequence[Path]) -> Mapping[str, WorkLine]:
                 "eai generate",
                 100_000,
                 partial(measure_generation, like),
-                is_extrapolated=like != "behavior",
+                estimate=read_estimated_tasks,
             )
             for like in PAPER_BENCHMARKS
         },
@@ -168,7 +169,9 @@ def measure_line(line: WorkLine, scale: float, folder: Path, runs: int = 1) -> S
     )
     hours: Figure = "not extrapolated"
     on_cores: Figure = hours
-    if line.is_extrapolated and growth <= _MAX_EXPONENT:
+    different = line.estimate(place)
+    is_enough = different is None or different >= line.size
+    if is_enough and growth <= _MAX_EXPONENT:
         share = (line.size - sizes[1]) / (sizes[1] - sizes[0])
         seconds = many.seconds + share * (many.seconds - few.seconds)
         hours = round(seconds / 3600, 2)
@@ -177,6 +180,13 @@ def measure_line(line: WorkLine, scale: float, folder: Path, runs: int = 1) -> S
         f"{size:,}: {cost.seconds:,.1f} s, {cost.megabytes:,} MB" for size, cost in costs.items()
     )
     return (line.goal, f"`{line.command}`", measured, round(growth, 2), hours, on_cores)
+
+
+def read_estimated_tasks(folder: Path) -> int | None:
+    """Return the estimated number of different tasks, as `eai generate` wrote it; None if it wrote none."""
+    made = json.loads((folder / "generated.json").read_text(encoding="utf-8"))["sets"]["tasks"]
+    different = made["estimated_tasks"]
+    return None if different is None else int(different)
 
 
 def measure_generation(like: str, size: int, folder: Path) -> ChildCost:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import subprocess
 import sys
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.overnight import ChildCost, WorkLine, measure_line
+from bench.overnight import ChildCost, WorkLine, measure_line, read_estimated_tasks
 from bench.page import HEAD, PAGE, format_measurement, format_section, format_table, make_page
 from bench.record import describe_measurement
 from bench.result import (
@@ -164,6 +165,20 @@ def test_only_linear_costs_are_extrapolated(exponent: float, hours: Figure, tmp_
     assert growth == pytest.approx(exponent, abs=0.05)
     assert at_goal == hours
     assert on_cores == (1.25 if exponent == 1 else hours)
+
+
+@pytest.mark.parametrize(("different", "is_extrapolated"), [(None, True), (1_000, True), (999, False)])
+def test_tasks_are_extrapolated_only_if_there_are_enough(
+    tmp_path: Path, different: int | None, is_extrapolated: bool
+) -> None:
+    def measure(size: int, folder: Path) -> ChildCost:
+        made = {"sets": {"tasks": {"estimated_tasks": different if size == 100 else 0}}}
+        (folder / "generated.json").write_text(json.dumps(made), encoding="utf-8")
+        return ChildCost(36 + 36 * size, 100)
+
+    line = WorkLine("1,000 tasks", "eai generate", 1_000, measure, estimate=read_estimated_tasks)
+    *_, at_goal, on_cores = measure_line(line, 0.1, tmp_path)
+    assert (at_goal, on_cores) == ((10.01, 1.25) if is_extrapolated else ("not extrapolated",) * 2)
 
 
 def test_an_unknown_program_is_refused() -> None:
