@@ -225,7 +225,7 @@ def test_val_is_asked_where_that_is_wanted(
 
 
 def test_the_order_of_a_pair_does_not_say_which_has_a_plan(eai: Command, tmp_path: Path) -> None:
-    first, second = made(eai, tmp_path, "--kind", "pairs", "--seed", 2, n=1)
+    first, second = made(eai, tmp_path, "--kind", "pairs", "--seed", 0, n=1)
     assert [line["id"] for line in (first, second)] == sorted([str(first["id"]), str(second["id"])])
     assert first["missing"], "the one that was made first has a plan"
     assert not second["missing"]

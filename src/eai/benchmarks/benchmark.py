@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
@@ -19,6 +19,7 @@ from eai.logic.formula import Formula
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.domain import Domain
+from eai.world.state import Fact
 
 if TYPE_CHECKING:
     from eai.abilities.notation.subgoals import SubgoalNotation
@@ -81,6 +82,15 @@ AdditionalCounts: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
 """Function that opens a data set, and returns the names in its problem files and a reader of such files."""
 
+TaskObject: TypeAlias = tuple[Task, int]
+"""An object of a task: the task, and the index of the object in its scene."""
+
+CompareObjects: TypeAlias = Callable[[Sequence[TaskObject]], Iterable[Fact]]
+"""Returns the static facts that hold if objects of several tasks are in one scene, such as relations of size.
+
+Facts name objects by their positions in the sequence.
+"""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DataSet:
@@ -110,6 +120,10 @@ class DataSet:
         labels: goal predicate or action -> labels of tasks with such a goal, such as ``transport``, separated
             by spaces (`eai.benchmarks.labels`). A key may add a word of the first argument's category, as in
             ``real half``. It then replaces the labels of the key without the word.
+        compare_objects: returns the static facts about objects of several tasks. With it, generated tasks
+            have objects of several tasks even if goals of the data set have quantifiers.
+        model_of: returns the model of an object, such as a coffee table. In generated tasks, another object
+            of this model can be the place of objects. By default, any object of the category can.
     """
 
     title: str = ""
@@ -127,6 +141,8 @@ class DataSet:
     open_bddl: OpenWorld | None = None
     planner_seconds: int = 100
     labels: Mapping[str, str] = field(default_factory=dict)
+    compare_objects: CompareObjects | None = None
+    model_of: Callable[[Task, int], str] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,11 +12,15 @@ from eai.benchmarks.behavior.tasks import (
     assume_furniture_on_floor,
     build_tasks,
     collect_initial_relations,
+    compare_objects_of_tasks,
+    get_object_model,
     read_initial_relations,
     yield_initial_predicates_and_objects,
 )
+from eai.tasks.goal_text import make_task as make_plain_task
 from eai.tasks.source import TaskSet
 from eai.tasks.task import GoalKind
+from eai.world.state import Fact
 from logic.bddl_text import print_condition
 from oracle import read_shared
 
@@ -158,3 +162,54 @@ def test_the_digest_covers_data_and_evidence() -> None:
         build_tasks(records, EVIDENCE).sha256
         != build_tasks(TaskSet({}, {}.__getitem__, "1"), EVIDENCE).sha256
     )
+
+
+SIZES = ("ungraspable", "larger", "much_larger")
+
+
+def list_sizes(facts: Any) -> list[Fact]:
+    return sorted(fact for fact in facts if fact.predicate in SIZES)
+
+
+def test_objects_of_one_task_are_compared_as_in_the_task(behavior_tasks: BehaviorTasks) -> None:
+    for task in behavior_tasks.values():
+        objects = [(task, i) for i in range(len(task.scene.objects))]
+        assert list_sizes(compare_objects_of_tasks(objects)) == list_sizes(task.initial.facts())
+
+
+def test_objects_of_two_tasks_are_compared_by_their_volumes(behavior_tasks: BehaviorTasks) -> None:
+    """A large fridge of one scene is larger than another fridge, and an apple than its half."""
+    chosen = [
+        (task, i)
+        for name in ("fridge_97", "fridge_40", "apple_80", "apple_81_part_0")
+        for task in [next(task for task in behavior_tasks.values() if name in task.scene.index)]
+        for i in [task.scene.index[name]]
+    ]
+    assert len({task.id for task, _ in chosen}) == 3
+    assert list_sizes(compare_objects_of_tasks(chosen)) == sorted(
+        [
+            Fact("ungraspable", (0,)),
+            *[Fact("larger", pair) for pair in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))],
+            *[Fact("much_larger", pair) for pair in ((0, 2), (0, 3), (1, 2), (1, 3))],
+        ]
+    )
+
+
+def test_the_model_of_a_floor_names_its_room(behavior_tasks: BehaviorTasks) -> None:
+    models = {
+        task.scene.objects[i].name: get_object_model(task, i)
+        for task in behavior_tasks.values()
+        for i in range(len(task.scene.objects))
+    }
+    assert models["room_floor_kitchen_0"] == "room_floor_kitchen_"
+    assert models["coffee_table_12"] == "coffee_table"
+    assert models["apple_80_part_1"] == "half_apple"
+
+
+def test_only_tasks_of_the_data_set_are_compared(behavior_tasks: BehaviorTasks) -> None:
+    task = next(iter(behavior_tasks.values()))
+    made = make_plain_task("other", "-", task.initial)
+    with pytest.raises(TypeError, match="other"):
+        list(compare_objects_of_tasks([(made, 0)]))
+    with pytest.raises(TypeError, match="other"):
+        get_object_model(made, 0)

@@ -31,7 +31,7 @@ from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task
 from eai.world.action import Action
 
 pytestmark = pytest.mark.usefixtures("data_store")
-SEEDS = {"virtualhome": (0, 1), "behavior": (0, 4)}
+SEEDS = {"virtualhome": (0, 1), "behavior": (0, 1)}
 """Seeds that each give a pair."""
 
 

@@ -24,7 +24,7 @@ from eai.world.action import Action
 from eai.world.execution import execute_plan
 
 pytestmark = pytest.mark.usefixtures("data_store")
-SEEDS = {"virtualhome": (20,), "behavior": (17,)}
+SEEDS = {"virtualhome": (20,), "behavior": (5,)}
 """Seeds that each give a task."""
 
 

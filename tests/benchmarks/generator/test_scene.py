@@ -3,64 +3,22 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-import eai.logic.formula as f
-from benchmarks.generator.worlds import NOTHING_IS_USUAL
+from benchmarks.generator.kitchens import ON_TABLE, VOCABULARY, task, told, usual
 from eai.benchmarks.generator.scene import (
-    _make_free_name,
     _order_by_category,
     add_objects_of_other_tasks,
     add_objects_of_present_categories,
-    compose_scene_from_tasks,
-    list_mentioned_objects_by_category,
+    make_free_name,
     make_reduced_scene,
     restrict_state,
 )
-from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals
-from eai.tasks.goal_text import make_task
-from eai.tasks.task import Task, goal
-from eai.world import Predicate, Scene, Vocabulary, WorldObject
-from eai.world.state import Fact
-
-VOCABULARY = Vocabulary(
-    (
-        Predicate("on", 2),
-        Predicate("near", 2),
-        Predicate("part_of", 2, static=True),
-        Predicate("clean", 1),
-        Predicate("night", 0),
-    )
-)
-ON_TABLE = LiteralPattern("on", ("cup", "table"), True)
-KITCHEN: dict[str, Any] = {
-    "patterns": {("on", True): {ON_TABLE: 1.0}},
-    "taken_categories": frozenset({"cup", "plate"}),
-    "place_relations": ("on",),
-    "part_relations": ("part_of",),
-}
-
-
-def usual(**changes: Any) -> UsualGoals:
-    return replace(NOTHING_IS_USUAL, **{**KITCHEN, **changes})
-
-
-def task(things: Sequence[str], *facts: tuple[str, ...], relevant: Sequence[str] = ()) -> Task:
-    """Return a task. Names of its objects begin with their category: ``cup.1``. The agent is ``me.0``."""
-    objects = [WorldObject(name, name.partition(".")[0]) for name in things]
-    scene = Scene(VOCABULARY, objects, things.index("me.0") if "me.0" in things else None)
-    state = scene.state([Fact(name, tuple([things.index(each) for each in about])) for name, *about in facts])
-    made = make_task("t", "-", state)
-    return replace(made, relevant=tuple([things.index(name) for name in relevant or things]))
-
-
-def told(facts: Sequence[Fact], scene: Scene) -> set[str]:
-    return {" ".join([name, *(scene.objects[i].name for i in about)]) for name, about in facts}
-
+from eai.benchmarks.generator.usual_goals import LiteralPattern
+from eai.world import Scene, WorldObject
 
 HOME = (["cup.1", "table.1"], ("on", "cup.1", "table.1"), ("clean", "cup.1"))
 HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
@@ -113,78 +71,6 @@ def test_guests_fit_the_scene_and_keep_their_placement(
     assert names == [*here[0], *guests]
     expected = {f"on {guest} table.2" for guest in guests} | {f"clean {guest}" for guest in guests}
     assert told(found.facts(), found.scene) - told(closed.facts(), closed.scene) == expected
-
-
-def compose(
-    here: Task, others: Sequence[Task], prior: UsualGoals, seed: int = 0, most: int = 9
-) -> tuple[list[str], set[str]]:
-    """Return the names and the facts of a scene after objects of other tasks were added."""
-    donors = list_mentioned_objects_by_category(others)
-    state = compose_scene_from_tasks(here.initial, others, donors, prior, random.Random(seed), most)
-    return [thing.name for thing in state.scene.objects], told(state.facts(), state.scene)
-
-
-def test_objects_of_other_tasks_come_with_their_states_and_what_holds_them() -> None:
-    """The cup of another home stands on the same tray, which is on a table of this home."""
-    here = task(["me.0", "table.5", "plate.1"], ("on", "plate.1", "table.5"))
-    home = task(
-        ["cup.1", "tray.1", "table.1", "plate.1", "me.0"],
-        ("on", "cup.1", "tray.1"),
-        ("on", "cup.1", "table.1"),
-        ("on", "tray.1", "table.1"),
-        ("near", "cup.1", "plate.1"),
-        ("clean", "cup.1"),
-    )
-    needs_cup = replace(home, goals=(goal(f.Atom("clean", (f.Constant("cup.1"),))),))
-    names, facts = compose(here, [needs_cup], usual(taken_categories=frozenset()))
-    assert names == ["me.0", "table.5", "plate.1", "tray.3", "cup.4"]
-    assert facts == {
-        "on plate.1 table.5",
-        "on tray.3 table.5",
-        "on cup.4 tray.3",
-        "on cup.4 table.5",
-        "clean cup.4",
-    }
-    assert compose(here, [needs_cup], usual(taken_categories=frozenset()), most=4)[0] == names[:4]
-    assert compose(here, [home], usual())[0] == ["me.0", "table.5", "plate.1"]  # no goal needs the cup
-
-
-def test_an_object_of_another_task_is_left_out_if_its_place_does_not_fit() -> None:
-    """The tray of this home is on no table, and nothing is put on the agent."""
-    here = task(["me.0", "table.5", "tray.7"])
-    facts = [("on", "cup.1", "tray.1"), ("on", "cup.1", "table.1"), ("on", "tray.1", "table.1")]
-    on_tray = task(["cup.1", "tray.1", "table.1"], *facts)
-    on_agent = task(["cup.1", "me.0"], ("on", "cup.1", "me.0"))
-    for home in (on_tray, on_agent):
-        needs_cup = replace(home, goals=(goal(f.Atom("clean", (f.Constant("cup.1"),))),))
-        assert compose(here, [needs_cup], usual())[0] == ["me.0", "table.5", "tray.7"]
-    part = replace(on_tray, goals=(goal(f.Atom("clean", (f.Constant("tray.1"),))),))
-    bare = task(["me.0"])
-    assert compose(bare, [part], usual())[0] == ["me.0", "table.1", "tray.2"]
-    assert compose(bare, [part], usual(part_categories=frozenset({"tray"})))[0] == ["me.0"]
-
-
-@pytest.mark.parametrize(
-    ("changes", "facts", "is_moved"),
-    [
-        ({}, (), True),
-        ({"taken_categories": frozenset({"plate"})}, (), False),
-        ({"holding_predicate_names": frozenset({"near"})}, (("near", "me.0", "cup.1"),), False),
-        ({}, (("on", "plate.1", "cup.1"),), False),  # the plate would hang in the air
-        ({"place_relations": ()}, (), False),
-    ],
-)
-def test_half_of_the_portable_objects_get_a_place_of_another_task(
-    changes: dict[str, Any], facts: tuple[tuple[str, ...], ...], is_moved: bool
-) -> None:
-    things = ["me.0", "table.1", "shelf.1", "cup.1", "plate.1"]
-    here = task(things, ("on", "cup.1", "table.1"), ("near", "me.0", "cup.1"), ("clean", "cup.1"), *facts)
-    home = task(["shelf.9", "cup.9"], ("on", "cup.9", "shelf.9"))
-    before = told(here.initial.facts(), here.scene)
-    moved = {"on cup.1 shelf.1", "clean cup.1"}
-    found = [compose(here, [home], usual(**changes), seed)[1] for seed in range(40)]
-    assert all(after in (before, moved) for after in found)
-    assert (8 < found.count(moved) < 32) == is_moved == (moved in found)
 
 
 @pytest.mark.parametrize(
@@ -300,7 +186,7 @@ def test_two_objects_in_each_other_lose_both_facts() -> None:
     ],
 )
 def test_a_new_name_has_an_unused_number(name: str, there: list[str], expected: str) -> None:
-    assert _make_free_name(name, [WorldObject(each, "thing") for each in there]) == expected
+    assert make_free_name(name, [WorldObject(each, "thing") for each in there]) == expected
 
 
 def test_one_object_of_each_category_comes_before_a_second_one() -> None:

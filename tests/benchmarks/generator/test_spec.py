@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmarks.generator.spec import LENGTHS, PlanLengthTier, get_tier_of_length
+from eai.benchmarks.generator.spec import LENGTHS, PlanLengthTier, TaskSpecification, get_tier_of_length
 
 
 @pytest.mark.parametrize(
@@ -22,3 +22,12 @@ def test_a_tier_has_all_lengths_from_its_least_to_its_greatest(
 ) -> None:
     assert LENGTHS[tier] == (least, greatest)
     assert {get_tier_of_length(steps) for steps in range(least, greatest + 1)} == {tier}
+
+
+def test_only_changed_worlds_get_a_new_version_of_the_generator() -> None:
+    versions = {
+        like: TaskSpecification(like, "").version
+        for like in ("virtualhome", "behavior", "rules:behavior", "lamps:lamps")
+    }
+    assert versions == {"virtualhome": 8, "behavior": 9, "rules:behavior": 9, "lamps:lamps": 8}
+    assert TaskSpecification("behavior", "", version=8).sha256 != TaskSpecification("behavior", "").sha256

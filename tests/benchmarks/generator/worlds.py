@@ -39,6 +39,7 @@ NOTHING_IS_USUAL = UsualGoals(
     countable_categories=frozenset(),
     part_categories=frozenset(),
     holding_predicate_names=(),
+    unique_states=frozenset(),
 )
 """An empty prior, which tests of small worlds change."""
 
@@ -59,7 +60,7 @@ def generator(
     return TaskGenerator(benchmark, spec, source)
 
 
-PAIR_SEEDS = {"virtualhome": (0,), "behavior": (54,)}
+PAIR_SEEDS = {"virtualhome": (0,), "behavior": (3,)}
 """Seeds that give a pair, if the generator has made no pair before."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -166,6 +166,62 @@ def yield_initial_predicates_and_objects(
             yield "open", obj.name
 
 
+def list_volumes(record: BehaviorRecord, evidence: FactsMissingInDataSet) -> list[float]:
+    """Return the estimated volume in cubic metres of each object in the scene of a task."""
+    estimates = evidence.volumes
+    volumes = [estimates.get_volume(record.scene, obj.name, obj.model) for obj in record.objects]
+    for obj, volume in zip(record.objects, tuple(volumes), strict=True):
+        volumes += [estimates.ratio_of_half * volume] * len(obj.sliced_half_names)
+    return volumes
+
+
+def _compare_volumes(volumes: Sequence[float]) -> Iterator[Fact]:
+    """Yield the facts that depend on the volumes of objects. Volume number i is that of object i."""
+    for i, mine in enumerate(volumes):
+        if mine > MAX_GRASPABLE_VOLUME:
+            yield Fact(p.ungraspable.name, (i,))
+        for j, other in enumerate(volumes):
+            if mine > other:
+                yield Fact(p.larger.name, (i, j))
+                if mine > MUCH_LARGER_RATIO * other:
+                    yield Fact(p.much_larger.name, (i, j))
+
+
+def compare_objects_of_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
+    """Yield the facts about sizes for objects of several tasks, by the rule for objects of one task.
+
+    Facts name objects by their positions in `objects`, which has the task and the index of each object.
+
+    Raises:
+        TypeError: a task is not a task of the data set.
+    """
+    evidence = load_unpublished_facts()
+    records = [_get_record(task) for task, _ in objects]
+    volumes = {record.id: list_volumes(record, evidence) for record in records}
+    return _compare_volumes(
+        [volumes[record.id][index] for record, (_, index) in zip(records, objects, strict=True)]
+    )
+
+
+def get_object_model(task: Task, index: int) -> str:
+    """Return the model of an object, such as `coffee_table`. The model of a floor names its room.
+
+    Raises:
+        TypeError: the task is not a task of the data set.
+    """
+    objects = _get_record(task).objects
+    if index >= len(objects):
+        return task.scene.objects[index].category
+    thing = objects[index]
+    return thing.name.rstrip("0123456789") if thing.is_floor else thing.model
+
+
+def _get_record(task: Task) -> BehaviorRecord:
+    if not isinstance(task, BehaviorTask):
+        raise TypeError(f"task {task.id} is not a task of BEHAVIOR")
+    return task.record
+
+
 class _BehaviorTaskBuilder:
     """Builds the scene, the initial state and the goals of one task."""
 
@@ -184,7 +240,7 @@ class _BehaviorTaskBuilder:
         return self.scene.state(
             (
                 *self._yield_object_property_facts(),
-                *self._yield_facts_from_volumes(),
+                *_compare_volumes(list_volumes(self._record, self._evidence)),
                 *self._yield_start_state_facts(relations),
             )
         )
@@ -210,20 +266,6 @@ class _BehaviorTaskBuilder:
                 yield from (Fact(name, (self._index[object_name],)) for name in names)
             for half in obj.sliced_half_names:
                 yield Fact(p.part_of.name, (self._index[half], self._index[obj.name]))
-
-    def _yield_facts_from_volumes(self) -> Iterator[Fact]:
-        estimates, scene = self._evidence.volumes, self._record.scene
-        volumes = [estimates.get_volume(scene, obj.name, obj.model) for obj in self._record.objects]
-        for obj, volume in zip(self._record.objects, tuple(volumes), strict=True):
-            volumes += [estimates.ratio_of_half * volume] * len(obj.sliced_half_names)
-        for i, mine in enumerate(volumes):
-            if mine > MAX_GRASPABLE_VOLUME:
-                yield Fact(p.ungraspable.name, (i,))
-            for j, other in enumerate(volumes):
-                if mine > other:
-                    yield Fact(p.larger.name, (i, j))
-                    if mine > MUCH_LARGER_RATIO * other:
-                        yield Fact(p.much_larger.name, (i, j))
 
     def _yield_start_state_facts(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
         for state, name in yield_initial_predicates_and_objects(self._record, self._evidence):

@@ -187,6 +187,14 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
         countable_categories=frozenset(several if is_plain else ()),
         part_categories=frozenset(_find_categories_of_object_parts(states, parts)),
         holding_predicate_names=frozenset(_find_predicates_of_held_objects(domain)),
+        unique_states=frozenset(
+            [
+                predicate.name
+                for predicate in domain.vocabulary.predicates
+                if predicate.arity == 1 and not predicate.static
+                if states and all(state.mask(predicate.name).bit_count() == 1 for state in states)
+            ]
+        ),
     )
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
+from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
@@ -22,6 +23,11 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.census import DomainOfActionsSeenInPlans, count_usual_goals
+from eai.benchmarks.generator.composed_scene import (
+    add_relations_between_tasks,
+    compose_scene_from_tasks,
+    list_mentioned_objects_by_category,
+)
 from eai.benchmarks.generator.goals import GoalSampler, is_usual_goal
 from eai.benchmarks.generator.growing_plan import (
     GoalByGoalPlan,
@@ -32,11 +38,10 @@ from eai.benchmarks.generator.growing_plan import (
 from eai.benchmarks.generator.hazards import add_goals_against_hazards, find_hazard_goals, may_hazard_occur
 from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model, measure_task
 from eai.benchmarks.generator.scene import (
+    MIN_OBJECTS,
     add_objects_of_other_tasks,
     add_objects_of_present_categories,
-    compose_scene_from_tasks,
     hide_object,
-    list_mentioned_objects_by_category,
     make_hiding_place_finder,
     make_reduced_scene,
 )
@@ -92,6 +97,12 @@ _MAX_THEMES = 3
 The maximum does not apply to the tiers (ranges of plan lengths) in `_RICH_TIERS`.
 """
 
+_MIN_COMPOSED_OBJECTS = 6
+"""Minimum number of objects to which a scene can be limited if it is composed from several tasks."""
+
+_MIN_KEPT_SHARE = 2 / 3
+"""Minimum share of the objects of its base task that a composed scene keeps."""
+
 _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
 
@@ -121,6 +132,22 @@ _HIDING_PROBABILITY = 0.7
 
 _TASKS_PER_PLANNER = 200
 """Number of tasks after which planners are replaced, because planners keep every formula in memory."""
+
+
+class _SceneLimits(NamedTuple):
+    """The limits of numbers of objects in a scene that has objects of a task `base` and of others.
+
+    Attributes:
+        least_of_base: minimum number of objects of `base`.
+        most_of_base: maximum number of objects of `base`.
+        most_objects: maximum number of objects.
+        counts: category -> number of objects from which on no place of another model is added.
+    """
+
+    least_of_base: int
+    most_of_base: int
+    most_objects: int
+    counts: Mapping[str, int]
 
 
 class _RejectionFinder:
@@ -237,7 +264,8 @@ class TaskGenerator:
                 "contains no public task; choose another split"
             )
         self._tasks_by_title = group_pairs((task.title, task) for task in self._bases)
-        self._is_composed = bool(self.prior.countable_categories)
+        self._compare_objects = self.benchmark.data.compare_objects
+        self._is_composed = bool(self.prior.countable_categories) or self._compare_objects is not None
         self._donors = list_mentioned_objects_by_category(self._bases)
         self._title_weights = {
             title: 1
@@ -316,13 +344,13 @@ class TaskGenerator:
         rng = self.spec.make_random(seed)
         base = rng.choices(self._bases, self._weights)[0]
         titles = self._draw_order_of_task_titles(base.title, rng)
-        initial, hidden = self._make_scene(base, titles, rng)
+        initial, hidden, goal_titles = self._make_scene(base, titles, rng)
         if self.spec.kind.is_hazardous and not may_hazard_occur(
             self.benchmark.notation.english.hazards, initial.scene
         ):
             return SeedRejectionReason.NO_HAZARD
         least, most = self._get_plan_length_range(base)
-        growing_plan = self._make_action_sequence(titles, initial, hidden, rng, least, most)
+        growing_plan = self._make_action_sequence(goal_titles, initial, hidden, rng, least, most)
         if not growing_plan.goals:
             return SeedRejectionReason.NO_GOALS
         goals, start = list(growing_plan.goals), self._usage.convert_state_to_original_domain(initial)
@@ -469,32 +497,42 @@ class TaskGenerator:
 
     def _make_scene(
         self, base: Task, titles: Sequence[str], rng: random.Random
-    ) -> tuple[State, frozenset[int]]:
-        """Return a scene after random actions, and the indices of its hidden objects.
+    ) -> tuple[State, frozenset[int], Sequence[str]]:
+        """Return a scene after random actions, the indices of its hidden objects, and titles for its goals.
 
-        The objects come from the data set's task `base`. If the data set has no quantified goals, objects of
-        further tasks are added: random tasks with the second title, the third title, and so on. The random
-        actions leave no further objects in the agent's hands.
+        The objects come from the data set's task `base`. In a composed scene, objects of further tasks are
+        added: random tasks with the second title, the third title, and so on. The random actions leave no
+        further objects in the agent's hands.
         """
-        most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
+        limits = self._draw_scene_limits(base, rng)
+        most = limits.most_objects
         place, pair = self._draw_hiding_relation_and_objects(base, rng)
         scene = make_reduced_scene(
             base,
             self.prior,
             rng,
-            most,
+            limits.most_of_base,
             leaves_room=rich,
             only_relevant=self._is_composed,
-            required_objects=pair,
+            required_objects=[*pair, *self._find_objects_with_unique_states(base)],
+            min_objects=limits.least_of_base,
         )
+        origins = {thing.name: (base, base.scene.index[thing.name]) for thing in scene.scene.objects}
         if self._is_composed:
             kinds = self.prior.themes[base.title].categories
-            scene = add_objects_of_present_categories(scene, self.prior, rng, most, kinds)
+            scene = add_objects_of_present_categories(scene, self.prior, rng, most, kinds, origins)
             guests = (rng.choice(self._tasks_by_title[title]) for title in titles[1:])
-            scene = compose_scene_from_tasks(scene, guests, self._donors, self.prior, rng, most)
+            model_of = self.benchmark.data.model_of
+            scene = compose_scene_from_tasks(
+                scene, guests, self._donors, self.prior, rng, most, origins, model_of, limits.counts
+            )
         if rich:
-            scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most)
+            scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most, origins)
+        if self._compare_objects is not None:
+            scene = add_relations_between_tasks(scene, origins, self._compare_objects)
+            present = {task.title for task, _ in origins.values()}
+            titles = [title for title in titles if title in present]
         closed = self._usage.make_state(scene.scene, scene.facts())
         proposals = self._make_proposals(closed)
         growing_plan = GoalByGoalPlan(self._planner, closed)
@@ -510,10 +548,35 @@ class TaskGenerator:
             start = self._usage.convert_state_to_original_domain(growing_plan.state)
             after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
-                return self._usage.make_state(after.scene, after.facts()), frozenset(
-                    {after.scene.index[names[0]]}
+                return (
+                    self._usage.make_state(after.scene, after.facts()),
+                    frozenset({after.scene.index[names[0]]}),
+                    titles,
                 )
-        return self._usage.make_state(growing_plan.state.scene, growing_plan.state.facts()), frozenset()
+        return (
+            self._usage.make_state(growing_plan.state.scene, growing_plan.state.facts()),
+            frozenset(),
+            titles,
+        )
+
+    def _draw_scene_limits(self, base: Task, rng: random.Random) -> _SceneLimits:
+        """Return the limits of a scene that is based on a task of the data set.
+
+        If objects of several tasks can be compared, the limits come from another random task. Scenes of
+        `_RICH_TIERS` are larger.
+        """
+        most, number = self.spec.most_objects, len(base.scene.objects)
+        if self._compare_objects is None:
+            return _SceneLimits(MIN_OBJECTS, most, most, {})
+        counts = Counter([thing.category for thing in rng.choice(self._bases).scene.objects])
+        if self.spec.tier in _RICH_TIERS:
+            return _SceneLimits(MIN_OBJECTS, most, most, counts)
+        most = min(most, max(number, counts.total(), _MIN_COMPOSED_OBJECTS))
+        return _SceneLimits(round(number * _MIN_KEPT_SHARE), min(number, most), most, counts)
+
+    def _find_objects_with_unique_states(self, task: Task) -> Iterator[int]:
+        for predicate in sorted(self.prior.unique_states):
+            yield from iterate_bits(task.initial.mask(predicate))
 
     def _draw_hiding_relation_and_objects(
         self, base: Task, rng: random.Random

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import chain, count, permutations
-from typing import TypeAlias, TypeVar
+from collections.abc import Callable, Collection, Iterable, Iterator, MutableMapping, Sequence
+from itertools import chain, count
+from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
-from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan, find_visibility_predicates
+from eai.benchmarks.benchmark import TaskObject
+from eai.benchmarks.generator.measures import find_visibility_predicates
 from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals, UsualGoalsOfTaskTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
@@ -107,6 +108,7 @@ def make_reduced_scene(
     leaves_room: bool = False,
     only_relevant: bool = False,
     required_objects: Sequence[int] = (),
+    min_objects: int = MIN_OBJECTS,
 ) -> State:
     """Return a state with some objects of a task: relevant objects, and objects for further goals.
 
@@ -124,10 +126,11 @@ def make_reduced_scene(
         only_relevant: whether to leave out objects that are not relevant, to make room for the objects that
             `compose_scene_from_tasks` adds.
         required_objects: indices of objects that the scene must contain.
+        min_objects: minimum number of objects, if the task has so many and `leaves_room` is false.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
-    size = max_objects * 2 // 3 if leaves_room else rng.randint(min(MIN_OBJECTS, max_objects), max_objects)
+    size = max_objects * 2 // 3 if leaves_room else rng.randint(min(min_objects, max_objects), max_objects)
     chosen: set[int] = (
         set() if state.scene.agent is None else _find_attached_objects(state.scene.agent, state, prior)
     )
@@ -157,12 +160,18 @@ def make_reduced_scene(
 
 
 def add_objects_of_other_tasks(
-    reduced_state: State, tasks: Sequence[Task], prior: UsualGoals, rng: random.Random, max_objects: int
+    reduced_state: State,
+    tasks: Sequence[Task],
+    prior: UsualGoals,
+    rng: random.Random,
+    max_objects: int,
+    origins: MutableMapping[str, TaskObject] | None = None,
 ) -> State:
     """Return the scene with additional portable objects of other tasks (guests).
 
     A guest keeps its states. Its place is the place of an object of the scene, if both objects are in or on
-    objects of the same categories, such as a table.
+    objects of the same categories, such as a table. If `origins` is given, it gets the name of each guest,
+    and the object from which the guest was made.
     """
     objects, facts = list(reduced_state.scene.objects), list(reduced_state.facts())
     here = {thing.category for thing in objects}
@@ -188,192 +197,25 @@ def add_objects_of_other_tasks(
         ):
             host = rng.choice(hosts[standing])
             facts += _append_similar_object(
-                objects, thing, _find_states_of_object(guest, home.initial), host, reduced_state, prior
+                objects, thing, find_states_of_object(guest, home.initial), host, reduced_state, prior
             )
+            if origins is not None:
+                origins[objects[-1].name] = home, guest
     return Scene(reduced_state.scene.vocabulary, objects, reduced_state.scene.agent).state(facts)
 
 
-def compose_scene_from_tasks(
+def add_objects_of_present_categories(
     reduced_state: State,
-    other_tasks: Iterable[Task],
-    task_objects: MentionedObjectsByCategory,
     prior: UsualGoals,
     rng: random.Random,
-    size: int,
-) -> State:
-    """Return the scene with places and objects of other tasks, up to `size` objects.
-
-    Some portable objects get the place that an object of their category has in another task. Then the objects
-    that other tasks need are added, if the scene has no object of their category. An added object keeps its
-    states and its place. Its container or support is an object of the scene, or is added, too.
-
-    Args:
-        reduced_state: the scene.
-        other_tasks: tasks whose objects are added, in order, until the scene has `size` objects.
-        task_objects: objects of other tasks, whose places are taken over.
-        prior: the usual goals, places of objects and actions.
-        rng: the random generator.
-        size: maximum number of objects.
-    """
-    scene = _ComposedScene(reduced_state, prior, rng, size)
-    for index, thing in enumerate(reduced_state.scene.objects):
-        places = task_objects.get(thing.category)
-        if places and scene.is_movable(index) and rng.random() < _MOVE_PROBABILITY:
-            scene.move_object_like_other_scene(index, *rng.choice(places))
-    for task in other_tasks:
-        for index in list_in_random_order(sorted(find_objects_of_goals_and_plan(task)), rng):
-            scene.find_or_add_object_like_other_scene(task.initial, index, {})
-    return scene.make_state()
-
-
-class _ComposedScene:
-    """A scene to which objects of other tasks are added.
-
-    Args:
-        reduced_state: the scene before the objects are added.
-        prior: the usual goals, places of objects and actions.
-        rng: the random generator.
-        size: maximum number of objects.
-    """
-
-    def __init__(self, reduced_state: State, prior: UsualGoals, rng: random.Random, size: int) -> None:
-        self._reduced_state, self._prior, self._rng, self._size = reduced_state, prior, rng, size
-        self._objects, self._facts = list(reduced_state.scene.objects), dict.fromkeys(reduced_state.facts())
-        self._held = {
-            fact.arguments[-1] for fact in self._facts if fact.predicate in prior.holding_predicate_names
-        }
-        self._excluded = set(prior.part_categories)
-
-    def is_movable(self, index: int) -> bool:
-        """Whether an object is portable, has a place, is not held, and nothing is in or on it."""
-        reduced_state, prior = self._reduced_state, self._prior
-        return (
-            reduced_state.scene.objects[index].category in prior.taken_categories
-            and index not in self._held
-            and has_no_contents(index, reduced_state, prior)
-            and bool(find_place_relations_and_categories(index, reduced_state, prior))
-        )
-
-    def move_object_like_other_scene(self, index: int, other_state: State, other_object: int) -> None:
-        """Give an object of this scene the place that an object has in another scene.
-
-        Nothing changes if this scene has no such place.
-
-        Args:
-            index: the object of this scene.
-            other_state: the other scene.
-            other_object: the object of the other scene.
-        """
-        places = self._find_equal_places_in_this_scene(other_state, other_object)
-        if places:
-            static = {p.name for p in self._reduced_state.scene.vocabulary.predicates if p.static}
-            self._facts = {
-                fact: None
-                for fact in self._facts
-                if index not in fact.arguments or len(fact.arguments) < 2 or fact.predicate in static
-            }
-            self._facts |= {Fact(name, (index, target)): None for name, target in places}
-
-    def find_or_add_object_like_other_scene(
-        self, other_state: State, other_object: int, counterparts: Mapping[int, int]
-    ) -> int | None:
-        """Return an object of the scene that has the category of an object of another scene.
-
-        If there is no such object, it is added. Return None if there is no place for it.
-
-        Args:
-            other_state: the other scene.
-            other_object: index of the object in the other scene.
-            counterparts: object of the other scene -> object of this scene that stands for it. The result
-                must be related by place to these objects as `other_object` is to the objects for which they
-                stand.
-        """
-        thing = other_state.scene.objects[other_object]
-        fitting = [i for i, other in enumerate(self._objects) if other.category == thing.category]
-        if fitting:
-            related = [
-                i for i in fitting if self._has_equal_places(other_state, {**counterparts, other_object: i})
-            ]
-            return self._rng.choice(related) if related else None
-        if thing.category in self._excluded or other_object == other_state.scene.agent:
-            return None
-        self._excluded.add(thing.category)  # places may form a circle, such as a curtain in a curtain
-        places = self._find_equal_places_in_this_scene(other_state, other_object)
-        self._excluded.remove(thing.category)
-        if places is None or len(self._objects) >= self._size:
-            return None
-        index = len(self._objects)
-        self._objects.append(WorldObject(_make_free_name(thing.name, self._objects), thing.category))
-        own = [Fact(name, (index,)) for name in _find_states_of_object(other_object, other_state)]
-        self._facts |= dict.fromkeys([*own, *(Fact(name, (index, target)) for name, target in places)])
-        return index
-
-    def _find_equal_places_in_this_scene(
-        self, other_state: State, other_object: int
-    ) -> list[tuple[str, int]] | None:
-        """Return the places in this scene that equal the places of an object in another scene.
-
-        A place is a relation and the other object of the relation. Return None if this scene lacks such a
-        place.
-        """
-        rows = [
-            (name, target)
-            for name in self._prior.place_relations
-            for target in iterate_bits(other_state.relation(name).row(other_object))
-            if not other_state.has(name, target, other_object)
-        ]
-        counterparts: dict[int, int] = {}
-        for target in dict.fromkeys(target for _, target in rows):
-            found = (
-                None
-                if target == other_state.scene.agent
-                else self.find_or_add_object_like_other_scene(other_state, target, counterparts)
-            )
-            if found is None:
-                return None
-            counterparts[target] = found
-        return [(name, counterparts[target]) for name, target in rows]
-
-    def _has_equal_places(self, other_state: State, counterparts: Mapping[int, int]) -> bool:
-        """Whether each object has the same place as its counterpart in the other scene."""
-        return all(
-            Fact(name, (counterparts[one], counterparts[other])) in self._facts
-            for name in self._prior.place_relations
-            for one, other in permutations(counterparts, 2)
-            if other_state.has(name, one, other)
-        )
-
-    def make_state(self) -> State:
-        """Return the scene as a state."""
-        reduced_state = self._reduced_state.scene
-        return Scene(reduced_state.vocabulary, self._objects, reduced_state.agent).state(self._facts)
-
-
-MentionedObjectsByCategory: TypeAlias = Mapping[str, Sequence[tuple[State, int]]]
-"""Category -> initial states of published tasks with an object of this category that the task mentions."""
-
-
-def list_mentioned_objects_by_category(tasks: Iterable[Task]) -> MentionedObjectsByCategory:
-    """Return the objects that tasks mention, by category.
-
-    Each object is given as a pair: the initial state of its task, and its index.
-    """
-    return group_pairs(
-        (task.scene.objects[i].category, (task.initial, i)) for task in tasks for i in task.relevant
-    )
-
-
-_MOVE_PROBABILITY = 0.5
-"""Probability that a portable object gets the place that such an object has in another task."""
-
-
-def add_objects_of_present_categories(
-    reduced_state: State, prior: UsualGoals, rng: random.Random, max_objects: int, kinds: Collection[str]
+    max_objects: int,
+    kinds: Collection[str],
+    origins: MutableMapping[str, TaskObject] | None = None,
 ) -> State:
     """Return the scene with up to five more portable objects of categories in ``kinds``.
 
     A category is used only if a task has several objects of it. Each added object has the category and
-    the place of an object of the scene.
+    the place of an object of the scene. If `origins` has the origin of that object, it gets that of its copy.
     """
     objects, facts = list(reduced_state.scene.objects), list(reduced_state.facts())
     usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
@@ -386,8 +228,10 @@ def add_objects_of_present_categories(
     for _ in range(min(number, max_objects - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
         facts += _append_similar_object(
-            objects, objects[host], _find_states_of_object(host, reduced_state), host, reduced_state, prior
+            objects, objects[host], find_states_of_object(host, reduced_state), host, reduced_state, prior
         )
+        if origins is not None and objects[host].name in origins:
+            origins[objects[-1].name] = origins[objects[host].name]
     return Scene(reduced_state.scene.vocabulary, objects, reduced_state.scene.agent).state(facts)
 
 
@@ -398,7 +242,7 @@ def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -
     """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
     more = _append_similar_object(
-        objects, objects[thing], _find_states_of_object(thing, state), host, state, prior
+        objects, objects[thing], find_states_of_object(thing, state), host, state, prior
     )
     known = set(facts)
     for name, arguments in facts:
@@ -429,7 +273,7 @@ def _append_similar_object(
     The object has the given states, and is where `neighbour` is.
     """
     another = len(objects)
-    objects.append(WorldObject(_make_free_name(original.name, objects), original.category))
+    objects.append(WorldObject(make_free_name(original.name, objects), original.category))
     places = [
         (name, target)
         for name in prior.place_relations
@@ -468,12 +312,14 @@ def find_place_relations_and_categories(
     )
 
 
-def _find_states_of_object(index: int, state: State) -> Iterator[str]:
+def find_states_of_object(index: int, state: State) -> Iterator[str]:
+    """Yield the names of the predicates of one argument that hold for an object."""
     unary = (predicate.name for predicate in state.scene.vocabulary.predicates if predicate.arity == 1)
     return (name for name in unary if state.has(name, index))
 
 
-def _make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
+def make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
+    """Return the name, with another number if an object has this name or this number."""
     taken = {number[0] for other in objects if (number := re.search(r"\d+$", other.name))}
     stem = re.sub(r"\d+$", "", name)
     stem = f"{stem}_" if stem == name else stem

@@ -62,7 +62,16 @@ GenerationOutcome: TypeAlias = "GeneratedTask | SeedRejectionReason"
 
 
 VERSION = 8
-"""Version of the generator. With another version, the same seed gives another task."""
+"""Version of the generator for most benchmarks. With another version, the same seed gives another task."""
+
+_VERSIONS = {"behavior": 9}
+"""Benchmark -> version of the generator, if the latest change of the generator changed only its tasks."""
+
+
+def get_generator_version(like: str) -> int:
+    """Return the version of the generator for a reference to a benchmark, such as `rules:behavior`."""
+    return _VERSIONS.get(like.rpartition(":")[2], VERSION)
+
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
 """Text in every generated task, by which generated tasks can be found in training data."""
@@ -180,7 +189,7 @@ class TaskSpecification:
         split: the split (such as training or test) to which tasks belong.
         held_out: the property that two splits never have in common.
         disturbances: maximum number of facts that random actions make true in a scene before a task begins.
-        version: version of the generator.
+        version: version of the generator; 0 for the latest.
     """
 
     like: str
@@ -197,7 +206,11 @@ class TaskSpecification:
     split: TaskSplit = TaskSplit.ALL
     held_out: HeldOut = "goals"
     disturbances: int = 4
-    version: int = VERSION
+    version: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.version:
+            object.__setattr__(self, "version", get_generator_version(self.like))
 
     @property
     def sha256(self) -> str:

@@ -224,6 +224,8 @@ class UsualGoals:
             categories.
         part_categories: categories of parts of objects. A part exists only after it is cut off.
         holding_predicate_names: predicates by which the agent holds objects.
+        unique_states: states that change and that exactly one object has at the start of each task, such as
+            the floor on which a robot is.
     """
 
     patterns: Patterns
@@ -244,6 +246,7 @@ class UsualGoals:
     countable_categories: frozenset[str]
     part_categories: frozenset[str]
     holding_predicate_names: frozenset[str]
+    unique_states: frozenset[str]
 
 
 def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:

@@ -1,0 +1,266 @@
+"""Compose scenes from several tasks of a data set: objects of other tasks, and places for objects.
+
+An added object has its states, its parts and its place. Relations between objects of different tasks that
+never change, such as that of size, are facts only if the benchmark can tell them.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
+from itertools import permutations
+from typing import TypeAlias
+
+from eai.base.grouping import group_pairs
+from eai.benchmarks.benchmark import CompareObjects, TaskObject
+from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan
+from eai.benchmarks.generator.scene import (
+    find_place_relations_and_categories,
+    find_states_of_object,
+    has_no_contents,
+    list_in_random_order,
+    make_free_name,
+)
+from eai.benchmarks.generator.usual_goals import UsualGoals
+from eai.tasks.task import Task
+from eai.world.relation import iterate_bits
+from eai.world.state import Fact, Scene, State, WorldObject
+
+_MOVE_PROBABILITY = 0.5
+"""Probability that a portable object gets the place that such an object has in another task."""
+
+MentionedObjectsByCategory: TypeAlias = Mapping[str, "list[TaskObject]"]
+"""Category -> objects of this category that published tasks mention."""
+
+
+def list_mentioned_objects_by_category(tasks: Iterable[Task]) -> MentionedObjectsByCategory:
+    """Return the objects that tasks mention, by category."""
+    return group_pairs((task.scene.objects[i].category, (task, i)) for task in tasks for i in task.relevant)
+
+
+def compose_scene_from_tasks(
+    reduced_state: State,
+    other_tasks: Iterable[Task],
+    task_objects: MentionedObjectsByCategory,
+    prior: UsualGoals,
+    rng: random.Random,
+    size: int,
+    origins: MutableMapping[str, TaskObject] | None = None,
+    model_of: Callable[[Task, int], str] | None = None,
+    limits: Mapping[str, int] | None = None,
+) -> State:
+    """Return the scene with places and objects of other tasks, up to `size` objects.
+
+    Some portable objects get the place that an object of their category has in another task. Then the objects
+    that other tasks need are added, if the scene has no object of their category. An added object keeps its
+    states, its parts and its place. Its container or support is an object of the scene, or is added, too.
+
+    Args:
+        reduced_state: the scene.
+        other_tasks: tasks whose objects are added, in order, until the scene has `size` objects.
+        task_objects: objects of other tasks, whose places are taken over.
+        prior: the usual goals, places of objects and actions.
+        rng: the random generator.
+        size: maximum number of objects.
+        origins: name of an object -> the object of a task from which it was made. It gets an entry for each
+            added object.
+        model_of: returns the model of an object. If it is given, `origins` has all objects of the scene. An
+            object is a place like that in another scene only if it has the same model.
+        limits: category -> number of objects from which on no place of another model is added, such as a
+            second room.
+    """
+    scene = _ComposedScene(
+        reduced_state, prior, rng, size, {} if origins is None else origins, model_of, limits or {}
+    )
+    for index, thing in enumerate(reduced_state.scene.objects):
+        places = task_objects.get(thing.category)
+        if places and scene.is_movable(index) and rng.random() < _MOVE_PROBABILITY:
+            scene.move_object_like_other_scene(index, *rng.choice(places))
+    for task in other_tasks:
+        for index in list_in_random_order(sorted(find_objects_of_goals_and_plan(task)), rng):
+            scene.find_or_add_object_like_other_scene(task, index)
+    return scene.make_state()
+
+
+def add_relations_between_tasks(
+    state: State, origins: Mapping[str, TaskObject], compare_objects: CompareObjects
+) -> State:
+    """Return the state with the static facts about objects of different tasks, such as relations of size.
+
+    Args:
+        state: the state.
+        origins: name of each object -> the object of a task from which it was made.
+        compare_objects: returns these facts for objects of tasks.
+    """
+    scene = state.scene
+    facts = compare_objects([origins[thing.name] for thing in scene.objects])
+    return Scene(scene.vocabulary, scene.objects, scene.agent).state(dict.fromkeys([*state.facts(), *facts]))
+
+
+class _ComposedScene:
+    """A scene to which objects of other tasks are added.
+
+    Args:
+        reduced_state: the scene before the objects are added.
+        prior: the usual goals, places of objects and actions.
+        rng: the random generator.
+        size: maximum number of objects.
+        origins: name of an object -> the object of a task from which it was made; it is changed.
+        model_of: returns the model of an object; None to compare objects by their categories.
+        limits: category -> number of objects from which on no object of another model is added.
+    """
+
+    def __init__(
+        self,
+        reduced_state: State,
+        prior: UsualGoals,
+        rng: random.Random,
+        size: int,
+        origins: MutableMapping[str, TaskObject],
+        model_of: Callable[[Task, int], str] | None,
+        limits: Mapping[str, int],
+    ) -> None:
+        self._reduced_state, self._prior, self._rng, self._size = reduced_state, prior, rng, size
+        self._origins, self._model_of, self._limits = origins, model_of, limits
+        self._objects, self._facts = list(reduced_state.scene.objects), dict.fromkeys(reduced_state.facts())
+        self._held = {
+            fact.arguments[-1] for fact in self._facts if fact.predicate in prior.holding_predicate_names
+        }
+        self._excluded = set(prior.part_categories)
+
+    def is_movable(self, index: int) -> bool:
+        """Whether an object is portable, empty, and neither held nor without a place."""
+        reduced_state, prior = self._reduced_state, self._prior
+        return (
+            reduced_state.scene.objects[index].category in prior.taken_categories
+            and index not in self._held
+            and has_no_contents(index, reduced_state, prior)
+            and bool(find_place_relations_and_categories(index, reduced_state, prior))
+        )
+
+    def move_object_like_other_scene(self, index: int, other_task: Task, other_object: int) -> None:
+        """Give an object of this scene the place that an object has in another scene.
+
+        Nothing changes if this scene has no such place.
+
+        Args:
+            index: the object of this scene.
+            other_task: the task of the other scene.
+            other_object: the object of the other scene.
+        """
+        places = self._find_equal_places_in_this_scene(other_task, other_object)
+        if places and all(target != index for _, target in places):
+            static = {p.name for p in self._reduced_state.scene.vocabulary.predicates if p.static}
+            self._facts = {
+                fact: None
+                for fact in self._facts
+                if index not in fact.arguments or len(fact.arguments) < 2 or fact.predicate in static
+            }
+            self._facts |= {Fact(name, (index, target)): None for name, target in places}
+
+    def find_or_add_object_like_other_scene(
+        self, other_task: Task, other_object: int, counterparts: Mapping[int, int] | None = None
+    ) -> int | None:
+        """Return an object of the scene that has the category of an object of another scene.
+
+        If there is no such object, it is added. Return None if there is no place for it.
+
+        Args:
+            other_task: the task of the other scene.
+            other_object: index of the object in the other scene.
+            counterparts: object of the other scene -> object of this scene that stands for it. The result
+                must be related by place to these objects as `other_object` is to the objects for which they
+                stand, and must have its model. If the argument is None, neither is required.
+        """
+        other_state = other_task.initial
+        thing = other_state.scene.objects[other_object]
+        alike = [i for i, other in enumerate(self._objects) if other.category == thing.category]
+        fitting = alike
+        if counterparts is not None and self._model_of is not None:
+            model = self._model_of(other_task, other_object)
+            fitting = [i for i in alike if self._model_of(*self._origins[self._objects[i].name]) == model]
+        if fitting:
+            related = [
+                i
+                for i in fitting
+                if self._has_equal_places(other_state, {**(counterparts or {}), other_object: i})
+            ]
+            return self._rng.choice(related) if related else None
+        if thing.category in self._excluded or other_object == other_state.scene.agent:
+            return None
+        if alike and len(alike) >= self._limits.get(thing.category, 0):
+            return None
+        self._excluded.add(thing.category)  # places may form a circle, such as a curtain in a curtain
+        places = self._find_equal_places_in_this_scene(other_task, other_object)
+        self._excluded.remove(thing.category)
+        parts = list(self._list_parts(other_state, other_object))
+        if places is None or len(self._objects) + len(parts) >= self._size:
+            return None
+        index = self._add_object(other_task, other_object, make_free_name(thing.name, self._objects))
+        self._facts |= dict.fromkeys(Fact(name, (index, target)) for name, target in places)
+        for name, part in parts:
+            part_name = other_state.scene.objects[part].name
+            if part_name.startswith(thing.name):
+                part_name = self._objects[index].name + part_name.removeprefix(thing.name)
+            if any(part_name == other.name for other in self._objects):
+                part_name = make_free_name(part_name, self._objects)
+            self._facts[Fact(name, (self._add_object(other_task, part, part_name), index))] = None
+        return index
+
+    def _list_parts(self, other_state: State, other_object: int) -> Iterator[tuple[str, int]]:
+        """Yield the parts of an object of another scene, each with its relation to the object."""
+        for name in self._prior.part_relations:
+            yield from (
+                (name, part) for part in iterate_bits(other_state.relation(name).column(other_object))
+            )
+
+    def _add_object(self, other_task: Task, other_object: int, name: str) -> int:
+        """Add an object with its states. Return its index."""
+        index = len(self._objects)
+        self._objects.append(WorldObject(name, other_task.scene.objects[other_object].category))
+        self._origins[name] = other_task, other_object
+        states = find_states_of_object(other_object, other_task.initial)
+        self._facts |= dict.fromkeys(
+            Fact(state, (index,)) for state in states if state not in self._prior.unique_states
+        )
+        return index
+
+    def _find_equal_places_in_this_scene(
+        self, other_task: Task, other_object: int
+    ) -> list[tuple[str, int]] | None:
+        """Return relations and objects of this scene that give an object of another scene its place.
+
+        Return None if this scene has no such place.
+        """
+        other_state = other_task.initial
+        rows = [
+            (name, target)
+            for name in self._prior.place_relations
+            for target in iterate_bits(other_state.relation(name).row(other_object))
+            if not other_state.has(name, target, other_object)
+        ]
+        counterparts: dict[int, int] = {}
+        for target in dict.fromkeys(target for _, target in rows):
+            found = (
+                None
+                if target == other_state.scene.agent
+                else self.find_or_add_object_like_other_scene(other_task, target, counterparts)
+            )
+            if found is None:
+                return None
+            counterparts[target] = found
+        return [(name, counterparts[target]) for name, target in rows]
+
+    def _has_equal_places(self, other_state: State, counterparts: Mapping[int, int]) -> bool:
+        """Whether each object has the same place as its counterpart in the other scene."""
+        return all(
+            Fact(name, (counterparts[one], counterparts[other])) in self._facts
+            for name in self._prior.place_relations
+            for one, other in permutations(counterparts, 2)
+            if other_state.has(name, one, other)
+        )
+
+    def make_state(self) -> State:
+        """Return the scene as a state."""
+        reduced_state = self._reduced_state.scene
+        return Scene(reduced_state.vocabulary, self._objects, reduced_state.agent).state(self._facts)
