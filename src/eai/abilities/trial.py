@@ -114,7 +114,8 @@ class Trial:
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
             raise TypeError(
-                f"{self.task.id}: a trial needs a scorer of plans, but got a {type(verdict).__name__}"
+                f"{self.task.id}: a trial needs a scorer that gives a PlanVerdict, "
+                f"but the scorer gave a {type(verdict).__name__}"
             )
         slipped = [i for i, step in enumerate(self.episode.trajectory_from(start).steps) if step.slipped]
         attempt = Attempt(

@@ -297,7 +297,7 @@ def _insert_beliefs(
 def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
     """Raise InputError if a path is not a folder, or if a file in it replaces no prompt and no template."""
     if not folder.is_dir():
-        raise InputError(f"{folder}: expected a folder of prompts")
+        raise InputError(f"{folder}: expected a folder of prompts, with files such as BENCHMARK_ABILITY.json")
     names = dict.fromkeys((*list_benchmarks(), benchmark.name))
     suites = {suite_name(name, ability) for name in names for ability in find_ability_entry_points()}
     expected_names = {

@@ -106,10 +106,13 @@ def _describe_mistake_in_spec_file(file: Path) -> str:
 
 def _put_nested_value(table: dict[str, Any], places: Sequence[str], value: object) -> None:
     *outer, last = places
-    for place in outer:
+    for depth, place in enumerate(outer, 1):
         table = table.setdefault(place, {})
         if not isinstance(table, dict):
-            raise InputError(f"{'.'.join(places)}: {place} is an option, not a section of options")
+            option = ".".join(places[:depth])
+            raise InputError(
+                f"{'.'.join(places)}: {option} has a value, so it cannot contain options; drop one of the two"
+            )
     table[last] = value
 
 

@@ -233,19 +233,19 @@ def tasks(
 ) -> None:
     """Write all tasks of a benchmark as a task file, for changes or as an example.
 
-    The plans are the data set's own. With --problems, problems in BDDL or in PDDL of the exported domain are
+    The plans are the data set's own. With PROBLEMS, problems in BDDL or in PDDL of the exported domain are
     written as tasks instead.
 
     Example: eai export tasks --domain pddl:domain.pddl,problems --out problems.jsonl
 
     Options:
         out: FILE.jsonl or FILE.jsonl.gz.
-        problems: Problems (*.bddl, *.pddl) or folders of problems, instead of its own tasks.
+        problems: Problems (*.bddl, *.pddl) or folders of problems, instead of the benchmark's tasks.
     """
     if problems and domain.startswith(f"{PDDL}:"):
         raise InputError(
-            f"--domain {domain}: the problems of this domain are its tasks already; leave out PROBLEMS to "
-            "write them"
+            f"--domain {domain}: the tasks of this benchmark are its problems already; leave out "
+            "PROBLEMS to export them"
         )
     benchmark = find_benchmark(domain)
     with open_data_source(data) as source:

@@ -241,7 +241,7 @@ class ProgramCompiler:
         self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
     def compile_subgoals(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
-        """Return an answer's subgoals as a program for the search for actions, or the answer's rejection.
+        """Return an answer's subgoals as instructions for the search for actions, or the answer's rejection.
 
         Each subgoal is parsed separately.
         """
@@ -565,7 +565,9 @@ class _SubgoalProgramBuilder:
 
     def _add_instruction(self, instruction: Instruction) -> _InstructionNumber:
         if len(self.program) >= MAX_INSTRUCTIONS:
-            raise InputError(f"the answer needs more than {MAX_INSTRUCTIONS:,} instructions: use fewer steps")
+            raise InputError(
+                f"the subgoals need more than {MAX_INSTRUCTIONS:,} instructions: use fewer alternatives"
+            )
         self.program.append(instruction)
         return len(self.program) - 1
 
