@@ -240,8 +240,9 @@ class AbilityDeclaration(Generic[V]):
     def read_episode_settings(self, answer: str) -> Experiment | None:
         """Return the settings under which a model gave an answer over several turns (an episode).
 
-        The settings are the program around the model (harness) and the rules of the turns. If answers have
-        one turn, return an `Experiment` without settings. If the episode is empty or unreadable, return None.
+        The settings are the program around the model (harness) and the rules of the turns. For an ability
+        whose answers have one turn, the `Experiment` has no settings. Return None if the episode is empty or
+        unreadable.
         """
         return (
             self.interaction.read_episode_settings(answer)

@@ -98,7 +98,9 @@ def make_option_label(label_prefix: str, option_value: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """The settings that distinguish a run from plain questions in a world where every action works.
+    """The settings by which a run differs from a standard run.
+
+    A standard run asks plain questions about a world in which every action works.
 
     An experiment holds for all answers of a run; a run with plain questions has None instead.
 

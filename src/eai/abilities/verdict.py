@@ -288,7 +288,9 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class SummaryCounts:
-    """The counts of an answer in tables over many answers, if they differ from the counts in its verdict.
+    """The counts of an answer in tables over many answers.
+
+    A verdict has such counts only if its protocol (scoring rules) counts differently from the verdict.
 
     Attributes:
         success: whether the answer counts as a success.

@@ -202,7 +202,7 @@ class _Explorer:
         return game.setup.commands.write_command(action)
 
     def _find_plan(self) -> Sequence[Action]:
-        """Return the actions of a plan for the goals, or else of a plan to see more objects."""
+        """Return a plan that reaches the goals, or else a plan that lets the agent see more objects."""
         return (
             self._find_plan_for_goals()
             or self._plan_to_see_objects(self._find_unvisited_objects_known_at_start())

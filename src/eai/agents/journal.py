@@ -2,9 +2,9 @@
 
 Each line of a journal has a seal and a JSON object. The first object has the task and the setting. Each
 further object has the command of a turn and the digest of its observation. The last object has the reason for
-the end. A seal is an HMAC-SHA256 over the last seal and the object, by a key that the agent cannot read. A
-line is on the disk before its observation is sent. So no agent has read the observation of an incomplete last
-line, and readers leave the line out.
+the end. A seal is an HMAC-SHA256 over the previous seal and this object, by a key that the agent cannot read.
+A line is on the disk before its observation is sent. So no agent has read the observation of an incomplete
+last line, and readers leave the line out.
 """
 
 from __future__ import annotations

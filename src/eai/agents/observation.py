@@ -77,8 +77,8 @@ class Observer:
         task: the task.
         wording: the words for facts and objects.
         observe: whether all objects are visible, or only those that the agent sees from its place.
-        view: whether every object of the scene can become visible, or only the agent and the objects that
-            prompts of the task list.
+        view: whether every object of the scene can become visible, or only the agent and the objects
+            listed in the task's prompts.
 
     Attributes:
         subjects: objects that can ever be visible, in the order in which they are listed. In a partial view

@@ -55,7 +55,7 @@ def make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
 
 
 def make_question_and_winning_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
-    """Return the question of a task in the standard setting, and commands that win there."""
+    """Return the question of a task in the standard setting, and commands that win the episode."""
     factory = EpisodeFactory(_get_benchmark(parts))
     commands = factory.make_setup(task).reference.commands if task.unplannable_reason is None else None
     end = [] if task.has_no_plan else [DONE]

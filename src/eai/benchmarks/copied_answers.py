@@ -156,7 +156,7 @@ def open_copied_answers(
 def open_empty_answers(
     benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
 ) -> AnswersByTask:
-    """Return answers without content in the required form, such as plans without steps.
+    """Return empty answers that have the required form, such as plans without steps.
 
     Raises:
         DataError: the data cannot be obtained.

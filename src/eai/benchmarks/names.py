@@ -26,7 +26,9 @@ class TaskReference(NamedTuple):
 
     @staticmethod
     def parse(text: str) -> TaskReference:
-        """Parse a reference to a task. If several abilities are between slashes, the last counts.
+        """Parse a reference to a task, such as BENCHMARK/ABILITY/TASK.
+
+        If several parts between slashes are names of abilities, the last of them is the ability.
 
         Raises:
             InputError: the text is not a reference to a task.

@@ -82,7 +82,7 @@ def require_protocol_implementation(name: str) -> ProtocolImplementation:
 def make_replanning_options_of_protocol(
     protocol: str, slip_probability: float, slip_seed: int, replans: int
 ) -> ReplanningOptions | None:
-    """Return a published script's options for new plans after failures; None for an empty name.
+    """Return the options of a published script for replanning after failures; None for an empty name.
 
     Raises:
         InputError: no script has this name.

@@ -25,8 +25,8 @@ def _map_supports_to_containment(
 ) -> Mapping[ObjectMask, bool]:
     """Return a mapping: direct or indirect support of an object -> whether the support is a container.
 
-    A support is given as a bit mask with one bit; the nearest comes first. It is a container if the first of
-    `relations`, which states containment, relates an object to it.
+    A key is a bit mask with the bit of one support; the nearest support comes first. The first relation of
+    `relations` states containment: it relates an object to a support that is a container.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[ObjectMask, bool] = {}

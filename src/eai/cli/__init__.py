@@ -83,7 +83,7 @@ _NEED_OPTIONS = frozenset({"run", "check"})
 
 
 class _CommandGroup(TyperGroup):
-    """A group of commands, which are imported only when used and can be interrupted."""
+    """A group of commands. A command is imported only when it is used, and can be interrupted."""
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**{**attributes, "rich_markup_mode": _choose_markup_mode()})

@@ -31,7 +31,7 @@ BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
     f"counts as not solved. For both: {make_install_command('planner')}"
 )
-"""Remark if Fast Downward is missing, so only the built-in search judges operators in answers."""
+"""Remark that Fast Downward is missing, so only the built-in search judges operators in answers."""
 
 
 class _ConsoleEscapingControls(Console):

@@ -25,7 +25,7 @@ _AFTER = {
     "report {out} --out report": "tables, and the explorer as a page",
     "run --model openai/gpt-4o --limit 5": "a model of yours (needs its key)",
 }
-"""Commands to try after the demo. The text for each command names its result."""
+"""Mapping from commands to try after the demo to descriptions of their results."""
 
 
 def demo(out: Annotated[Path, make_flag(metavar="DIR")] = Path("runs/demo"), data: DataFolder = None) -> None:

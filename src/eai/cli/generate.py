@@ -247,8 +247,8 @@ def _collect_outcomes_and_task_lines(
 ) -> tuple[Sequence[GenerationOutcome], Sequence[str], InputError | InterruptError | None]:
     """Return the outcomes of seeds and the lines of their tasks, and the error if there are too few tasks.
 
-    The outcome of a seed is a task, or a reason why the seed gave no task. Lines are written at once, so that
-    an interrupted command ends quickly.
+    The outcome of a seed is a task, or a reason why the seed gave no task. The lines of a task
+    are made as soon as the task is generated, so that an interrupted command ends quickly.
     """
     outcomes: list[GenerationOutcome] = []
     lines: list[str] = []
@@ -281,7 +281,7 @@ def _add_reference_plans_to_task_and_pair(made: GeneratedTask, benchmark: Benchm
 
 
 def _make_task_file_lines(made: GeneratedTask, benchmark_name: str, benchmark: Benchmark) -> list[str]:
-    """Return the lines of a task file for a generated task: one line, or for a pair two, by task id."""
+    """Return the lines of a task file for a generated task or pair of tasks, in the order of task ids."""
     completed = _add_reference_plans_to_task_and_pair(made, benchmark)
     pair = [one for one in (completed, completed.paired) if one is not None]
     return [

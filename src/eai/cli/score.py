@@ -368,8 +368,8 @@ def _make_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
 def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scoring) -> Iterable[RecordBatch]:
     """Score the answers, and return their records in batches.
 
-    Records that an interrupted command kept are left out. If tasks have several answers whose mean counts,
-    each task has one record with the means of its metrics.
+    Records that an interrupted command has already written are not returned again. If tasks have several
+    answers whose mean counts, each task has one record with the means of its metrics.
     """
     if job.kept == job.record_count:
         return ()

@@ -261,7 +261,7 @@ def _combine_dnf_terms_of_parts(parts: Sequence[AndOrTree]) -> Iterator[DnfTerm]
 def _generate_pairings(
     pair_count: int, table: Sequence[Sequence[AndOrTree | None]]
 ) -> Iterator[list[AndOrTree]]:
-    """Yield all sets of ``pair_count`` cells of a table without a common row or column.
+    """Yield all sets of ``pair_count`` cells of a table. No two cells share a row or column.
 
     The sets are ordered by rows, or by columns if the table has fewer columns than rows.
     """

@@ -80,7 +80,7 @@ class PddlFinding:
 
     @property
     def description(self) -> str:
-        """The wrong name; or the word "expected" and the text that was expected."""
+        """The wrong name; if the text is unreadable, "expected" followed by the expected text."""
         return f"expected {self.name}" if self.offence.makes_text_unreadable else self.name
 
 

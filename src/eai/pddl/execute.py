@@ -155,7 +155,7 @@ class _ConditionEvaluatorInState:
         return holds
 
     def _store_true_atoms_of_recursive_predicate(self, predicate: str) -> None:
-        """Compute all true rows of the predicates in the cycle of a recursive derived predicate.
+        """Store all true rows of a recursive derived predicate, and of the others in its cycle.
 
         A row is a tuple of arguments.
         """

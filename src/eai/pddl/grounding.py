@@ -434,7 +434,7 @@ class GroundProblem:
     def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
         """Return a set of literals, to which the bits of all disjunctions that are true in it are added."""
         self._looks.used += self._effort
-        choices = self._choices.values()  # ordered, as a disjunct can be an earlier disjunction
+        choices = self._choices.values()  # in order of creation: disjuncts can be earlier disjunctions
         for literal, _, simple, compound in choices:
             if not literals & literal and (
                 simple & literals or any(not option & ~literals for option in compound)

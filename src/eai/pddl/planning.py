@@ -49,7 +49,7 @@ class PlannerChoice(str, Enum):
     FULL = "full"
     """The built-in search, then Fast Downward for tasks that the search neither solves nor refutes."""
     BUILT_IN = "built_in"
-    """The built-in search only; tasks without a result count as not solved."""
+    """Only the built-in search; tasks that it neither solves nor refutes count as not solved."""
     FAST_DOWNWARD = "fast_downward"
     NONE = "none"
 

@@ -69,11 +69,11 @@ class _RelaxedPlan(NamedTuple):
 
 
 class Relaxation:
-    """Relaxed planning for one ground problem.
+    """Relaxed planning for one ground problem: a literal that is true once stays true.
 
     Args:
         problem: the problem.
-        looks: the budget of literals that estimates may test. If the budget is exceeded, results are invalid.
+        looks: counts the literals that estimates test. If it exceeds its limit, results are invalid.
     """
 
     def __init__(self, problem: GroundProblem, looks: SearchEffort) -> None:
@@ -174,7 +174,7 @@ class Relaxation:
         return _RelaxedPlan(len(chosen), helpful)
 
     def build_all_layers(self, literals: LiteralMask) -> _RelaxedLayers:
-        """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
+        """Return the relaxed states that follow literals, one for each step, until they stop growing."""
         return self._build_relaxed_layers(literals, _ALL_LITERALS, 0)
 
     def find_rules_making_literal_true(self, literal: int, rules_mask: int) -> Iterator[_RelaxedEffect]:

@@ -167,7 +167,7 @@ class Achiever:
         )
 
     def ground_condition(self, index: int, binding: Sequence[int], scene: Scene) -> _GroundCondition:
-        """Return the condition with an index in `conditions` as a subgoal about the objects of a binding."""
+        """Return one of `conditions`, given by its index, as a subgoal about the objects of a binding."""
         scope, literal = self.map_variables_to_objects(binding), self._literals[index]
         condition, _ = self.conditions[index]
         if literal is None:
@@ -294,7 +294,7 @@ class AchieversByPredicate:
     def find_achievers(
         self, predicate: str, *, adding: bool, with_parameter_subgoals: bool = False
     ) -> Sequence[Achiever]:
-        """Return the achievers that make atoms of a predicate true, or false, simplest first.
+        """Return the `Achiever` objects that make atoms of a predicate true, or false, simplest first.
 
         The simplest achievers use only the objects of the atom, and have fewest conditions. With
         ``with_parameter_subgoals``, only achievers are returned that have subgoals about other parameters of

@@ -1,7 +1,7 @@
 """Changes of facts that may make a condition true or false, and the actions that make these changes.
 
-If a condition is false in a state and must be true (or the reverse), at least one change of a certain set
-must happen before. This set is called a disjunctive landmark of the state (Richter and Westphal 2010). It is
+If a condition is false in a state, at least one change of a certain set must happen before it can become true
+(or the reverse). This set is called a disjunctive landmark of the state (Richter and Westphal 2010). It is
 derived from the formula of the condition.
 """
 
@@ -44,7 +44,7 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""If at most this many actions make a set of changes, no set with fewer actions is searched.
+"""Number of actions that make a set of changes, at which the search for a set with fewer actions ends.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """
@@ -246,7 +246,7 @@ class FactChangeFinder:
     def find_effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
         """Yield the conditions of each effect by which an action may change a fact.
 
-        Conditions are omitted if they mention variables whose objects the action and the change leave open.
+        Conditions are omitted if they mention variables that neither the action nor the change binds.
         """
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
@@ -424,7 +424,7 @@ class FactChangeFinder:
     ) -> ChangeSet:
         """Return changes; one of them must happen before a quantified formula can have the value ``truth``.
 
-        The formula gets this truth as soon as its body does for one value of its variable.
+        The formula has this value if its body has it for one object in place of the variable.
         """
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()

@@ -2,7 +2,7 @@
 
 Landmarks are found in the delete relaxation: deletions are ignored and actions are repeated. If a set of
 actions does not reach the goals in this relaxation, every plan needs another action. All actions that can be
-the first one needed form a cut (a disjunctive landmark). A cut is missed if the set has no action of the cut.
+the first one needed form a cut (a disjunctive landmark). The set misses a cut if it has no action of the cut.
 A smallest set of actions that has an action of every missed cut is added to the set. Then the next cut is
 computed, until the goals are reachable (an implicit hitting set, Bonet and Helmert 2010). A plan needs at
 least as many more actions as such a smallest set has.
@@ -414,14 +414,14 @@ class Landmarks:
         return self._get_min_hitting_set(cuts_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
-        """Find landmarks (sets of actions, see `Cut`) that contain no action of a plan.
+        """Find and add landmarks (sets of actions, see `Cut`) that contain no action of a plan.
 
         Stop when the landmarks prove that the plan needs more additional actions to succeed than was known
         before, or when no landmark is left.
 
         Args:
             plan_actions: the actions of the plan.
-            effort: counter of conditions of the graph; at its limit the search stops.
+            effort: counter of operations of the search; at its limit the search stops.
         """
         if plan_actions in self._done or effort.is_used_up:
             return

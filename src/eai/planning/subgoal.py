@@ -22,7 +22,7 @@ class Subgoal(NamedTuple):
 
     @property
     def negated(self) -> Subgoal:
-        """The subgoal with the opposite truth."""
+        """The negated subgoal."""
         return self._replace(truth=not self.truth)
 
 
@@ -37,7 +37,7 @@ class GroundAtom(NamedTuple):
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | AndOrTreePairing[Subgoal]
 """Parts of a condition, and which of them must hold: all, at least one, an exact number, or pairs.
 
-For pairs, the parts form a table: a number of parts must hold, no two of them in one row or column.
+If pairs must hold, the parts form a table: a number of parts must hold, no two of them in one row or column.
 """
 
 

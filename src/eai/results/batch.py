@@ -101,7 +101,7 @@ class Scoring(WorkerPool):
 
         Args:
             suite: the tasks.
-            answers: the answers. Some scoring rules choose one way to read all of them.
+            answers: the answers. Some scoring rules decide from all answers how to read each of them.
             unanswered: mapping from the id of each task without an answer to the reason.
             settings: options of scoring. Its number of processes is ignored: the scorer has its own.
             finish: function that changes a record before it is written; workers get it pickled.
@@ -308,7 +308,7 @@ def generate_run_records(
 
     Args:
         suite: the tasks.
-        answers: the answers. Some scoring rules choose one way to read all of them.
+        answers: the answers. Some scoring rules decide from all answers how to read each of them.
         unanswered: mapping from the id of each task without an answer to the reason.
         settings: options of scoring.
         on_progress: called after each answer.

@@ -426,7 +426,7 @@ def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _Interva
 
 
 def _make_binomial_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
-    """Return the inputs of Wilson's interval for independent yes-or-no answers, each of them a unit."""
+    """Return the inputs of Wilson's interval if all units are independent yes-or-no answers."""
     units = len(rate.of_units)
     return _IntervalInputs(rate.value, 1 / units, rate.variance_without_pseudo_units, _NORMAL, units)
 

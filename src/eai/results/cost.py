@@ -43,7 +43,7 @@ class Spending:
 
     @property
     def tokens(self) -> int | None:
-        """Tokens of questions and answers; None if unknown for all answers."""
+        """Number of tokens of questions and answers; None if unknown for all answers."""
         return self.usage.tokens
 
     def __add__(self, other: Spending) -> Spending:
@@ -151,7 +151,7 @@ def make_json_of_success_cost(cost_cases_by_unit: Mapping[str, TaskContributions
 
 @cache
 def read_benchmark_paper_cost() -> _CostReportedInBenchmarkPaper:
-    """Return the costs that the paper reports."""
+    """Return the costs of the evaluation that the paper reports."""
     file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
     return _CostReportedInBenchmarkPaper.model_validate(parse_toml(file.read_text(encoding="utf-8")))
 

@@ -142,5 +142,5 @@ class TasksChangedByErrata:
         )
 
     def to_json(self) -> dict[str, Json]:
-        """Return the numbers and ids of these tasks as in ``summary.json``."""
+        """Return the attributes as ``summary.json`` stores them."""
         return {**asdict(self), "left_out": [*self.left_out], "corrected": [*self.corrected]}

@@ -83,7 +83,7 @@ class _DataSetStatistic:
 
 
 def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_TaskProfile, ...]:
-    """Return the profiles of all tasks, in the order of the data set.
+    """Return the profile of each task, such as its number of objects, in the order of the data set.
 
     Raises:
         DataError: the data cannot be obtained or is damaged.
@@ -255,7 +255,7 @@ def _round_mean(numbers: Iterable[int]) -> float:
 
 
 def make_statistics_table(title: str, statistics: Sequence[_DataSetStatistic]) -> Table:
-    """Return the counted numbers of a data set as a table.
+    """Return a table of the numbers that describe a data set, such as its number of tasks.
 
     The table has a column for the paper only if the paper prints numbers of the benchmark.
     """

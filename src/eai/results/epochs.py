@@ -249,7 +249,7 @@ class SuiteResult:
         folder: folder of the results.
         suite: the tasks that were scored.
         totals: the totals of the records.
-        records: a record (scored answer) of every task, in order, without explanations, which the files have.
+        records: a record (scored answer) of every task, in order. Only the files have the explanations.
         by_epoch: the result of each epoch (round of answers to all tasks), if there are several.
         remarks: sentences to print at the end of the run, such as on request options that the server ignored.
     """

@@ -25,7 +25,7 @@ def format_markdown_table(table: Table) -> str:
 def format_markdown_rows(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> Iterator[str]:
     """Yield the Markdown lines of a table, one for each row.
 
-    Each number stands with its fraction and interval.
+    Each rate is followed by its numerator and denominator, and by its interval.
     """
     return _format_grid(columns, [[_format_plain_cell(cell) for cell in row] for row in rows])
 

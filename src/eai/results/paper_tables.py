@@ -85,7 +85,7 @@ class _PaperProtocolAndTables:
 
 @cache
 def read_paper_protocol_and_tables() -> _PaperProtocolAndTables:
-    """Return the protocol (scoring rules) of the paper's numbers, and the names of the paper's tables."""
+    """Return the protocol (scoring rules) for comparisons with the paper, and the names of its tables."""
     return TypeAdapter(_PaperProtocolAndTables).validate_python(parse_toml(_read_paper_text("setting.toml")))
 
 

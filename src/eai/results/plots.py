@@ -349,10 +349,10 @@ def draw_rate_matrix(
     across: str = MODEL,
     zeros: bool = False,
 ) -> Figure | None:
-    """Draw a matrix of rates with models on one side; return None if there are no rates.
+    """Draw a matrix of rates with models on one axis; return None if there are no rates.
 
-    The other side lists the combined values of some columns (``levels``), such as outcomes.
-    The longer side runs down the page, so that many models fit. Rates with small denominators are in
+    The labels of the other axis are the combined values of some columns (``levels``), such as outcomes.
+    The longer axis is vertical, so that many models fit. Rates with small denominators are in
     brackets. If all rates of a model have the same denominator, this number stands at the end of the model's
     row or column.
 
@@ -361,7 +361,7 @@ def draw_rate_matrix(
         levels: the columns whose values together label a row (or column) of the matrix.
         rate: the column of rates.
         label: caption of the matrix.
-        across: the column that takes the side of the models; by default the models.
+        across: the column on the axis of the models; by default the models.
         zeros: whether rates of zero are written as numbers; if not, their cells are blank.
     """
     cells = {(_make_row_label(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
@@ -431,7 +431,7 @@ def draw_flow_band(
 
     Args:
         panel: the panel to draw in; the caller sets its limits.
-        left_x: horizontal coordinate of the first stage; the next stage is larger by one.
+        left_x: horizontal coordinate of the first stage; that of the next stage is larger by one.
         heights_and_thickness: height at the first stage, height at the next stage, and thickness, in percent.
         color: colour of the band.
         alpha: opacity, from 0 to 1.

@@ -64,7 +64,7 @@ def add_contributions(
 
 
 def make_rates(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
-    """Return a mapping from each metric to its rate, from its exact numerator and denominator, in order."""
+    """Return the rate of each metric, given its exact numerator and denominator; the order stays."""
     return {
         name: Rate(_convert_to_int_if_whole(more), _convert_to_int_if_whole(of))
         for name, (more, of) in sums.items()

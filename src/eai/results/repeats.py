@@ -28,7 +28,7 @@ def find_success_metric(ability: Ability) -> str | None:
 def make_task_contributions_by_pass_at_k(
     cases_by_epoch: Sequence[TaskContributions],
 ) -> dict[str, TaskContributions]:
-    """Return a mapping from the metrics ``pass@k`` and ``pass^k`` to the numbers that tasks add to them.
+    """Return a mapping from the metrics ``pass@k`` and ``pass^k`` to the contributions of the tasks.
 
     k runs from 1 to the number of answers to a task.
 

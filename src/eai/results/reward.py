@@ -49,12 +49,12 @@ class Shaping(str, Enum):
     added to the answer to reach its subgoals.
     """
     GOALS = "goals"
-    """The share of goals that the answer reaches, or 0 if an error ends it.
+    """The share of goals that the answer reaches, or 0 if an error stops its execution.
 
     Goals that held at the start do not count.
     """
     PROGRESS = "progress"
-    """The share of the goals that the answer reaches before an error ends it.
+    """The share of the goals that the answer reaches before an error stops its execution.
 
     Goals that held at the start do not count.
     """

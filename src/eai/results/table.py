@@ -48,7 +48,7 @@ class Estimate:
 
     @classmethod
     def from_cases(cls, cases: TaskContributions) -> Estimate:
-        """Return a rate in percent; its interval counts near copies of a task (equal names) together."""
+        """Return a rate in percent; its interval counts tasks with equal names (near copies) as one unit."""
         rate, certainty = compute_rate(case.share for case in cases), compute_rate_intervals(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)

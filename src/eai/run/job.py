@@ -55,7 +55,7 @@ _USUAL_PROVIDERS = (
     *("anthropic", "azureai", "bedrock", "deepseek", "google", "groq", "hf", "mistral", "ollama", "openai"),
     *("openai-api", "openrouter", "sglang", "together", "vllm"),
 )
-"""Providers in Inspect that many people use, to be suggested for similar names."""
+"""Providers in Inspect that many people use. They are suggested if the user misspells a provider."""
 
 _ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
     "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION),

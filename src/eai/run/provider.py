@@ -171,7 +171,7 @@ class _BuiltInModel(ModelAPI):
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
     ) -> ModelOutput:
-        """Answer the last question. If the ability takes turns, return the next command of the episode."""
+        """Answer the last question. If answers have several turns, return the next command of the episode."""
         positions = [
             n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _REQUIRED_METADATA
         ]

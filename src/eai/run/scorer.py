@@ -314,9 +314,9 @@ def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> S
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     """Return the verdicts on tasks, read from one score of each task.
 
-    Some protocols (scoring rules) choose one way to read all answers of a model. Then the answers are
-    scored again. Verdicts on repeated attempts do not change, because each answer was read before the next
-    question was asked.
+    Some protocols (scoring rules) decide from all answers of a model how to read each of them. Then the
+    answers are scored again. Verdicts on repeated attempts do not change, because each answer was read before
+    the next question was asked.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered_scores(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}

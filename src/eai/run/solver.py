@@ -282,7 +282,7 @@ class _SampleTranscript:
         return messages
 
     def add_recorded_answer(self, answer: Answer) -> None:
-        """Add an answer from an earlier start of the run to the state."""
+        """Add an answer from an earlier start of the run to the state of the sample."""
         restore_answer(self._state, answer)
         self._store_answer_text(answer.text)
 
@@ -317,7 +317,7 @@ def make_answer(
 ) -> Answer:
     """Return the answer in a sample's state, for the journal (file of all answers so far).
 
-    ``parts`` has its reasoning and the names of the corrections of its text.
+    ``parts`` has the reasoning of the answer, and the names of the corrections of its text.
     """
     return Answer(
         task_id=str(state.sample_id),

@@ -152,7 +152,7 @@ class _PromptOptions(Options):
 
     @property
     def prompt_label(self) -> str | None:
-        """Name of the prompts in records and tables: the name that the user gave, or our name for our set."""
+        """Name of the prompts in records and tables: the user's name, or the name of the chosen variant."""
         return self.name or (self.set if self.set in VARIANTS else None)
 
 
@@ -215,8 +215,8 @@ class RunSpec(Options):
     def experiment(self) -> Experiment:
         """The options of studies (variations) that change the questions of the run, as records store them.
 
-        If a model first states goals or scenes for the questions, the options of that first request are left
-        out. `ModelBeliefsInPrompts.experiment` has these options.
+        A run may first ask a model for the goals or scenes that its questions state. The options of this
+        request are left out; `ModelBeliefsInPrompts.experiment` has them.
         """
         variations_by_study = {
             variation.name: self.studies.get(variation.name, VariationOptions())
@@ -243,7 +243,7 @@ _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items
 
 
 def get_options_by_section() -> Mapping[str, type[Options]]:
-    """Return a mapping from names to sections of a specification, with sections of studies last."""
+    """Return a mapping: section of a specification -> class of its options. Studies come last."""
     return {**_CORE, **{study.name: study.options for study in list_studies_with_run_options()}}
 
 

@@ -39,7 +39,7 @@ class Endpoint:
 
 
 AskModel: TypeAlias = "Callable[..., SuiteResult]"
-"""Function that asks a model (an `Endpoint`) the prompts of a suite, given by task, and scores the answers.
+"""Function that asks a model (an `Endpoint`) prompts of a suite, given by task id, and scores the answers.
 
 Its further arguments are ``first``, the stage before these questions, and ``epochs``, the number of answers
 per task.
@@ -222,7 +222,7 @@ class _OptionsOfCombinedStudies(VariationOptions):
 
     @property
     def study_option_chosen_by_user(self) -> str:
-        """Names of the options that the user chose, one for each combined study, joined by "and"."""
+        """Names of the options that the user chose, one for each study of the run, joined by "and"."""
         return " and ".join([variation.study_option_chosen_by_user for variation in self.chosen])
 
     @property

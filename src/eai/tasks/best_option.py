@@ -47,7 +47,7 @@ never worse, whichever other conditions are chosen.
 """
 
 _MAX_DOMINATING_SETS = 8
-"""Number of the best sets of conditions with which all other sets are compared, to discard worse sets."""
+"""Number of the best sets of conditions that are compared with all other sets, to discard dominated sets."""
 
 
 class _ShareOfMetConditions(NamedTuple):

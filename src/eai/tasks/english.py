@@ -160,7 +160,7 @@ class PhraseStyle(NamedTuple):
 
 
 USUAL_STYLE = PhraseStyle()
-"""The style of phrases that always uses the usual wording."""
+"""The default style of phrases: the first of all alternative wordings, and no requests."""
 
 
 def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) -> Sequence[str]:

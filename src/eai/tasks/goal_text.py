@@ -127,7 +127,10 @@ def make_task(
 
 
 def write_goal(formula: f.Formula) -> str:
-    """Return the text of a goal, as `read_goal` reads it. An action on any objects is written as its name."""
+    """Return the text of a goal, as `read_goal` reads it.
+
+    If any objects of an action count, only the name of the action is written.
+    """
     match formula:
         case f.Occurs(action, ()):
             return action

@@ -89,7 +89,7 @@ class TransitionTask:
 
 
 _gold = lru_cache(maxsize=256)(read_action)
-"""Return the gold operator in a text. Results are cached because many tasks ask for the same operator."""
+"""Parse a gold operator. Results are cached because many tasks ask for the same operator."""
 
 
 def make_transition_tasks(

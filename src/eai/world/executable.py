@@ -234,7 +234,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
         allowed_objects: Sequence[ObjectMask],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield the arguments that pass the checks, given the arguments before parameter ``next_parameter``.
+        """Yield tuples of arguments that pass the checks, given the arguments before ``next_parameter``.
 
         ``binding`` holds these first arguments. Parameters are numbered from 1. ``allowed_objects`` has for
         each parameter the mask of the objects that pass the checks of this parameter alone.

@@ -43,7 +43,7 @@ PLAIN_CHARACTERS: dict[int, str] = {
 _NOISE = re.compile(r"<[^<>\s]*>|\\[nrt]|\.{3,}|[^\w\s().,<>\[\]-]+|(?<=,)(?=\S)|(?=\()")
 _WORD = re.compile(r"[\w-]+")
 _MAX_SEPARATORS = 3
-"""Maximum number of separators in a line that are tried as the beginning of a remark."""
+"""Maximum number of separators in a line that may begin a remark."""
 _MAX_WORDS_AROUND = 3
 """Maximum number of words before a step in its line, and after it. A line with more words is prose."""
 

@@ -294,8 +294,9 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches kept at the beginning of each subgoal; the search drops all later
-            branches. Branches that executed the last subgoal are never dropped, and are tested for the goal.
+        branches: maximum number of branches with which each subgoal begins. The search drops all branches
+            that it found later. Branches that executed the last subgoal are never dropped, and are tested
+            for the goal.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 
@@ -368,7 +369,7 @@ class _Exploration:
         self._ended: list[ExecutionBranch] = []
 
     def explore_branches(self, start: ExecutionBranch) -> ExplorationResult:
-        """Explore all branches from a start branch, and return the result of the search."""
+        """Explore all ways to execute the subgoals (branches) from a start branch, and return the result."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
             instruction, waiting = self._program[number], self._waiting[number]

@@ -1,10 +1,10 @@
 """Uniform-cost search for the shortest plans that reach a subgoal from a state.
 
 The search may use actions that may reach the subgoal, and actions that may make such actions possible.
-`refinement` permits these actions in growing sets. Before each action the agent makes the shortest movement
-that the action needs. If no plan is found, the result is the plan that comes nearest to the subgoal, with the
-action that fails. This module shares nodes, open list and loop with `eai.planning.planner`. It is separate
-because a subgoal needs several shortest plans, and the planner returns only one.
+`refinement` permits these actions in larger and larger sets. Before each action the agent makes the shortest
+movement that the action needs. If no plan is found, the result is the plan that comes nearest to the subgoal,
+with the action that fails. This module shares nodes, open list and loop with `eai.planning.planner`. It is
+separate because a subgoal needs several shortest plans, and the planner returns only one.
 """
 
 from __future__ import annotations

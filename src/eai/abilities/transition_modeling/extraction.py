@@ -267,7 +267,7 @@ def _find_part_with_unknown_keyword(text: str) -> str | None:
 def _has_end_of_operator(text: str) -> bool:
     """Whether the text before the first operator contains the end of another operator.
 
-    A definition of a problem or domain may have too many brackets.
+    Surplus closing brackets do not count if the text defines a problem or domain.
     """
     words = _NON_PDDL_BRACKETS.sub("", _COMMENT.sub("", text))
     is_closed = words.count(")") > words.count("(") and _DEFINITION.search(text) is None

@@ -74,7 +74,7 @@ PREDICATE_ARITIES: Mapping[str, int] = {
     **{f"isIn{room}": 1 for room in _ROOMS},
     **dict.fromkeys(RELATIONS, 2),
 }
-"""Number of objects of each predicate of subgoals (``base_vocabulary.json``)."""
+"""Number of arguments of each predicate of subgoals (``base_vocabulary.json``)."""
 
 UNOBSERVED = frozenset(PREDICATE_ARITIES) - {*_UNARY_PREDICATES, *RELATIONS, "inHandOfRobot"}
 """Predicates that cannot be evaluated: states have no rooms, and no robot's position, view or reach."""

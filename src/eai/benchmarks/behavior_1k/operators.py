@@ -292,9 +292,10 @@ def _require_cutting_tool(ability: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def make_dice_action() -> Operator:
-    """Return the action DICE: dice (a substance) replace an object in its container or on its support.
+    """Return the action DICE, which replaces an object by its diced pieces (a substance).
 
-    The action follows OmniGibson's transition rule DicingRule.
+    The pieces are in the container or on the support of the object. The action follows OmniGibson's
+    transition rule DicingRule.
     """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 

@@ -137,7 +137,7 @@ class _Activity:
 
     @cached_property
     def objects_that_goal_may_move(self) -> frozenset[str]:
-        """Objects that the goal may move.
+        """Objects that may have to be moved to reach the goal.
 
         A chair counts, too, if the goal is to put the chair next to an object.
         """

@@ -123,7 +123,7 @@ _APPROACH_ROLES = (OperatorRole.TAKES, OperatorRole.MOVEMENT)
 """Roles of operators by which the agent takes or approaches an object without using it."""
 
 _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
-"""Weights that a goal, an effect of a plan, and an initial fact add to a form of goal (pattern).
+"""Numbers that each goal, effect of a plan, and initial fact add to the weight of its pattern.
 
 A pattern is a literal with categories in place of objects.
 """
@@ -335,10 +335,10 @@ def _find_fact_patterns(
 def _count_surplus_facts_by_relation(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, its number of facts minus the maximum for relations that state places.
+    """Return, for each relation, its number of facts minus a maximum.
 
-    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. The result
-    is negative for relations with fewer facts.
+    Relations that say where objects are stay below the maximum: `MAX_MEAN_TARGETS` facts for each object that
+    is the first argument of a fact. Their result is not positive.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:

@@ -637,7 +637,7 @@ class TaskGenerator:
         growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
-        # a sequence of actions of at least this length gets no goals from tasks with further titles
+        # once the sequence of actions has this length, no goals of tasks with other titles are added
         enough = wanted if is_rich else (min_steps + max_steps) // 2
         max_themes = len(titles) if is_rich else _MAX_THEMES
         ending: list[f.Formula] = []

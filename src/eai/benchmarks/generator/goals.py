@@ -225,7 +225,7 @@ class GoalSampler:
     ) -> f.Formula | None:
         """Return a goal about all, some or a number of objects of a category, or None if no goal fits.
 
-        Goals about all objects are negated as often as goals of the benchmark.
+        Goals about all objects are negated with the frequency of negated goals in the benchmark.
         """
         if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_share_of_negated_goals()):
             pattern = self._draw_pattern(rng, truth=False) or pattern

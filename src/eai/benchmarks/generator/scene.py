@@ -1,4 +1,4 @@
-"""Make closed scenes: only some objects of a task's scene, and the objects in or on which these are.
+"""Make closed scenes: some objects of a task's scene, with their containers and supports.
 
 An object may be put into a shut container before a task begins, so that the agent has to open it.
 """

@@ -243,8 +243,8 @@ def is_earlier_split(one: str, other: str) -> bool:
 def compute_set_statistics(tasks: Sequence[Task]) -> dict[str, Any]:
     """Return minimum, quartiles and maximum of the numbers of steps, goals and objects of tasks.
 
-    Tasks without a plan do not count for the numbers of steps. The result also counts the shapes of goals,
-    the most frequent shape first.
+    Tasks without a plan do not count for the numbers of steps. The result also counts the types of goal
+    formulas, the most frequent type first.
     """
     forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
     return {

@@ -130,7 +130,7 @@ class InstructionWriter:
     def _describe_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.get_sentences(predicate)[0]
-        sentence = sentence if there else f"{sentence} now"  # "the lamp that is off now"
+        sentence = sentence if there else f"{sentence} now"  # e.g. "the lamp that is off now"
         return _fill_sentence(
             sentence, [f"the {self._get_object_noun(thing)} that", *map(self._add_article, there)]
         )
@@ -162,7 +162,7 @@ class InstructionWriter:
             return False
 
     def make_clause(self, goal: f.Formula, voice: e.PhraseStyle = e.USUAL_STYLE) -> str:
-        """Return a clause of an instruction that states a goal."""
+        """Return a clause that states a goal as part of an instruction."""
         if not voice.requests:
             return self._make_statement(goal, voice)
         return self._make_request(goal, voice) or f"{e.SEE_TO_IT} {self._make_statement(goal, voice)}"

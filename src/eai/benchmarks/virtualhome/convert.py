@@ -258,8 +258,8 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
     """Return the `ON` and `INSIDE` edges of each object whose edges have changed their order.
 
-    The order has changed if the edges do not begin with the old edges that remain. It matters, so all edges
-    of such an object are written again.
+    The order has changed if the edges do not begin with the old edges that remain. The order of edges
+    matters, so all edges of such an object are written again.
     """
     stayed = _group_ordered_edges_by_source_and_relation(edge for edge in before.edges if edge not in removed)
     return {

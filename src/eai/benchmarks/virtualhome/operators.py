@@ -193,8 +193,9 @@ ORIGINS = (
 )
 """Triples of predicates, one for each kind of place from which an object can be taken.
 
-The first predicate of a triple relates a taken object to its former place. The second relates an object to
-the place where it lies. The third is the relation of the scene graph that putting back makes true.
+The first predicate of a triple relates a held object to the place from which it was taken. The second
+relates an object to the place where it lies now. The third is the relation of the scene graph that becomes
+true when the object is put back.
 """
 
 

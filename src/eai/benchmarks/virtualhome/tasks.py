@@ -110,7 +110,7 @@ class _IndexedGraph:
         return State(Scene(VOCABULARY, self.objects, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
     def apply_delta_to_state(self, state: State, delta: GraphDelta) -> State:
-        """Return the state after the changes of a delta to this graph. This is fast if there are few changes.
+        """Return a state of this graph with the changes of a delta. This is fast if there are few changes.
 
         Raises:
             DataError: the delta adds or removes objects. No final graph of the data set does so.

@@ -68,7 +68,7 @@ Without = Annotated[
 _MAX_SHOWN_PATTERNS = 20
 """Maximum number of patterns that are printed without `--all`.
 
-A pattern is a change, such as ``ON(lamp)``, that demonstrations (recorded plans) for one task title make.
+A pattern is a kind of change, such as ``ON(lamp)``, in demonstrations (recorded plans) for one task title.
 """
 
 

@@ -387,7 +387,7 @@ class _DecisionFile(Options):
 def read_uncounted_predicates_and_decisions(
     path: Path,
 ) -> tuple[tuple[str, ...], dict[str, TitleMeaningDecisions]]:
-    """Read a user's decisions about the goals of task titles from a TOML file.
+    """Read a user's decisions about the goals that task titles mean, from a TOML file.
 
     Returns:
         The names of predicates to leave out of lists of changes, and the decisions by task title. Both are

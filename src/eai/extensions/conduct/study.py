@@ -31,7 +31,10 @@ _NAME = re.compile(r".*[\d_].*|[A-Z]{2,}")
 _FACT = re.compile(r"[\w.\-]+\([^()]*\)")
 
 _MAX_REASON_WORDS = 40
-"""Maximum number of different words in the reason of a refusal, because a longer one could name all facts."""
+"""Maximum number of different words in the reason of a refusal.
+
+A longer reason counts as a guess, because it could name all facts.
+"""
 
 _MAX_OTHER_NAMES = 2
 """Maximum number of names in the reason of a refusal that are not in the missing fact."""

@@ -208,10 +208,9 @@ class _ObfuscatedWording(SuiteWording):
 
 
 def _make_alternative_effects_conditional(operator: Operator) -> Operator:
-    """Return an equivalent operator without description and without alternatives.
+    """Return an equivalent operator with conditional effects in place of alternatives, without description.
 
-    An alternative is another way to act, which is attempted under a condition. It becomes a conditional
-    effect.
+    An alternative is another way to act, which is attempted under a condition.
     """
     tried = [f.And(attempt.conditions) for attempt in operator.alternatives]
     effects = [

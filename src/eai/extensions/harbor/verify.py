@@ -43,7 +43,7 @@ def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     """Return the rewards of an answer by name.
 
     ``reward`` is 1 for a right answer, else 0. Further rewards are the answer's values, from 0 to 1, of the
-    main metrics of the ability. A metric to which the answer adds nothing is left out. ``valid`` is 1. If an
+    main metrics of the ability. A metric that is undefined for the answer is left out. ``valid`` is 1. If an
     episode cannot be replayed, or the scorer raises an error, ``valid`` is 0 and the other rewards are those
     of an empty answer.
     """

@@ -53,7 +53,7 @@ def begin_or_resume_episode(
         saved_episode: Text of the episode to resume; empty for a new episode.
 
     Raises:
-        InputError: The text is no episode of a person with these rules, this seed and this data.
+        InputError: The text is not an episode that a person played with these rules, this seed and this data.
     """
     if not saved_episode:
         return RecordedGame(game_setup, seed, 1, harness=HARNESS), ()

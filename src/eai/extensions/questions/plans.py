@@ -51,10 +51,10 @@ Half of the plans fail, because two of the four choices of a question say that a
 """
 
 _MAX_ACTIONS = 8
-"""Maximum number of actions listed in a question about all plans that use only these actions."""
+"""Maximum number of listed actions, in a question about all plans that use only the listed actions."""
 
 _MIN_ACTIONS = 5
-"""Minimum number of actions listed in a question about all plans that use only these actions."""
+"""Minimum number of listed actions, in a question about all plans that use only the listed actions."""
 
 _MAX_STATES = 150
 """Maximum number of states to which the actions listed in a question lead. Beyond it, no question is made."""

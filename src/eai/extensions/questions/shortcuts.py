@@ -143,7 +143,7 @@ class ClosedQuestion(NamedTuple):
 
 
 _SurfaceCue: TypeAlias = tuple[str, str]
-"""A cue: the name of a shortcut, and a label of the statements that the shortcut treats alike."""
+"""A cue: the name of a shortcut, and the label of a group of statements that it does not distinguish."""
 
 
 class SurfaceCueCounts:

@@ -185,10 +185,11 @@ class QuestionGenerator:
         pool: WorkerPool | None = None,
         report: Callable[[int], None] = lambda written: None,
     ) -> Iterator[Question]:
-        """Yield questions. Kinds and forms take turns, so any first questions are spread evenly over them.
+        """Yield questions, with kinds and forms in turn.
 
-        There are fewer than ``number`` questions if the tasks do not allow more. Equal arguments give equal
-        questions, with any number of workers.
+        So the first questions contain all kinds and forms about equally often. There are fewer than
+        ``number`` questions if the tasks do not allow more. Equal arguments give equal questions, with any
+        number of workers.
 
         Args:
             kinds: the kinds of question.

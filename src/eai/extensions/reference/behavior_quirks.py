@@ -407,8 +407,9 @@ def _list_index_vectors_of_sum(total: int, length: int) -> Iterator[tuple[int, .
 def make_behavior_goal_test(task: Task) -> GoalTest:
     """Return eai-eval's test of a task's goals.
 
-    A goal counts as reached if one of the few ways to reach it that eai-eval tries is true
-    (`_reduce_to_first_dnf_terms`). The kind of the goal (states, relations or actions) stays as it is.
+    eai-eval tests only the first few alternatives (terms of the disjunctive normal form) of a goal. The goal
+    counts as reached if one of these is true (`_reduce_to_first_dnf_terms`). The kind of the goal (states,
+    relations or actions) stays as it is.
     """
     return GoalTest(task, [_reduce_to_first_dnf_terms(goal.formula, task.scene) for goal in task.goals])
 

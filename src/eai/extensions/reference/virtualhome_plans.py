@@ -223,7 +223,8 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
 def _are_all_objects_named_by_class(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
     """Whether a plan names every object by its class. The data set's plan always does so.
 
-    Other names make the plans unequal, because eai-eval compares their texts. For instance,
+    eai-eval compares the texts of plans, so a plan with other names differs from the data set's plan. For
+    instance,
     ``["food", "egg_1003"]`` names the same object as ``["food_egg", "1003"]``, but with another text.
     """
     return all(

@@ -32,7 +32,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 @cache
 def make_domain_with_all_quirks() -> Domain:
-    """Return the VirtualHome domain with the order of checks and all quirks (defects) of eai-eval."""
+    """Return the VirtualHome domain with all quirks (defects) of eai-eval, and with its order of checks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_in_reference_order())
 
 

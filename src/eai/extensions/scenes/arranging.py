@@ -110,7 +110,7 @@ def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
 
 
 def _is_next_to_furniture(locations: ObjectLocations, thing: int) -> bool:
-    """Whether an object stands next to furniture that is placed before this object."""
+    """Whether an object stands next to furniture that gets its place earlier than this object."""
     others = [
         second
         for first, second in locations.relations[BESIDE]

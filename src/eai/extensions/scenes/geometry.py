@@ -45,7 +45,7 @@ class _PlacedBodies(Protocol):
 
     @property
     def mujoco_body_of_object(self) -> Mapping[int, int]:
-        """Number of the MuJoCo body of each object, by the index of the object."""
+        """Mapping from the index of each object to the index of its MuJoCo body."""
 
     @property
     def mujoco_geoms_of_object(self) -> Mapping[int, range]:

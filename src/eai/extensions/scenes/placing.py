@@ -253,7 +253,7 @@ class Placer:
 def _find_free_pose_with_contact(
     size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]
 ) -> Pose | None:
-    """Return a free pose that touches sides or boxes of an area; None if there is no such pose."""
+    """Return a free pose at which a box touches sides of an area or boxes in it; None if there is none."""
     for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).rotation_matrix) @ size
         z = area[0, 2] + half[2] + _SETTLING_GAP

@@ -114,7 +114,7 @@ def open_verifier_tools(seconds: float = 30, memory_mib: int = 2048, processes: 
     The processes that answer calls start on first use.
 
     Args:
-        seconds: maximum seconds of a call on the clock, without the time that it waits for other calls.
+        seconds: maximum wall-clock seconds of a call, without the time that it waits for other calls.
         memory_mib: maximum memory of a process, in MiB.
         processes: maximum number of processes, which is the number of calls that are answered at a time.
     """

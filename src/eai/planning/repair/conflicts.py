@@ -120,8 +120,8 @@ class PlanStateCache:
 
         Args:
             plan: the plan.
-            earlier_path: moments of this plan, known up to the entry ``first_entry``.
-            first_entry: the number of the first entry to execute.
+            earlier_path: a path that agrees with the plan's path up to the moment before ``first_entry``.
+            first_entry: the number of the first entry (step of the plan) to execute.
         """
         moments = [*earlier_path[: first_entry + 1]]
         for _, action in plan[first_entry:]:
@@ -181,7 +181,7 @@ class _HelpingEditFinder:
     """Finds the conflict (the first failure) of an edited plan, and the edits that may resolve the conflict.
 
     Args:
-        states: the states that plans for the task lead to.
+        states: cache of the states to which plans for the task lead.
     """
 
     def __init__(self, states: PlanStateCache) -> None:

@@ -73,8 +73,8 @@ _STEPS_PER_EFFORT = 8
 _MANY_EDITS, _LANDMARK_EFFORT = 5_000, 500
 """Two limits of the search for repairs that consist of a single edit.
 
-If more edits than the first number may help, landmarks (sets of actions, see `Cut`) rule out some of these
-edits. The second number is the effort for finding landmarks.
+If more than ``_MANY_EDITS`` edits may help, landmarks (sets of actions, see `Cut`) rule out some of them.
+``_LANDMARK_EFFORT`` is the maximum effort for finding these landmarks.
 """
 
 _MAX_CACHED_STATES = 50_000
@@ -551,10 +551,10 @@ class _RepairSearch:
     def _queue_insertions_and_find_max_cost(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None]
     ) -> int:
-        """Queue the plan with each action inserted at a position, if the node's minimum of edits may suffice.
+        """For each action, queue a copy of the plan in which the action is inserted at a position.
 
-        A plan whose repair needs more edits than `min_repair_edits` of the node is not queued. Return the
-        highest number of edits that the repair needs after the insertion of any of the actions.
+        A copy whose repair needs more edits than `min_repair_edits` of the node is not queued. Return the
+        highest number of edits that the repair of any copy needs.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])

@@ -149,8 +149,9 @@ def _make_score_curves(
 
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
     included. Bins of annotated steps are {width} wide. For the other features, they have the smallest width
-    of 1, 2, 5, 10, ... that gives at most eight bins, or are powers of ten. Bins without tasks are left out;
-    few marks bins with fewer than {few} tasks. Intervals count tasks with the same name as one unit.
+    of 1, 2, 5, 10, ... that gives at most eight bins, or are bounded by powers of ten. Bins without tasks are
+    left out; few marks bins with fewer than {few} tasks. Intervals count tasks with the same name as one
+    unit.
     """
     for suite, answers in suites.items():
         models = group_by_model(answers)

@@ -215,7 +215,7 @@ class _NoisySceneGraphMaker:
         )
 
     def _draw_objects_with_duplicates(self) -> Iterator[tuple[str, str]]:
-        """Yield the name of each object that is seen twice, with the invented name of its duplicate."""
+        """Yield the name of each object to which noise adds a duplicate, with the name of the duplicate."""
         taken = set(self._names)
         for name in self._seen_names:
             if (

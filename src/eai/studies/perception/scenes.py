@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs_with_scene_format(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> ModelBeliefsInPrompts:
-    """Return perceived scenes, which questions state instead of the true scenes, with the scene format."""
+    """Return perceived scenes and their format. Questions state these instead of the true scenes."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
     return ModelBeliefsInPrompts(beliefs, experiment, lacking, **further_fields)

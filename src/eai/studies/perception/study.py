@@ -331,7 +331,7 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOption
     """Compare runs of one model, domain, ability and protocol (scoring rules).
 
     The run whose questions state the true scene as text gives the metric without perception errors. It must
-    have the same prompts (``eai run --set eai``).
+    have the prompts of the other runs (``eai run --set eai``).
 
     Raises:
         InputError: no run records a perceived scene.

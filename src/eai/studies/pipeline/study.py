@@ -93,9 +93,9 @@ class _PipelineOptions(VariationOptions):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage of a run that finds the goals, before the questions.
+        """Return the stage that obtains goals interpreted by a model, before the questions that state them.
 
-        If the user chose subgoals, return a second stage, which asks for them after the stage for the goals.
+        If the user chose subgoals, return a second stage, which asks for subgoals after the first stage.
         """
         from eai.studies.pipeline.stage_one import (
             obtain_goals_interpreted_by_model,

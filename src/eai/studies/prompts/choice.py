@@ -11,7 +11,7 @@ _PLACE = 40
 
 
 def make_experiment_with_prompt_name(prompt_name: str | None) -> Experiment:
-    """Return the options of a run whose prompts have a name; no options if the name is None."""
+    """Return an experiment that records the name of a run's prompts; without options if it is None."""
     if prompt_name is None:
         return Experiment()
     return Experiment({STUDY: make_settings_with_option("prompt", "prompt_name", prompt_name, _PLACE)})

@@ -344,7 +344,7 @@ class _ReplanningRunOptions(VariationOptions):
         return self.replanning.label if self.replanning else ""
 
     def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
-        """Return action sequencing, the only ability with attempts.
+        """Return action sequencing, the only ability in which a model may try again.
 
         Raises:
             InputError: another ability is named.
@@ -473,9 +473,9 @@ _SIZE = (3.5, 2.8)
 """Width and height of the figure without its legend, in inches: one column of a page."""
 _LEGEND_ROW = 0.17
 _GROUP_DISTANCE = 0.05
-"""Horizontal distance between the points of two groups of runs, so that their intervals do not overlap.
+"""Horizontal distance between the points of two groups of runs, in attempts (the unit of the axis).
 
-One attempt on the axis is the unit.
+It keeps the error bars of the groups apart.
 """
 
 

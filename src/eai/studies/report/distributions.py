@@ -97,7 +97,9 @@ _MAX_BINS = 24
 def write_distribution_plots(
     distributions: Sequence[_ValueDistribution], title: str, path: Path
 ) -> tuple[Path, ...]:
-    """Draw distributions of numbers in ``path-numbers`` and of names in ``path-names``, as SVG and PNG.
+    """Draw distributions of numbers and of names, as SVG and PNG.
+
+    The names of the files are ``path`` with ``-numbers`` or ``-names`` at its end.
 
     Raises:
         EaiError: matplotlib is not installed.

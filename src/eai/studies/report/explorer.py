@@ -43,7 +43,7 @@ VERSION = 5
 """Version of the format of the data in the explorer (page ``explorer.html``)."""
 
 _INDEX_FIELDS = frozenset({"run", "t", "o", "z", "f", "m", "k", "c", "p", "a", "h", "N"})
-"""Short names of the fields by which the page lists and filters answers. All other fields are details."""
+"""Short names of the fields by which the explorer lists and filters answers. All other fields are details."""
 
 _MAX_RUNS_PER_CHUNK = 4
 """Maximum number of runs whose answers are compressed together, as one chunk of the page's data.
@@ -148,7 +148,7 @@ class ExplorerData:
         self._tasks: dict[str, _Row] = {}
 
     def add_run(self, run: Run) -> None:
-        """Add a run with its stored verdicts on answers."""
+        """Add a run, with its stored verdicts on answers, to the explorer."""
         key, background = run.key, self._background(run.key.domain)
         log: Json = run.log and [*run.log, _VIEWER]
         self._begin_run((key.protocol.value, key.domain, key.ability.value, key.name), key.sort_key, log)
@@ -195,7 +195,7 @@ class ExplorerData:
         rows.append(_drop_empty_values(values))
 
     def format_data_as_base64_lines(self) -> Iterator[str]:
-        """Yield all data of the page as lines of base64, a chunk of compressed JSON each.
+        """Yield all data of the explorer as lines of base64, a chunk of compressed JSON each.
 
         First come details of answers, then prompts, and last the index of all answers.
         """
