@@ -2,9 +2,9 @@
 
 The goals are reached one after the other, each by a greedy best-first search (`greedy_search`). The search is
 guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). A goal that must be
-undone for another goal comes after the other goal (`_ReasonableOrder`). If no goal can be
-reached without undoing another goal, a single search looks for all goals together. All actions of a plan are
-applicable. A number of states limits the effort, never time. So equal input gives equal output.
+undone for another goal comes after the other goal (`_ReasonableOrder`). If no goal can be reached without
+undoing another goal, a single search looks for all goals together. All actions of a plan are applicable. A
+number of states limits the effort, never time. So equal input gives equal output.
 """
 
 from __future__ import annotations
@@ -289,7 +289,7 @@ class _ReasonableOrder:
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
             return
         own = self._literals[earlier].arguments
-        undoing = {*self._find_undoing_actions(goal, own, self._goals[later], estimates)}
+        undoing = self._find_undoing_actions(goal, own, self._goals[later], estimates)
         must_precede = False
         if True in undoing:
             kept = self._search.make_estimates(node, (self._goals[later],), keep_protected=True)
@@ -299,29 +299,35 @@ class _ReasonableOrder:
 
     def _find_undoing_actions(
         self, condition: Subgoal, own: tuple[int, ...], kept: Subgoal, estimates: CostEstimates
-    ) -> Iterator[bool]:
-        """Yield an item for each action on the cheapest path to a condition that undoes the goal ``kept``.
+    ) -> set[bool]:
+        """Return an item for each action on the cheapest path to a condition that undoes the goal ``kept``.
 
         The item is true if the conditions from that action on are about the objects ``own``, or about objects
         of other categories.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
-        for literal in estimates.split_into_cheapest_literals(condition):
-            if not isinstance(literal.formula, Atom) or estimates.holds(literal):
-                continue
-            atom = estimates.atom(literal.formula, literal)
-            if atom.predicate in heuristic.derived:
-                continue
-            others = {objects[index].category for index in atom.arguments if index not in own}
-            is_own = others.isdisjoint([objects[index].category for index in own])
-            action, prerequisites = estimates.find_supporter(atom)[1:]
-            if action is not None:
-                after = heuristic.domain.apply(estimates.state, action)
-                if heuristic.readings.holds(*kept[:2], after) != kept.truth:
-                    yield is_own
-            for part in prerequisites:
-                for is_own_path in self._find_undoing_actions(part, own, kept, estimates):
-                    yield is_own and is_own_path
+        own_categories = {objects[index].category for index in own}
+        undoing = set[bool]()
+        seen = set[tuple[GroundAtom, bool]]()
+        waiting = [(condition, True)]
+        while waiting:
+            part, is_later_own = waiting.pop()
+            for literal in estimates.split_into_cheapest_literals(part):
+                if not isinstance(literal.formula, Atom) or estimates.holds(literal):
+                    continue
+                atom = estimates.atom(literal.formula, literal)
+                others = {objects[index].category for index in atom.arguments if index not in own}
+                is_own = is_later_own and others.isdisjoint(own_categories)
+                if atom.predicate in heuristic.derived or (atom, is_own) in seen:
+                    continue
+                seen.add((atom, is_own))
+                action, prerequisites = estimates.find_supporter(atom)[1:]
+                if action is not None:
+                    after = heuristic.domain.apply(estimates.state, action)
+                    if heuristic.readings.holds(*kept[:2], after) != kept.truth:
+                        undoing.add(is_own)
+                waiting += [(prerequisite, is_own) for prerequisite in prerequisites]
+        return undoing
 
 
 class _GoalAgenda:
