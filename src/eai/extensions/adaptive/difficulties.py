@@ -108,7 +108,7 @@ def _compute_concentration_on_task_names(
     """Return how concentrated the Fisher information is on few task names: the sum of their squared shares.
 
     The share of a task name is the part of the information that comes from the tasks with this name. The
-    result is 1 for a single name, and 1/n for n names with equal shares (the Herfindahl index).
+    result, a Herfindahl index, is 1 for a single name, and 1/n for n names with equal shares.
     """
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:

@@ -21,7 +21,7 @@ Flag: TypeAlias = Literal[
 """
 
 FlagReader = Callable[[SuiteIdentity, str, bool], Iterator[Flag]]
-"""Function that yields the flags (signs of an error) of a task.
+"""Function that yields the flags of a task: reasons to use the answers to it with caution.
 
 Its arguments are the task's benchmark and ability, the task id, and whether all models fail the task.
 """

@@ -129,7 +129,7 @@ def estimate_ability_variance_between_same_name_groups(
     If a group is unexpectedly difficult for a model, its scores in two tasks of the group both fall below the
     expected scores. To first order, the mean product of these two deviations is the variance, times the
     Fisher information of one task, times that of the other. The result is averaged over all pairs of tasks
-    with one name (method of moments). It is 0 if no two tasks have one name, or if such tasks do not deviate
+    with one name (method of moments). It is 0 if no two tasks share a name, or if such tasks do not deviate
     together.
 
     Args:

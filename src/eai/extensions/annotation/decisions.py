@@ -376,7 +376,7 @@ class _DecisionFile(Options):
     """The content of a TOML file of decisions about the meaning of task titles.
 
     Attributes:
-        without: names of predicates that are not counted, because they hold for too many objects.
+        without: names of predicates whose patterns are not counted.
         title: task title -> decisions about it.
     """
 
@@ -472,7 +472,7 @@ class PatternsOfTitle:
     Attributes:
         differences: the changes of each demonstration.
         domain: the domain of the demonstrations.
-        without: names of predicates that are not counted, because they hold for too many objects.
+        without: names of predicates whose patterns are not counted.
     """
 
     differences: Sequence[DemonstrationChanges]

@@ -106,7 +106,7 @@ def build_page_and_count_submissions(
     A season is a set of generated tasks that submissions can answer too.
 
     Args:
-        paths: folders or zips of single submissions, folders of seasons, or folders of these.
+        paths: folders or zips of single submissions, folders of single seasons, or folders of these.
         data_source: the data set, and the planner that judges operators.
         report_submission: called with the name of each submission before the submission is scored.
 
@@ -376,10 +376,9 @@ def _format_description_cells(description: _SubmissionDescription) -> Sequence[s
 
 
 def _format_prompt_set(run_specification: str) -> str:
-    """Return a text ``SET`` or ``SET, NAME`` on the prompts of a run specification.
+    """Return the prompt set of a run specification, followed by ``, NAME`` if the user's prompts have a name.
 
-    ``SET`` is the prompt set, and ``NAME`` the name of the user's own prompts. The text is empty if the
-    specification is.
+    An empty specification gives an empty text.
     """
     if not run_specification:
         return ""

@@ -1,7 +1,7 @@
 """Read logs of Inspect whose agents call the tools ``act``, ``look`` (observe) and ``done``, as in `eai`.
 
-Replies of the tools of `eai` state the kind of an error. Replies of other tools do not, so the actions are
-replayed in the task of `eai` to find errors.
+Replies of the tools of `eai` state the kind of an error. Replies of other tools do not, so errors come
+from a replay of the actions in the task of `eai` with the same id.
 """
 
 from __future__ import annotations

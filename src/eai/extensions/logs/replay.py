@@ -47,7 +47,7 @@ def replay_steps(
     """Return an episode with the kinds of errors and the progress that a replay of its actions shows.
 
     The replay ends before the first action whose result differs from the result in the log. This action and
-    all later actions get no kind of error. If the log states no outcome, a replay to the end shows the
+    all later actions stay as they are in the log. If the log states no outcome, a replay to the end shows the
     outcome.
 
     Args:

@@ -1,8 +1,8 @@
 """Compare tasks in logs of other projects with tasks of a benchmark that have the same names.
 
 Such a task of the benchmark, its twin, is the same activity in the benchmark's own symbolic world. It shows
-the length of the activity, and which objects must be searched for. The robot in the log may face other
-conditions.
+the length of the activity, and which objects must be searched for. It proves nothing about the robot
+in the log, which may face other conditions.
 """
 
 from __future__ import annotations

@@ -116,9 +116,10 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
             self._send_response("text/html", page)
 
     def do_POST(self) -> None:
-        """Execute the command line that the page sent, and send the page's new content.
+        """Execute the command that the page sent, and send the page's new content.
 
-        After the last task, the server stops.
+        A command is ignored if the page shows an earlier turn. The server stops after the last task, or if an
+        episode cannot be saved.
         """
         line = self._read_line() if self._is_request_for_this_host() else None
         if line is None:

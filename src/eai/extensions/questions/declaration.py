@@ -175,7 +175,7 @@ def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
 _QUESTION_FILE_START = re.compile(rb'\{"id":(?!.*?"base":)')
 """Regular expression for the first line of a question file.
 
-The line has the key `id`, but not the key `base`. Lines of task files have both keys.
+The line begins with the key `id`, and has no key `base`. Lines of task files have both keys.
 """
 
 

@@ -160,7 +160,7 @@ def make_why_not_question(
     """Ask which requirements of an action are not met.
 
     Return None if no operator with several requirements has enough objects for its parameters, or if no
-    random action has an unmet requirement.
+    tried action has an unmet requirement.
     """
     state = rng.choice(setting.states)
     candidates = [

@@ -72,10 +72,9 @@ _MAX_GOALS = 3
 """Maximum number of facts in the goal of a question."""
 
 _PLAN_LENGTHS = 4
-"""Number of different lengths of the shortest plans that questions ask for.
+"""Number of different lengths that are wanted for the shortest plan of a question's goal.
 
-Each question asks for a goal whose shortest plan has a certain length. Consecutive questions use the lengths
-in turn, and then begin again with the shortest length.
+Consecutive questions use the lengths in turn, and then begin again with the shortest length.
 """
 
 _GOAL_CANDIDATES = 8
@@ -345,7 +344,7 @@ def _corrupt_plan(
 def _make_path_with_detours_and_states(
     setting: QuestionSetting, rng: random.Random
 ) -> tuple[list[Action], list[State]]:
-    """Return a task's executable actions with up to three unneeded actions added, and the reached states."""
+    """Return a task's path (its executable actions) with up to three unneeded actions, and its states."""
     plan, states = list(setting.path), list(setting.states)
     length = len(plan) + rng.randint(0, _MAX_DETOURS)
     for _ in range(_MAX_PLAN_CHANGES):
@@ -493,8 +492,9 @@ def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> 
 
 
 def _explore_states_of_random_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Return the graph of all states that random actions lead to, some of them from the task's plan.
+    """Draw actions, and return the graph of all states that they lead to.
 
+    Some of the actions are from the task's path (its executable actions), the others are random.
     Return None if too few actions are found, or if there are too many states.
     """
     first = rng.randrange(len(setting.path)) if setting.path else 0

@@ -38,7 +38,7 @@ _MAX_PATH_ACTIONS = 24
 _RANDOM_ACTIONS = 6
 """Number of random actions that replace the plan in the path (executable actions) of a task without a plan.
 
-Fewer are used if no further action is possible.
+The path is shorter if the draws find no possible action.
 """
 
 _MAX_ACTION_DRAWS = 40

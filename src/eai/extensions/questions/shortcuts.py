@@ -54,8 +54,8 @@ _TOLERATED_BIAS = 6
 """Tolerated bias of the first questions. The bias is the sum of the squared balances of all cues.
 
 A cue is a mark by which a shortcut chooses a statement. The balance of a cue is the excess of right
-statements with the cue over the number that chance predicts. This constant counts a change of the balance as
-1 if the right statement of a question has the cue, and no wrong statement has it.
+statements with the cue over the number that chance predicts. The unit of
+balance is here the change by one question whose right statement is the only statement with the cue.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
@@ -68,13 +68,13 @@ _MAX_OCCURRENCES = 5
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
 """Names of the shortcuts: rules that answer without knowledge of the world.
 
-To questions with choices, a shortcut gives this answer:
+For questions with choices, a shortcut takes this choice:
 ``names``: the choice that shares most names with the other choices. ``longest``: the longest choice.
 ``text``: the choice with most names that occur in the question's text. ``unchanged``: a fact that holds
 before the actions. ``operator``: the choice whose operator or predicate was right most often in earlier
 questions.
 
-To yes-no questions, a shortcut gives the answer that was right more often for similar earlier statements.
+For yes-no questions, a shortcut takes the answer that was right more often for similar earlier statements.
 Similar means: the same operator (``operator``), number of names in the text (``text``), length class
 (``longest``), or value before the actions (``unchanged``). ``names`` guesses.
 """
@@ -108,8 +108,9 @@ def make_feature_reader(
     Args:
         question_text: the text of the question without the statements.
         initial_facts: texts of the facts that hold before the actions.
-        labels: the labels of statements that do not begin with an operator or predicate. This name is the
-            label of all other statements. The shortcut `operator` treats statements with equal labels alike.
+        labels: the labels of statements that do not begin with an operator or predicate. The label of every
+            other statement is its operator or predicate. The shortcut `operator` treats statements with equal
+            labels alike.
     """
     mentioned = Counter(_NAME_PATTERN.findall(question_text))
 
@@ -183,8 +184,8 @@ class SurfaceCueCounts:
 
         Returns:
             the probability that each shortcut answers the question correctly, by name of the shortcut. It is
-            computed from the counts before this question. It is between 0 and 1 if the shortcut allows
-            several answers and guesses one of them.
+            computed from the counts before this question. It is a fraction if several answers
+            fit the shortcut, which then guesses one of them.
         """
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}

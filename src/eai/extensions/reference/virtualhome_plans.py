@@ -120,7 +120,7 @@ class _VirtualHomePlanNotation(VirtualHomePlanNotation):
         self._with_ids = with_ids
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Return the plan in an answer. If names have ids, a name without id is unreadable."""
+        """Return the plan in an answer. With ids, a name without an id makes the answer unreadable."""
         plan = read_plan(text)
         with_ids = self._with_ids
         if isinstance(plan, Unreadable) or not (has_object_ids(plan) if with_ids is None else with_ids):
@@ -195,7 +195,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """Return the verdict on an executed plan, with its counts in a summary if these are different.
+        """Return the verdict on an executed plan, with its counts in a summary if these differ from it.
 
         The summary that eai-eval makes of many answers counts every action that was not needed as an error.
         It also requires action goals in the order of the data set. If eai-eval judges a single plan, it uses
@@ -224,8 +224,8 @@ def _are_all_objects_named_by_class(plan: WrittenPlan, actions: Sequence[Action]
     """Whether a plan names every object by its class. The data set's plan always does so.
 
     eai-eval compares the texts of plans, so a plan with other names differs from the data set's plan. For
-    instance,
-    ``["food", "egg_1003"]`` names the same object as ``["food_egg", "1003"]``, but with another text.
+    instance, ``["food", "egg_1003"]`` names the same object as ``["food_egg", "1003"]``, but with another
+    text.
     """
     return all(
         not isinstance(word, ObjectWithId) or word.name == scene.objects[index].category

@@ -51,10 +51,10 @@ def find_first_target_mask(state: State, relation: str, source: int, wanted_mask
 
 
 def _list_targets_in_python_set_order(state: State, predicate: str, source: int) -> list[int]:
-    """Return the objects that have a relation to an object, in the order of a Python set of their ids.
+    """Return the objects to which an object has a relation, in the order of a Python set of their ids.
 
-    This order depends on the order of insertion. Objects whose relation was added by actions are inserted
-    first, then objects with the relation in the initial scene, both by ascending id. The package eai-eval
+    This order depends on the order of insertion. Objects that actions added to the relation are inserted
+    first, then those of the initial scene, both by ascending id. The package eai-eval
     inserts the initial objects in the order of the data set's file. For the objects of all tasks, the first
     object of the result is the same in both orders.
     """
@@ -192,7 +192,7 @@ def replace_condition_searched_in_earlier_states(operator: Operator, check: Chec
     An action comes in the wrong order if its failed condition held in an earlier state. For some failed
     conditions, eai-eval looks for a replacement (`SEARCHED_CONDITIONS`), such as the relation ``next_to``
     instead of nearness. If an object is in a closed container, the replacement is that the object, not the
-    container, is open. If the replacement is never true, the error is not of wrong order. See
+    container, is open. If the replacement is never true, no error is of wrong order. See
     ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions

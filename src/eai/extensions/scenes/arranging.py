@@ -265,7 +265,7 @@ def _put_objects_in_row(plan: _RoomLayout, row: Sequence[int], y: float) -> None
 def _put_furniture_along_walls(
     plan: _RoomLayout, back_wall_furniture: Sequence[int], furniture_by_stand: Mapping[str, Sequence[int]]
 ) -> None:
-    """Put furniture along the back wall and the side walls, doors at the left and windows at the right."""
+    """Put furniture along the back wall, then the side walls; doors to the left, windows to the right."""
     bodies, x = plan.bodies, 0.2
     back = max([bodies[i].size[1] for i in back_wall_furniture], default=0.4)
     side = {3: plan.depth - back - 0.5, 1: plan.depth - back - 0.5}

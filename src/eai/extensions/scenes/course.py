@@ -39,7 +39,7 @@ class _AnswerExecutingScorer(Structure):
 
 
 def make_scene_diagram_maker(source: Source) -> Callable[[Record], SceneDiagrams]:
-    """Return a function that returns the diagrams of the scene at each step of an answer, given its record.
+    """Return a function from the record of an answer to diagrams of the scene along the answer.
 
     The function opens the suite (tasks with their scoring) of several records only once.
     """

@@ -1,8 +1,8 @@
 """Draw diagrams of scenes as SVG and PNG. Equal diagrams give equal bytes.
 
 Each object is a rectangle, with the facts about it as text and with the objects in or on it as smaller
-rectangles. Rectangles never overlap, and texts stay in their rectangle. All texts use one monospaced font, so
-the number of characters gives the width of a text.
+rectangles. Rectangles within one rectangle never overlap, and texts stay in their rectangle. All texts use
+one monospaced font, so the number of characters gives the width of a text.
 """
 
 from __future__ import annotations
@@ -151,7 +151,10 @@ def to_pillow_image(drawing: Drawing) -> Image:
 
 
 def draw_object_rectangles(tiles: Sequence[ObjectRectangle]) -> Drawing:
-    """Draw objects as rectangles, with a legend below them. The drawing is `WIDTH` pixels wide."""
+    """Draw objects as rectangles, with a legend below them.
+
+    The drawing is `WIDTH` pixels wide and as high as necessary.
+    """
     inner = WIDTH - 2 * _GAP
     boxes = [_draw_object_rectangle(tile, inner) for tile in tiles]
     scene, legend = _pack_boxes(boxes, inner), _draw_legend(inner)

@@ -178,7 +178,7 @@ def _require_body(thing: WorldObject) -> Body:
 
 
 def _list_related_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
-    """Return a relation's pairs whose first object is in `bodies`; none for an undeclared relation."""
+    """Return a relation's pairs whose first object is in ``bodies``; none for an undeclared relation."""
     known = name in state.scene.vocabulary.binary_slots
     return tuple([pair for pair in state.relation(name).pairs() if pair[0] in bodies]) if known else ()
 

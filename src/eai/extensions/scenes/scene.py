@@ -175,7 +175,7 @@ MAX_ATTEMPTS = 8
 """Maximum number of attempts to arrange a scene. An attempt fails if an object falls or does not fit."""
 
 _MAX_STEPS, _DAMPING_STEPS = 240, 8
-"""Maximum number of simulated steps (4 ms each), and number of steps after which motion is damped again."""
+"""Maximum number of steps (4 ms each) until a scene rests, and number of steps between dampings of motion."""
 
 _MAX_RESTING_SPEED = 0.03
 """Speed below which a scene counts as at rest: in m/s for motion, in radians/s for rotation."""

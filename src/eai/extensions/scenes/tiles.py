@@ -27,9 +27,9 @@ HANDS = "(hands)"
 def make_object_rectangles(
     graph: SceneGraph, words: SceneGraphVocabulary, agent: str | None, others: Sequence[str] = ()
 ) -> list[ObjectRectangle]:
-    """Return the rectangles of all objects that are not in or on another object. The agent's comes first.
+    """Return the outermost rectangles of a scene graph. The rectangle of the agent comes first.
 
-    Each rectangle has the rectangles of the objects in or on its object.
+    Each rectangle contains the rectangles of the objects that are in, on or held by its object.
 
     Args:
         graph: the scene graph.
