@@ -247,6 +247,7 @@ def _collect_outcomes_and_task_lines(
 ) -> tuple[Sequence[GenerationOutcome], Sequence[str], InputError | InterruptError | None]:
     """Return the outcomes of seeds and the lines of their tasks, and the error if there are too few tasks.
 
+    An interrupt is also returned as an error, with the outcomes and lines so far.
     The outcome of a seed is a task, or a reason why the seed gave no task. The lines of a task
     are made as soon as the task is generated, so that an interrupted command ends quickly.
     """

@@ -41,7 +41,7 @@ def print_learnability(
 ) -> None:
     """Print numbers that show whether a model can learn from the rewards of tasks.
 
-    The figures are the rewards of null models (trivial built-in models such as eai/random), and the groups of
+    The numbers are the rewards of null models (trivial built-in models such as eai/random), and the groups of
     answers to one task whose rewards differ. Tasks that are longer than a model's context are listed.
 
     Raises:

@@ -333,7 +333,8 @@ class _RateLimitedLinePrinter:
     """Prints a progress line after each tenth of the work.
 
     It also prints a line after the first `PARTS_BEFORE_FIRST_ESTIMATE` parts, and after
-    `LONGEST_SILENCE` seconds. Lines are at least `PATIENCE` seconds apart.
+    `LONGEST_SILENCE` seconds without a line. Lines are at least `PATIENCE` seconds apart; only the last
+    line of the work need not wait.
 
     Args:
         console: where the lines are printed.

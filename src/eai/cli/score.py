@@ -248,7 +248,10 @@ def _is_log_of_other_project(path: Path) -> bool:
 
 
 def _split_job_by_game_rules(job: _ScoringJob) -> list[_ScoringJob]:
-    """Split a job by the game rules of its answers. Rules other than standard get own folders."""
+    """Split a job by the game rules of its answers.
+
+    If these differ, answers by other rules than the standard ones get their own folders.
+    """
     parts = split_answers_by_game_rules(job.suite.ability, job.answers)
     jobs = []
     for rules, answers in parts.items():

@@ -100,7 +100,7 @@ class _RateWithErrorBySamplingUnit:
 
     @property
     def variance_without_pseudo_units(self) -> float:
-        """Variance of the estimate from tasks alone, without the two imagined units of `variance`."""
+        """Variance of the estimate from its units alone, without the two imagined units of `variance`."""
         return sum(added * added for added in self.of_units.values())
 
     @property
@@ -176,8 +176,9 @@ def compute_rate_difference_by_sampling_unit(
 ) -> _RateWithErrorBySamplingUnit:
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
-    A unit is a task or a group of near copies. A pseudo-unit (an invented task, see
-    `_RateWithErrorBySamplingUnit`) can be right or wrong in each rate, so it has four possible contributions.
+    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit
+    (`_RateWithErrorBySamplingUnit`) can be right or wrong in each rate, so it has four possible
+    contributions.
     """
     return _RateWithErrorBySamplingUnit(
         second.value - first.value,

@@ -125,7 +125,7 @@ def experiment_to_json(
 
 
 def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
-    """Return the options of studies and agents (the experiment) that a record's fields state, or None.
+    """Return the options of studies and agents in a record's fields; None if they state no options.
 
     The fields are ``study`` and ``agent``. Older records have the chosen options as fields.
 

@@ -1,4 +1,4 @@
-"""Sets how often garbage is collected: rarely if a process keeps all objects, often while it asks a model."""
+"""Collects garbage rarely in a process that keeps nearly all objects, and often in runs of models."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Spending:
         )
 
     def apply_price(self, price: _TokenPrice | None) -> Spending:
-        """Return the spending in dollars. Answers without a known price cost the given price."""
+        """Return the spending in dollars. Tokens of answers without a known price cost the given price."""
         if price is None or not self.unpriced_answers:
             return self
         dollars = price.compute_dollars(self.unpriced)

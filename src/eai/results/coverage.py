@@ -128,7 +128,10 @@ class TasksChangedByErrata:
 
     @property
     def remark_on_errata(self) -> str | None:
-        """Sentence with the numbers of tasks that errata leave out or correct; None if no task changes."""
+        """Sentence with the numbers of tasks that errata leave out or correct; None if no task changes.
+
+        It names the option that takes the data as published.
+        """
         effects = [
             f"{len(task_ids)} {how}"
             for task_ids, how in ((self.left_out, "left out"), (self.corrected, "corrected"))

@@ -1,7 +1,7 @@
 """Counts the tasks, goals, plans and objects of a data set (paper, Table 2).
 
-A profile holds the features of one task, such as the number of goals. For any benchmark, the module counts
-the numbers of the paper's Table 2, beside the numbers that the paper prints.
+A profile holds the features of one task, such as the number of goals. For any benchmark, the module
+computes the numbers of the paper's Table 2, beside the numbers that the paper prints.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class _TaskProfile:
 
     @property
     def plan_operator_names(self) -> set[str]:
-        """Names of the different actions of the data set's own plan."""
+        """Names of the different operators in the data set's own plan."""
         return {action.operator for action in self.task.script}
 
     @property
@@ -71,7 +71,7 @@ class _DataSetStatistic:
 
     Attributes:
         note: a description of the counted quantity.
-        printed: the figure in the paper; None if the paper does not have it.
+        printed: the number in the paper; None if the paper does not have it.
         remark: why the paper has another number, or how it was computed; often empty.
     """
 

@@ -130,7 +130,7 @@ class ModelBeliefsInPrompts:
     look: ScenePerception | None = None
 
     def add_goals_from_other_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
-        """Return beliefs with these scenes and the goals of ``goal_beliefs``.
+        """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
 
         Only tasks with both a scene and goals remain.
 

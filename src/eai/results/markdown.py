@@ -23,7 +23,7 @@ def format_markdown_table(table: Table) -> str:
 
 
 def format_markdown_rows(columns: Sequence[Column], rows: Iterable[Sequence[Cell]]) -> Iterator[str]:
-    """Yield the Markdown lines of a table, one for each row.
+    """Yield the Markdown lines of a table: the heading, the line below it, and a line for each row.
 
     Each rate is followed by its numerator and denominator, and by its interval.
     """

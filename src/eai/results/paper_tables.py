@@ -41,7 +41,7 @@ class PaperTable:
         name: name of its file in the folder ``paper``.
         rows: mapping from each model to a mapping from columns to rates in percent, None for an empty
             cell; in the paper's order.
-        notes: mapping from pairs of a model and a column to remarks on the figure, a sentence or two each.
+        notes: mapping from pairs of a model and a column to remarks on the rate, a sentence or two each.
             The model is empty for remarks on a whole column.
     """
 
@@ -52,7 +52,7 @@ class PaperTable:
     notes: Mapping[tuple[str, PaperColumn], Sequence[str]] = field(default_factory=dict)
 
     def find_printed_number(self, model: str, column: PaperColumn) -> float | None:
-        """Return a figure in percent, or None if the table does not have it."""
+        """Return a rate in percent, or None if the table does not have it."""
         return self.rows.get(model, {}).get(column)
 
 
@@ -63,7 +63,7 @@ class _PaperProtocolAndTables:
     Attributes:
         protocol: name of the rules under which our metrics can be compared with the paper's numbers.
         tables: mapping from each table of our reports to the names of the paper's tables with the same
-            columns. If several of these tables print the same number, the first table counts.
+            columns. If several of these tables have a rate for a cell, the first table counts.
         others: mapping from the name of each further table of the paper to our table with the same columns.
         same_quantity: names in ``others`` of tables that repeat numbers of ``tables``. Notes on our tables
             list the repeated numbers that differ.

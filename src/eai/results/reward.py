@@ -174,8 +174,8 @@ class Reward:
             answers are unreadable. Reasoning counts for the length, and is then ignored.
 
     Raises:
-        InputError: the shaping does not exist or does not fit the suite, or the suite's verdicts give no
-            credit.
+        InputError: the shaping does not exist or does not fit the suite, or answers to its ability have
+            no reward.
     """
 
     def __init__(

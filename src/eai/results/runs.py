@@ -70,7 +70,7 @@ class RunKey(NamedTuple):
 
     @property
     def is_standard_run(self) -> bool:
-        """Whether no study (variation) changes the run's questions, and its game rules are standard.
+        """Whether the run has no options of a study (variation), and its game rules are standard.
 
         Only such runs are ranked.
         """

@@ -132,7 +132,7 @@ class RunTotals:
 
     @property
     def agent_labels(self) -> tuple[str, ...]:
-        """Labels of a run with other than standard settings: harness, reasoning effort and game rules."""
+        """Labels of the run's settings that are not standard: harness, reasoning effort and game rules."""
         experiment = self.first_record.experiment
         if experiment is None:
             return ()
@@ -145,7 +145,7 @@ class RunTotals:
 
     @property
     def coverage(self) -> TaskCoverage:
-        """Numbers of tasks of the suite that the run asked, answered and scored."""
+        """Numbers of tasks of the suite that the run asked, answered, failed or left out (`TaskCoverage`)."""
         unanswered = [status for status in self.statuses.values() if not status & _ANSWERED]
         return TaskCoverage(
             asked=len(self.statuses),

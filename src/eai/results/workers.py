@@ -262,7 +262,7 @@ class WorkerPool:
             self._waiting = deque([batch for batch in self._waiting if batch not in in_progress])
 
     def _send_batches(self) -> None:
-        """Send waiting batches to the least busy workers, until each has its maximum number of batches."""
+        """Send waiting batches to the least busy workers, as long as these have less than their maximum."""
         while self._waiting:
             batch = self._waiting[0]
             worker = self._find_least_busy()

@@ -102,7 +102,7 @@ class StudyRecords:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def change_to_subfolder(self, name: str) -> StudyRecords:
-        """Return a copy of these records with a subfolder of their folder for results."""
+        """Return a copy whose results go into a subfolder of the present folder for results."""
         return replace(self, folder=self.folder / name)
 
 

@@ -182,7 +182,7 @@ class VariationOptions(Options):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return a stage of the run that obtains goals or scenes from models before the questions, or None.
+        """Return the stage that obtains goals or scenes before a run's questions; None if no stage is needed.
 
         Args:
             library: source of the prompts.

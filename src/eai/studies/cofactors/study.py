@@ -216,10 +216,11 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
 
 def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """Yield a row for each task feature (`REGRESSION_COLUMNS`) that is not the same for all answered tasks.
+    """Yield a row for each task feature (`REGRESSION_COLUMNS`) that varies among the counted answers.
 
-    A row has the name of the feature, its effect on success alone, and its effect in a regression with all
-    features. The row also has the number of answers, and the number of different task names.
+    A row has the name of the feature, its effect on success without other features, and its effect together
+    with all features. The row also has the number of counted answers and of different task names. Answers
+    with an unknown feature, and models that always or never succeed, do not count.
     """
     import numpy as np
 

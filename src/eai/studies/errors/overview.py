@@ -146,7 +146,7 @@ def _draw_flows_from_suites_to_outcomes(
 def _draw_outcome_bars(
     panel: Axes, bars: Mapping[str, _FlowBar], with_extra_steps: Mapping[str, float]
 ) -> None:
-    """Draw the bars of outcomes with their names. The hatched part is answers with needless steps."""
+    """Draw the bars of outcomes with their names. The hatched part has the answers with needless steps."""
     text_top = math.inf
     for outcome, bar in bars.items():
         panel.fill_between(

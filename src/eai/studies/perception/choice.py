@@ -198,7 +198,7 @@ class SceneOptions(VariationOptions):
         return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_prompt_context}"
 
     def copy_with_pictures_only(self) -> Self:
-        """Return options with the same pictures and no text, for the model that lists the scene first."""
+        """Return options with the same pictures and no text, for questions to the model that lists scenes."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property

@@ -32,8 +32,8 @@ def make_perception_rate_contributions(perceived: PerceptionErrors) -> dict[str,
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
     The rates ``predicate_error`` and ``object_error`` are the paper's: the share of missing or misplaced
-    facts in all described facts, and the share of invented names in all names. Rates of missing and
-    misplaced facts are shares of the true facts or relations. Rates of unnecessary and invented facts are
+    facts in all described facts, and the share of invented names in all names. Missing facts are a share of
+    the true facts, and misplaced facts are a share of the true relations. Unnecessary and invented facts are
     shares of the graph's facts, and `unseen` is a share of the true objects. The last rates are precision,
     recall and F1 of facts. This project chose the denominators, because the paper gives none.
     """

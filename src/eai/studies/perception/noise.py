@@ -170,7 +170,7 @@ class _NoisySceneGraphMaker:
     ) -> list[SceneGraphFact]:
         """Return random untrue facts for a scene graph, at most as many as there are visible facts.
 
-        They use the objects of the true scene graph. No added fact is about objects in the agent's hand.
+        They are about visible objects with facts in the true graph. None states what the agent's hand holds.
         """
         all_seen, added = set(listed_facts), list[SceneGraphFact]()
         words = self._words

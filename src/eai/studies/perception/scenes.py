@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs_with_scene_format(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> ModelBeliefsInPrompts:
-    """Return perceived scenes and their format. Questions state these instead of the true scenes."""
+    """Return scenes that questions state instead of the true scenes. Records store the scene format."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
     return ModelBeliefsInPrompts(beliefs, experiment, lacking, **further_fields)
@@ -155,7 +155,7 @@ def _add_scene_context(
 def make_scene_context(
     task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
 ) -> str:
-    """Return a text to add to the scene in a question: further objects, their facts, and negated facts.
+    """Return a text with the objects, facts and untrue states that the scene in a question leaves out.
 
     Args:
         task: the task.

@@ -51,7 +51,7 @@ class _PerceptionRunOptions(SceneOptions):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that makes the scenes before a run's questions, with late imports."""
+        """Return the stage that makes the scenes before a run's questions. Only runs import its modules."""
         from eai.studies.perception.scenes import collect_scene_beliefs
 
         return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))

@@ -1,1 +1,1 @@
-"""Pipelines of questions: a question for a plan states the goals that the model gave in an earlier answer."""
+"""Pipelines: questions of one ability, such as planning, state goals that a model gave in earlier answers."""

@@ -395,7 +395,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
 
 def _pair_modular_and_pipeline_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield pairs of runs that differ only in the goals in their questions: true or a model's goals."""
+    """Yield pairs of a modular run and a pipeline. They differ only in the goals that questions state."""
     plain = {run.key: run for run in runs if not _has_pipeline_options(run)}
     pipelines = [run for run in runs if _has_pipeline_options(run)]
     if not pipelines:

@@ -253,7 +253,7 @@ def add_subgoals_to_beliefs(
     """Return a model's goals with the subgoals from its answers; unreadable answers add no subgoals.
 
     Args:
-        goal_beliefs: the model's goals by task; a task without goals gets no subgoals.
+        goal_beliefs: the model's goals by task; tasks without goals are left out. None for no goals.
         subgoal_answers: a model's name, and its answers to subgoal decomposition by task id.
         suite: the suite of subgoal decomposition.
     """

@@ -360,9 +360,9 @@ class _ReplanningRunOptions(VariationOptions):
     def replanning(self) -> ReplanningOptions | None:
         """The options of further attempts; None for a plain run (one attempt at each task, all actions work).
 
-        An option that has no effect together with the other options gets its default. By default, feedback
-        explains failures. If attempts continue in the last state, an attempt ends by default when
-        all goals are reached.
+        An option that has no effect together with the other options gets the value that it has in a plain
+        run. By default, feedback explains failures. If attempts continue in the last state, an attempt ends
+        by default when all goals are reached.
         """
         scripted = make_replanning_options_of_protocol(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:

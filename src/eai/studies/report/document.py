@@ -83,7 +83,10 @@ def _make_paper_agreement_row(
 
 
 def _list_differences_from_paper_rates(table: PaperTable, summary: RunSummary) -> Iterator[tuple[float, str]]:
-    """Yield each difference from a rate in the paper, in percentage points, and a text with both rates."""
+    """Yield each absolute difference between a rate and the paper's rate, and a text with both rates.
+
+    Differences are in percentage points.
+    """
     model = map_files_to_paper_models()[summary.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (summary.key.ability.value, summary.key.domain):

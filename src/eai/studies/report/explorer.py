@@ -420,7 +420,7 @@ def _list_operator_values(operator: OperatorReport) -> Json:
 def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
     """Return the parts of an answer's text, each as (start, end, how it was read); empty if all were valid.
 
-    A part was, for example, repaired, skipped as prose, or unreadable (`SpanKind`).
+    A part was, for example, repaired, skipped as prose, or unreadable (`AnswerSpanKind`).
     """
     if all(span.kind is AnswerSpanKind.READ for span in verdict.spans):
         return []

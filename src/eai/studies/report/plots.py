@@ -70,7 +70,7 @@ _MODEL_DISTANCE = 0.09
 """Horizontal distance between the points of models with intervals, as a share of a bin's width."""
 
 Bins = Mapping[int, TaskContributions]
-"""Successes of one model by bin, a range of numbers of goals or of plan lengths. No bin is empty."""
+"""Successes of one model by index of the bin, a range of goal counts or plan lengths. No bin is empty."""
 
 
 _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"

@@ -2,8 +2,8 @@
 
 A ranking belongs to one domain under one protocol (scoring rules); readers see it as a `Table`. There are
 rankings for the paper's main tables, for experiments, and for the paper's other tables. These other tables
-compare a few models, or ways to ask a model. They keep the paper's order: ways that
-are compared follow each other.
+compare a few models, or ways to ask a model. They keep the paper's order, in which compared ways follow each
+other.
 
 Rows are runs, the paper's models and null models. The paper's printed numbers appear only beside runs under
 the paper's protocol. Beside runs under another protocol, the paper's models have the scores of their
@@ -100,7 +100,10 @@ class RankedModel:
 
     @property
     def may_be_ranked(self) -> bool:
-        """Whether the row may have a rank and marked numbers: no null model, and enough answers."""
+        """Whether the row may have a rank, and its numbers may be marked as the best.
+
+        Rows of null models may not, nor rows of runs that are not ranked (`TaskCoverage.is_ranked`).
+        """
         return self.source != "floor" and (self.coverage is None or self.coverage.is_ranked)
 
     @property

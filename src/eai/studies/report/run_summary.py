@@ -53,7 +53,10 @@ class RunSummary:
 
 
 def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSummary]:
-    """Return the runs whose questions no study varied. Only these are ranked and compared with the paper."""
+    """Return the runs without study options and with standard game rules.
+
+    Only these are ranked and compared with the paper.
+    """
     return [item for item in runs if item.key.is_standard_run]
 
 
