@@ -413,7 +413,7 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _find_unmatched_end_of_list(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
-        """Return the closing bracket of a list that has no opening bracket; None if there is no such list."""
+        """Return a closing bracket which shows that a list around the parts lacks its beginning, or None."""
         for stray in self.strays:
             if len(pieces) > 1 or stray.start < pieces[0].start or self.text[stray.start] == "]":
                 return stray
@@ -422,9 +422,9 @@ class _AnswerReader(Generic[T]):
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
         """Return the values that belong to the answer. All other values are taken for examples.
 
-        A value belongs to the answer if it names something of the task (`AnswerFormat.is_certain`). Its
-        neighbours also belong to it, if only punctuation or numbers stand between. If no value names
-        something of the task, return all values.
+        A value belongs to the answer if it names something of the task (`AnswerFormat.is_certain`). So do
+        values that only separators or item numbers divide from such a value. If no value names something of
+        the task, return all values.
         """
         groups: list[list[_ValueInText[T]]] = []
         for value in values:
@@ -478,7 +478,7 @@ class _AnswerReader(Generic[T]):
     def _make_spans(
         self, answer_values: Sequence[_ValueInText[T]], unread_text: _BracketedText | None = None
     ) -> tuple[AnswerSpan, ...]:
-        """Return the parts of the answer's text, each marked as read, as repaired or as prose.
+        """Return the parts of the answer's text, each with its treatment (`AnswerSpanKind`), in order.
 
         Blank parts and code fences are left out.
         """
@@ -659,7 +659,7 @@ def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> 
 
 
 def _yield_repaired_texts(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Apply one repair after the other. Yield the text before and after each repair, and the names so far."""
+    """Yield the text itself, then the text after each further repair, with the names of all its repairs."""
     names: tuple[str, ...] = ()
     yield text, names
     if _UNESCAPED_QUOTE.search(text) is None and (unescaped := _unescape(text)) != text:

@@ -98,9 +98,7 @@ def make_option_label(label_prefix: str, option_value: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """The settings by which a run differs from a standard run.
-
-    A standard run asks plain questions about a world in which every action works.
+    """The settings that distinguish a run from plain questions about a world in which every action works.
 
     An experiment holds for all answers of a run; a run with plain questions has None instead.
 
@@ -173,7 +171,7 @@ class Experiment:
         return {name: value for name, value in values.items() if value is not None}
 
     def drop_options_of_study(self, study: str) -> Experiment | None:
-        """Return the experiment without the options of one study, or None if no options are left."""
+        """Return the experiment without the options of one study, or None if no settings are left."""
         left = replace(self, study={name: self.study[name] for name in self.study if name != study})
         return None if left == Experiment() else left
 
@@ -194,7 +192,7 @@ class Experiment:
 
     @property
     def study_label(self) -> str:
-        """The label without the settings `harness` and `effort`; empty if no other option is given."""
+        """The label without `harness` and `effort`; empty if there are no other settings."""
         return self._join_label_parts({"rules": self.rules} if self.rules is not None else {})
 
     def _join_label_parts(self, agent: Mapping[str, str]) -> str:

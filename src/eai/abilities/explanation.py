@@ -116,8 +116,8 @@ class GoalPartReport:
             None if the part was not met. A part cannot be met before the previous part.
         missing: formulas in the first unmet part that never held; the complete part if each formula held at
             some time, but never all together.
-        met_at: for a part about an action, the number, among all steps, of the action that met the part
-            steps.
+        met_at: for a part about an action, the number, among all steps, of the action that met the part;
+            None for all other parts and for unmet parts.
     """
 
     part: str

@@ -33,7 +33,7 @@ Restate: TypeAlias = Callable[[BelievedTask], Prompt]
 """Function that makes the question about a task in its present state, as a model understands this state."""
 
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[BelievedTask, Mapping[str, str]]]
-"""Function that perceives the present scene of a task before the model's n-th answer to it, n from 1.
+"""Function that perceives the present scene of a task before the model's n-th answer, counted from 1.
 
 It takes the task and n. It returns the task as the model sees it, and metadata to store with the question.
 """

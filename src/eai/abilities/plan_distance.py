@@ -31,7 +31,7 @@ NOT_TRIED = "not_tried"
 
 
 _MAX_SUCCESSIVE_UNKNOWN_DISTANCES = 3
-"""Number of successive states with unknown distances to the goals. After this number, the computation ends.
+"""The computation ends after this number of successive states with unknown distances to the goals.
 
 Distances are computed from the last state to the first, because distances near the goals are easier to prove.
 """
@@ -73,7 +73,7 @@ The distance is the number of actions in a shortest plan to the goal, or None if
 
 
 def make_step_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabeler:
-    """Return a function that labels the steps of plans with their outcomes and distances to the goal.
+    """Return a function that labels the steps of plans for one task: with outcomes and distances to the goal.
 
     Shortest plans may use the objects of the task and of the labelled plan. Distances of states are cached.
 

@@ -60,7 +60,10 @@ class PlanRepairer:
         self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._compute_uncached_closeness_to_success)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
-        """Return the actions of a plan's steps, with None for each step that names something unknown."""
+        """Return the action of each step of a plan.
+
+        It is None for a step that names something unknown or has a wrong number of objects.
+        """
         return tuple(map(self._to_action, plan.steps))
 
     def _to_action(self, step: WrittenStep) -> Action | None:
@@ -114,7 +117,7 @@ class PlanRepairer:
         number of steps plus n. Inserted steps use only objects of the task.
 
         Args:
-            steps: the steps of the plan; None for a step that names something unknown.
+            steps: the actions of the plan's steps, as `read_steps` returns them.
 
         Returns:
             The closeness, from 0 to 1, or None if it is unknown.

@@ -81,7 +81,7 @@ def find_thoughts(text: str) -> tuple[_Thought, ...]:
 
 
 def _find_end_of_unopened_thought(text: str) -> int:
-    """Return the position after the last closing mark of a thought without an opening mark; 0 if none."""
+    """Return the position after the last closing mark without an opening mark; 0 without such a mark."""
     end, is_open = 0, False
     for mark in _MARK.finditer(text):
         if mark["closing"] is not None and not is_open:

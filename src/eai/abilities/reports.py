@@ -207,7 +207,7 @@ def report_goals(
 ) -> tuple[GoalReport, ...]:
     """Return a report on each goal of a task.
 
-    If there is a trajectory, the report on a missed temporal goal describes how the trajectory violates the
+    If there is a trajectory, the report on a missed goal over time describes how the trajectory violates the
     goal.
     """
     kinds = [goal.kind.value for goal in task.goals_without_hazards]

@@ -60,7 +60,7 @@ _MAX_LOOPED = 4000
 """Maximum number of characters at the end of an answer that are searched for a loop."""
 
 _MIN_REPEATS, _MIN_LOOP = 5, 40
-"""Minimum number of repeats, and of characters in all, of a text that an answer repeats in a loop."""
+"""Minimum number of repeats of a text in a loop, and minimum length of all repeats together in characters."""
 
 _LONG_LOOP = 1000
 """Minimum length, in characters, of all repeats together if they fill less than half of the answer."""

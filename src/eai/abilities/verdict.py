@@ -103,8 +103,8 @@ class RewardInputs:
     """The inputs of the reward: the properties of an answer on which its reward depends.
 
     Attributes:
-        gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals that
-            do not hold at the start. For goal interpretations and operators it is F1.
+        gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals
+            (`compute_goal_gain`). For goal interpretations and operators it is F1.
         success: whether the answer is right in all its parts. The gain is then 1.
         ended: whether an error ended the execution or the reading of the answer: its last action could not be
             executed, or the answer could not be read.
@@ -125,10 +125,10 @@ class RewardInputs:
 
 
 def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bool]) -> float | None:
-    """Return the share of the goals to reach that were reached, from 0 to 1; None if all hold at the start.
+    """Return the reached share of the goals that do not hold at the start, from 0 to 1; None if all hold.
 
-    A goal that holds at the start earns nothing. If the answer undoes it, the number of
-    reached goals is reduced by one.
+    A goal that holds at the start earns nothing. If the answer undoes such a goal, the number of reached
+    goals is reduced by one.
 
     Args:
         goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
@@ -234,7 +234,7 @@ class Verdict:
     repair: Repair | None = None
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Turn the verdict on an empty answer into one on a missing answer, which fails without an error."""
+        """Return this verdict on an empty answer as a verdict on a missing answer, which has no error."""
         return replace(self, error=None)
 
     @property

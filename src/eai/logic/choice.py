@@ -91,8 +91,9 @@ def build_and_or_tree(formula: f.Formula, objects: ObjectsByCategory) -> AndOrTr
 
     ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n objects) the body must
     become true for n objects, and may also be true for others. For ``forpairs`` each object of the smaller
-    category needs its own partner: the body must become true for the pair. Both rules follow the package
-    ``bddl`` (``condition_evaluation.py``). No object is paired with itself.
+    category needs its own partner, and the body must become true for the pair; for ``fornpairs``, n pairs are
+    enough. These rules follow the package ``bddl`` (``condition_evaluation.py``). No object is paired with
+    itself.
 
     Raises:
         InputError: a variable is not bound; or a part has no finite tree: a temporal operator other than
@@ -261,7 +262,7 @@ def _combine_dnf_terms_of_parts(parts: Sequence[AndOrTree]) -> Iterator[DnfTerm]
 def _generate_pairings(
     pair_count: int, table: Sequence[Sequence[AndOrTree | None]]
 ) -> Iterator[list[AndOrTree]]:
-    """Yield all sets of ``pair_count`` cells of a table. No two cells share a row or column.
+    """Yield all sets of ``pair_count`` cells of a table in which no two cells share a row or column.
 
     The sets are ordered by rows, or by columns if the table has fewer columns than rows.
     """

@@ -175,7 +175,7 @@ class _LtlReader:
         self._brackets = 0
 
     def read(self) -> tuple[f.Formula, tuple[NameMisuse, ...]]:
-        """Return the formula of the whole text, and the names that are unknown or wrongly used."""
+        """Return the formula of the whole text, and the misuses of names (unknown, or with a wrong arity)."""
         formula, levels = self._read_operand(), 1
         while True:
             operator = self._read_token_after_operand()

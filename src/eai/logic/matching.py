@@ -116,8 +116,8 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # A step never adds a cell of weight 0. Without this cell, the matching would have the size of the
-    # matching before the step, but more weight. The matching before was already the heaviest of its size.
+    # A step that adds weight never adds a cell of weight 0. Without this cell, the new matching would have
+    # the size of the old matching and more weight. But the old matching was the heaviest of its size.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())
@@ -126,13 +126,13 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
 def _extend_matching_by_one(
     weights: Sequence[Sequence[int | None]], column_of_row: dict[int, int], min_gain: int | None = None
 ) -> bool:
-    """Add a cell to the matching, along the augmenting path that adds most weight.
+    """Enlarge the matching by one cell, along the augmenting path that adds most weight.
 
-    Return whether this was done.
+    Return whether the matching was enlarged. It is not if no path adds at least ``min_gain``.
 
-    A matching is a set of cells of the table, no two in one row or column. No cell is added if every path
-    adds less than ``min_gain``. The matching stays the heaviest of its size (successive shortest paths). The
-    added weight never grows from one call to the next.
+    A matching is a set of cells of the table, no two in one row or column. The path may exchange cells. The
+    matching stays the heaviest of its size (successive shortest paths). The added weight never grows from one
+    call to the next.
     """
     row_of_column = {column: row for row, column in column_of_row.items()}
     paths = _find_heaviest_augmenting_paths(weights, column_of_row, row_of_column)

@@ -163,7 +163,7 @@ class _TraceEvaluator:
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
     def _find_satisfying_one_state_segments(self, formula: f.Formula, binding: Binding) -> PositionMask:
-        """Return the mask of the positions that satisfy the formula as a trace of one position."""
+        """Return the mask of the positions at which the formula holds on a trace of this one position."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding)
         match formula:
@@ -277,7 +277,7 @@ class _TraceEvaluator:
     def _find_arguments_on_trace(
         self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
-        """Return the values of an argument of an action on the trace; for an atom None: any object."""
+        """Return the values of an action's argument on the trace. For an atom return None: any object."""
         return (
             self._trace.find_values_of_argument(leaf.action, argument_index)
             if isinstance(leaf, f.Occurs)
@@ -553,7 +553,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_end_of_satisfying_segment(part, evaluator, trace, start)
         if last is None:
-            if holds:  # it holds if an earlier part ends after its first possible end
+            if holds:  # the sequence holds if an earlier part does not end at its earliest end
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))

@@ -128,7 +128,7 @@ def find_free_variables(formula: f.Formula) -> frozenset[str]:
 
 
 def find_temporal_subformula_ids(formula: f.Formula) -> frozenset[int]:
-    """Return the Python ``id`` of every subformula, and the formula itself, that has a temporal operator."""
+    """Return Python's ``id`` of every subformula (also the formula itself) that has a temporal operator."""
     ids: set[int] = set()
     for part in reversed(list(walk_subformulas(formula))):
         if isinstance(part, _TEMPORAL) or not ids.isdisjoint(map(id, get_subformulas(part))):

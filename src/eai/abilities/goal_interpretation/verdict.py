@@ -64,7 +64,7 @@ class GoalVerdict(Verdict):
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the inputs of the reward, or None if the task has no goals. The gain is the F1.
+        """Return the inputs of the reward, or None if the task has no goals. The gain is F1.
 
         Ill-formed goals and goals with unknown names count as wrong goals, and are also listed as faults.
         """

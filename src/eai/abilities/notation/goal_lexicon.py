@@ -95,7 +95,7 @@ class GoalLexicon:
     def replace_scene_names_by_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
         """Return a goal with the objects' names for answers in place of their names in the scene.
 
-        An answer may use the names in the scene, because messages to the model show these names.
+        An answer may also use the names in the scene, because messages to the model show these names.
         """
         if all(name in self.objects for name in goal.names):
             return goal
@@ -188,8 +188,8 @@ class _GoalToFormulaTranslator:
 
     If several objects of the task have the same name, the name in an answer means the object that the task
     lists last. Plans without object numbers are read in the same way. If an answer repeats a goal about one
-    or two objects, each repetition means other objects with these names. The scorer of goal interpretation
-    counts repeated goals, too.
+    or two objects, each repetition means the next objects with these names, because the scorer of goal
+    interpretation counts repeated goals.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:

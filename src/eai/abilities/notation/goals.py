@@ -242,7 +242,7 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The goal as a `Statement`, which has the same form for actions and literals.
+        """The goal as a `Statement`, which does not tell whether the goal is an action or a literal.
 
         An action without objects becomes a name without parentheses.
         """
@@ -458,7 +458,8 @@ class JsonGoalNotation(GoalNotation):
     def make_json_schema_of_answer(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the JSON schema of an answer: an object whose members (sections) are lists of goals.
 
-        A literal is a list of words: the predicate and its objects. An action is the name of the action.
+        A literal is a list of words (the predicate and its objects), or ``not`` and such a list. An action is
+        its name.
         """
         spelt = self.map_spellings_to_predicate_names(domain)
 
@@ -515,7 +516,7 @@ class JsonGoalNotation(GoalNotation):
 
 
 def _get_sections_if_all_are_lists(sections: GoalSections) -> GoalSections | None:
-    """Return the members of a JSON object if each member is a list of goals, else None.
+    """Return the sections of an answer if each is a list or null, else None.
 
     If a key is in `SECTIONS`, members with other keys may also be texts or numbers, which count as remarks.
     """

@@ -39,7 +39,7 @@ STEP_FORM = "step_form"
 """Name of a repair: reading a step in a form that the benchmark does not ask for."""
 
 LETTER_CASE = "letter_case"
-"""Name of a repair: an action was read although its letter case is wrong."""
+"""Name of a repair: reading an action in small letters, or with only its first letter in capitals."""
 
 _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.)]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""

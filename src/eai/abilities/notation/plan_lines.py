@@ -171,7 +171,7 @@ def read_plan_lines(
     looks_like_step: Callable[[str], bool],
     comment: re.Pattern[str] = _COMMENT,
 ) -> WrittenPlan | Unreadable | None:
-    """Return a plan with one step a line, or None if the text has no steps, but lines that are no comments.
+    """Return a plan with one step a line, or None if the text has no step and not only comments.
 
     A text with only comments is a plan without steps. If several code fences contain plans, the last plan
     counts. The answer is unreadable if this plan is a single step and an earlier fence has a different step.
@@ -268,7 +268,7 @@ def _split_lines(
 def _find_offset_after_code_fence(line: str, step_of: StepReader) -> int:
     """Return the position after a code fence, the name of its language, and blanks.
 
-    A step behind the fence is not taken for the name of a language.
+    A step after the fence is not taken for the name of a language.
     """
     for pattern in (_FENCE_MARK, _FENCE_WITH_LANGUAGE):
         mark = pattern.match(line)

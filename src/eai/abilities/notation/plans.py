@@ -123,7 +123,7 @@ _STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()\[\]{}\"][^()\[\]{}\"]*)\)\s*
 
 
 class PlanNotation(ABC):
-    """Reads and writes a benchmark's plans, and translates the names in answers to names of the domain."""
+    """Reads and writes a benchmark's plans, and translates between the names in answers and in the domain."""
 
     @abstractmethod
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:

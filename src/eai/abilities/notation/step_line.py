@@ -90,10 +90,10 @@ def find_step_in_line(
 
 
 def _describes_step(remark: str, step: WrittenStep, actions: Collection[str]) -> bool:
-    """Whether a remark is a sentence on its own step, such as ``WALK to the soap`` behind ``WALK(soap)``.
+    """Whether a remark is a sentence on its own step, such as ``WALK to the soap`` after ``WALK(soap)``.
 
-    It begins with the step's action, continues with an ordinary word, names an object of the step, or "it",
-    and names no further action.
+    Such a remark begins with the step's action and an ordinary word. It names an object of the step, or
+    contains "it", and names no further action.
     """
     action, *words = _WORD.findall(remark.casefold()) or [""]
     if action != step.action.casefold() or not words or ORDINARY_WORD.fullmatch(words[0]) is None:

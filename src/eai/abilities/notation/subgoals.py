@@ -46,9 +46,9 @@ _FORMULA_LINE = re.compile(
 )
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
-"""Characters that stand next to the name of an object or variable, but never next to a formula.
+"""Characters that may stand next to the name of an object or variable, but never next to a formula.
 
-A name without arguments is read as a formula, and gets brackets, only if none of them is next to it.
+A name without arguments is read as a formula, and gets brackets, only if no such character is next to it.
 """
 
 

@@ -89,8 +89,8 @@ class _QuantifierRange:
     def count_literals(self, formula: f.Formula) -> int:
         """Return the maximum number of literals that a test of a formula evaluates.
 
-        A quantifier counts its formula once for each object of its class, but at least once. The formula is
-        evaluated even if the class has no objects.
+        A quantifier counts its formula once for each object of its class. A class without objects counts as
+        one object, because the formulas inside and around its quantifier are evaluated.
 
         Raises:
             InputError: there are more than `MAX_LITERALS` literals.
@@ -108,10 +108,11 @@ class _QuantifierRange:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
     def count_literals_of_disjuncts(self, formula: f.Formula) -> int:
-        """Return the number of literals in all disjuncts of a formula together.
+        """Return an upper bound of the number of literals in all disjuncts of a formula together.
 
-        Negations stand only before atoms in this formula (negation normal form). A disjunct without literals
-        counts as one literal: for example, a ``forall`` over a class without objects.
+        The bound is the number of disjuncts times the number of literals in the longest disjunct. Negations
+        stand only before atoms in this formula (negation normal form). A disjunct without literals counts as
+        one literal: for example, a ``forall`` over a class without objects.
 
         Raises:
             InputError: there are more than `MAX_LITERALS` literals, or more than `MAX_LITERALS` literals are
@@ -432,8 +433,8 @@ class _SubgoalProgramBuilder:
     ) -> _InstructionNumber:
         """Add instructions that execute the actions of a conjunction in order, and then meet its conditions.
 
-        The compiled program tries further actions to make the conditions true: before, and after, the actions
-        of the conjunction.
+        Further actions make the conditions true. The program tries these actions both before and after the
+        actions of the conjunction.
         """
         states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
@@ -471,8 +472,8 @@ class _SubgoalProgramBuilder:
     ) -> _InstructionNumber:
         """Add instructions that make one disjunct of a condition true, and then test the condition.
 
-        The condition is about one state. If it holds already, the instructions do nothing. But if it is then
-        the complete subgoal (``is_whole_subgoal``), the subgoal fails: it is an additional (needless) step.
+        The condition is about one state. If it holds already, the instructions do nothing. But if it is the
+        complete subgoal (``is_whole_subgoal``), it then counts as an additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
         self._extent.count_literals_of_disjuncts(observed)

@@ -38,8 +38,8 @@ from eai.world.state import Scene, State
 _MAX_TESTED_LITERALS = 200_000
 """Maximum number of tests of literals in one search.
 
-A search tests each literal of its subgoal after each applied action. So a search for a subgoal with very many
-literals applies few actions.
+A search may test every literal of its subgoal after each applied action. So a search for a subgoal with very
+many literals applies few actions.
 """
 
 
@@ -114,7 +114,8 @@ class SubgoalRefiner:
             subgoal_holds: tests the complete subgoal in a state. It may require more than its literals.
             scene: the scene.
             objects: the objects that actions may use.
-            operators_in_goal: the operators that the goal mentions.
+            operators_in_goal: the operators that the goal mentions. Plans that use them differently count as
+                different plans, even if they end in the same state.
             test_effort: cost of a test of the subgoal, in applied actions.
         """
         tests = [
@@ -202,8 +203,8 @@ class SubgoalRefiner:
 
         Actions of the first set use only the objects in the subgoal. The second set adds actions that release
         any object. The third set adds movement to any object. It also adds actions with any objects for
-        parameters that the subgoal does not determine. These actions must pass their fixed checks: the checks
-        that no action can change.
+        parameters that the subgoal does not determine. In domains without movement, as most PDDL domains,
+        these actions must pass their fixed checks: the checks that no action can change.
 
         If the domain has movement but the subgoal does not depend on the agent's position, the third set adds
         only actions with a tool. A tool is an object that the action's effects do not mention.

@@ -254,9 +254,9 @@ class OperatorIndex:
     def _find_possible_arguments(
         self, operator: str, decided_arguments: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
-        """Return the tuples of arguments for which all static checks of an operator hold.
+        """Return the tuples of arguments with which an operator's fixed checks hold.
 
-        No action can change the result of a static check. ``decided_arguments`` has the object of each
+        No action can change the result of a fixed check. ``decided_arguments`` has the object of each
         argument that is already decided, and None for all other arguments.
         """
         taken = self._taking(operator)
@@ -518,8 +518,8 @@ class CandidateAction(NamedTuple):
     def find_indices_of_failing_checks(self, state: State) -> list[int]:
         """Return the indices of the failing checks in the operator's list of checks.
 
-        An operator may have several alternatives, ways to act (`OperatorAlternative`). If all checks hold but
-        every alternative fails, the result is one index past the last check.
+        An operator may have several ways to act (`OperatorAlternative`). If all checks hold but each way
+        fails, the only index is the number of checks.
         """
         checks = self.info.operator.checks
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]

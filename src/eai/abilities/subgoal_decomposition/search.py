@@ -240,9 +240,10 @@ def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
 def _drop_branches_with_same_future(
     branches: list[ExecutionBranch], subgoal_number: int, *, compare_executed_actions: bool
 ) -> list[ExecutionBranch]:
-    """Group the branches that the rest of the search would continue in the same way; keep two of each group.
+    """Return at most two branches of each group that the rest of the search would continue in the same way.
 
-    The two are the group's best branch if the rest of the search succeeds, and its best branch if it fails.
+    The two are the best branch of the group if the rest of the search succeeds, and the best if it fails.
+    Fewer branches than `_MIN_BRANCHES_TO_MERGE` are returned unchanged.
 
     Args:
         branches: the branches, in order.
@@ -294,9 +295,8 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches with which each subgoal begins. The search drops all branches
-            that it found later. Branches that executed the last subgoal are never dropped, and are tested
-            for the goal.
+        branches: maximum number of branches that begin a subgoal; the search continues only the first of
+            them. All branches that executed the last subgoal are tested for the goal.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 

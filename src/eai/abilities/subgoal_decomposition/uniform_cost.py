@@ -44,7 +44,7 @@ class PermittedActions(NamedTuple):
         achievers: actions that may make parts true.
         helping: actions that may make achievers possible.
         moving: movements that themselves may make parts true.
-        movement: movements that only prepare other actions.
+        movement: movements that prepare other actions.
         touched: mask of the parts that movement can change.
     """
 
@@ -470,11 +470,11 @@ class _FailedSearch:
     def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
         """Return the action to report as the reason why a plan failed, or None.
 
-        Usually this is the failing action. A helping action is an action that would make failing checks of
-        this action true. If all helping actions fail, too, the first helping action is reported instead.
+        Usually this is the failing action. A helping action would make failing checks of this action true. If
+        there are helping actions and all of them fail, too, the first is reported instead.
 
-        Return None if the plan fails only because it is too long. This is so if no check fails, or if a
-        helping action is possible and keeps all true literals of the goal true.
+        Return None if the plan fails only because it is too long: if no check fails, or if a helping action
+        is possible and keeps all true literals of the goal true.
         """
         node, candidate, _, state, failing = failed_attempt
         if not failing:
