@@ -26,7 +26,7 @@ class PddlViolationKind(str, Enum):
     UNSUPPORTED = "unsupported"
     """Valid PDDL that this package does not read: ``either``, numbers, preferences."""
     CONDITION_IN_EFFECT = "condition_in_effect"
-    """An effect of a form that only conditions have: ``or``, ``exists``, ``imply``, or ``not`` of a list."""
+    """``or``, ``exists``, ``imply``, ``=`` or the negation of a compound in place of an effect."""
     EFFECT_IN_CONDITION = "effect_in_condition"
     """A conditional effect (``when``) in place of a condition."""
     UNKNOWN_PREDICATE = "unknown_predicate"

@@ -155,7 +155,7 @@ class _ConditionEvaluatorInState:
         return holds
 
     def _store_true_atoms_of_recursive_predicate(self, predicate: str) -> None:
-        """Store all true rows of a recursive derived predicate, and of the others in its cycle.
+        """Store all true rows of a recursive derived predicate, and of the other predicates in its cycle.
 
         A row is a tuple of arguments.
         """
@@ -271,7 +271,7 @@ class PddlPlanExecutor:
     Args:
         domain: the operators.
         problem: the objects, the initial state and the goal.
-        effort: the budget for quantifiers, in visited objects; unlimited by default.
+        effort: the budget: number of objects that quantifiers may visit; unlimited by default.
     """
 
     def __init__(

@@ -292,8 +292,7 @@ def _export_operator(
 def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
     """Return the condition that an alternative (way to act) of an operator succeeds, or that none is tried.
 
-    Execution tries an alternative if the alternative's own condition holds. It succeeds if its checks hold,
-    too.
+    An alternative is tried if its own condition holds, and succeeds if its checks hold, too.
     """
     succeeds = [f.And(attempt.conditions) for attempt in operator.alternatives]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))

@@ -77,7 +77,7 @@ _REFUSED = {
     "preference": "preferences",
     **dict.fromkeys(("<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"), _NUMBERS),
 }
-"""Keyword of an unsupported feature of PDDL -> name of the feature in messages."""
+"""Mapping from the keyword of an unsupported feature of PDDL to the name of the feature in messages."""
 _EXPECTED = {
     PddlViolationKind.UNKNOWN_PREDICATE: "a declared predicate, not {}",
     PddlViolationKind.WRONG_ARITY: "{} with as many arguments as are declared",
@@ -121,8 +121,8 @@ def read_problem_file(
     """Read the problem in a file, which must belong to the domain.
 
     If the domain is in a file, facts and goals must have arguments of the declared types, and the problem may
-    name no other domain. An object that the domain declares as a constant of the same type is dropped from
-    the problem.
+    name no other domain. Otherwise it may name another domain if it fits this domain. An object that the
+    domain declares as a constant of the same type is dropped from the problem.
 
     Args:
         path: the file of the problem.

@@ -218,7 +218,7 @@ class PddlExportNames:
                 self.types[kind]
 
     def register_category_predicate(self, category: str) -> str:
-        """Register the static predicate for the objects of a category, and return its PDDL name."""
+        """Register the static predicate that holds for the objects of a category; return its PDDL name."""
         return self.category_predicates.setdefault(category, self.predicates[f"is-{category}"])
 
     def register_execution_predicate(self, operator: str) -> str:
@@ -340,8 +340,9 @@ class ConditionWriter:
     def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return a `ForPairs` formula as a condition with ordinary quantifiers.
 
-        Each pair of objects satisfies the body of the formula. No two pairs share their first or their second
-        object. If the formula gives no number of pairs, each object of the smaller category is in a pair.
+        It states that pairs of different objects satisfy the body of the formula. No two pairs share their
+        first or their second object. If the formula gives no number of pairs, each object of the smaller
+        category is in a pair.
         """
         if self._scene is None:
             raise DomainError(

@@ -432,7 +432,7 @@ class GroundProblem:
         return self.add_true_disjunctions(state | (~state & self._every_atom) << self.atoms)
 
     def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
-        """Return a set of literals, to which the bits of all disjunctions that are true in it are added."""
+        """Return a set of literals, plus the literal of each disjunction that is true in the set."""
         self._looks.used += self._effort
         choices = self._choices.values()  # in order of creation: disjuncts can be earlier disjunctions
         for literal, _, simple, compound in choices:
@@ -465,7 +465,7 @@ class GroundProblem:
         return needed
 
     def generate_successors(self, state: StateMask, literals: LiteralMask) -> Iterator[tuple[int, StateMask]]:
-        """Yield a pair for each action that is possible in a state with the given literals, in order.
+        """Yield a pair for each action that is possible in a state with these literals, in order of actions.
 
         A pair is a bit mask in which only the bit of the action is set, and the state after the action.
         """
@@ -488,7 +488,7 @@ class GroundProblem:
 
 
 def estimate_cost_of_condition_lookup(condition_count: int) -> int:
-    """Return the cost of finding all conditions that need one literal, in units of the search budget."""
+    """Return the cost of finding all conditions that need one literal, as a number of tests."""
     return 1 + condition_count // 2_000
 
 

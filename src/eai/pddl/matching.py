@@ -44,7 +44,7 @@ Longer lists of parameters are paired by position.
 """
 
 Clause: TypeAlias = f.Formula
-"""A condition or an effect in normal form, such as flattened connectives and no double negation."""
+"""A condition or an effect in normal form: flat ``and`` and ``or``, and no double negation."""
 
 _LISTS = (f.And, f.Or)
 
@@ -84,7 +84,7 @@ class OperatorMatch:
     Attributes:
         renamed: parameters of the answer whose gold names differ, with the gold names.
         missing_any: whether the missing clauses of the precondition are alternatives (a disjunction in the
-            gold operator). If not, the gold operator requires all of them.
+            gold operator). Then one would suffice. If not, the gold operator requires all of them.
         additional_any: whether the additional clauses of the precondition are alternatives (a disjunction in
             the answer). If not, the answer requires all of them.
     """

@@ -174,7 +174,7 @@ class Relaxation:
         return _RelaxedPlan(len(chosen), helpful)
 
     def build_all_layers(self, literals: LiteralMask) -> _RelaxedLayers:
-        """Return the relaxed states that follow literals, one for each step, until they stop growing."""
+        """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
         return self._build_relaxed_layers(literals, _ALL_LITERALS, 0)
 
     def find_rules_making_literal_true(self, literal: int, rules_mask: int) -> Iterator[_RelaxedEffect]:
@@ -308,7 +308,7 @@ class _RelaxedPlanFollower:
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
-        """Make a literal true by the first suitable rule, in the order of the layers before `depth`.
+        """Try to make a literal true by the first rule for it, in the order of the layers before `depth`.
 
         If the literal was true at the start and has been lost, a rule of the first layer makes it true again.
         """

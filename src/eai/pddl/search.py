@@ -300,7 +300,7 @@ class _AlternatingQueues:
         return self._everything.pop()
 
     def prioritize_preferred_states(self) -> None:
-        """Let the next `_BOOSTED_STATES` states come from the list of preferred states."""
+        """Let `_BOOSTED_STATES` more states come from the list of preferred states before other states."""
         self._lead -= _BOOSTED_STATES
 
 

@@ -120,7 +120,7 @@ class Achiever:
         self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """Return the objects of the variables that give the effect's atom these arguments, or None."""
+        """Return the objects of variables with which the effect's atom has these arguments, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def generate_complete_bindings(
@@ -181,7 +181,7 @@ class Achiever:
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
     def get_operator_arguments(self, binding: Sequence[int]) -> tuple[int, ...]:
-        """Return the arguments of the ground action that a binding of the operator's variables stands for."""
+        """Return the arguments of the ground action that a binding of the effect's variables stands for."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
     def _make_binding_procedure(
@@ -486,8 +486,8 @@ class _GroundAction:
     def keep_test_results(self, readers: _Readers) -> None:
         """Keep test results of the action if each condition is about one stored fact.
 
-        Other results would cost more to keep than to compute again. ``readers`` maps a fact to the actions
-        that have the fact in their conditions.
+        Keeping other results would cost more. ``readers`` maps a fact to the actions whose conditions read
+        the fact; this action is added to it.
         """
         if self._achiever.reads_single_facts:
             self.is_test_kept = True
@@ -563,7 +563,7 @@ class _PartlyBoundAchiever:
     ) -> Iterator[FrameBinding]:
         """Yield the complete bindings of the achiever's variables in a state.
 
-        A binding meets all conditions of the effect except those that other actions may establish.
+        Each binding meets the conditions of the effect that are not subgoals.
         """
         return (
             generate_complete_bindings(state, self._partial, usable_mask, effort)

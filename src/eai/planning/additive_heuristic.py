@@ -300,7 +300,8 @@ class CostEstimates:
     def estimate(self, subgoal: Subgoal, max_cost: float = INFINITE) -> float:
         """Estimate the number of actions until a condition holds.
 
-        The estimate is infinite if no action can establish the condition, or if it is not below ``max_cost``.
+        The estimate is infinite if no action can establish the condition, or if it is not below ``max_cost``
+        (a number of `_HORIZONS`).
         """
         if self.holds(subgoal):
             return 0.0
@@ -325,7 +326,7 @@ class CostEstimates:
         )
 
     def split_into_cheapest_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
-        """Return the parts of a condition that must become true to establish it, by the cheapest choices.
+        """Return the parts of a condition that together establish it, by the cheapest choices.
 
         Return None if no choice establishes the condition. Return None also for an atom whose predicate has
         no definition by a formula, because the predicate is stored or computed by a function.
@@ -358,8 +359,8 @@ class CostEstimates:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
         The cost of the action must be below ``limit``. It must be possible to establish its conditions
-        without first establishing the atom. If no action is found at any cost, a second search also uses
-        effects with subgoals about parameters that are not in the atom.
+        without first establishing the atom. If no action is found at any cost, a second search uses the
+        effects that have subgoals about parameters that are not in the atom.
         """
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
@@ -467,7 +468,7 @@ class CostEstimates:
     def _sum_costs(self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float) -> float:
         """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit.
 
-        Each condition is given with its atom if it is an atom of a stored predicate, otherwise with None.
+        Each condition comes with its atom of a stored predicate, true or negated, or with None.
         """
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:

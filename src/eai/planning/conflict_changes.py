@@ -44,7 +44,7 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions that make a set of changes, at which the search for a set with fewer actions ends.
+"""If at most this many actions make a set of changes, the search for a set with fewer actions ends.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """
@@ -365,7 +365,6 @@ class FactChangeFinder:
         """Return changes of facts; at least one of them must happen before a condition can become true.
 
         If ``truth`` is False: before the condition can become false.
-
         """
         match formula:
             case f.Not(operand):

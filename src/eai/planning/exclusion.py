@@ -32,7 +32,7 @@ from eai.world.effect import ANYTHING
 from eai.world.state import State
 
 _MAX_PAIRS = 64
-"""Maximum number of pairs in a proof that facts exclude each other. Further pairs count as not exclusive."""
+"""Maximum number of pairs of facts in a proof of exclusion. Further pairs count as not exclusive."""
 
 _MAX_CACHED_ANSWERS = 4096
 """Maximum number of cached answers to whether facts hold in the initial state of one episode."""
@@ -71,8 +71,8 @@ class _Lemma(NamedTuple):
     """The result of a proof about a pair of facts. It may serve in other episodes.
 
     Attributes:
-        answers: pairs of facts and whether all the facts hold in the initial state, as the proof found.
-            Numbers stand for the objects. The result is valid in every episode with the same answers.
+        answers: tuples of facts that the proof tested, each with whether all its facts hold in the initial
+            state. Numbers stand for the objects. The result is valid in every episode with equal answers.
         is_exclusive: whether it is proved that the facts exclude each other.
     """
 
@@ -221,16 +221,14 @@ class _FactExclusionProver:
 class _InductionProof:
     """A proof by induction that the facts of one pair never hold together (are exclusive).
 
-    Pairs are assumed exclusive until a proof fails.
-
-    Every proof has its own pairs of facts. So no result depends on earlier proofs, and several threads may
-    prove at once.
+    Pairs are assumed exclusive until a proof fails. Every proof has its own pairs of facts. So no
+    result depends on earlier proofs, and several threads may prove at once.
 
     Args:
         prover: the prover of the episode, which holds the rules and the initial facts.
 
     Attributes:
-        answers: the facts of the initial state that the proof used, each with its truth.
+        answers: tuples of facts that the proof tested, each with whether all its facts hold at the start.
     """
 
     def __init__(self, prover: _FactExclusionProver) -> None:
@@ -506,9 +504,9 @@ class _HypotheticalState:
         return True
 
     def _is_fact_impossible(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
-        """Whether the assumed facts imply that a fact is false for all objects as its open arguments.
+        """Whether it is proved that a fact is false for all objects as its open arguments.
 
-        If ``truth`` is False: whether they imply that the fact is true for all these objects.
+        If ``truth`` is False: whether it is proved that the fact is true for all these objects.
         """
         rules, general = self._prover.rules, _replace_unknown_objects_by_none(fact)
         if fact in self._true:

@@ -25,7 +25,7 @@ from eai.world.derived import DefinedPredicate
 _STEP_COST = 0.2
 """Cost of each action on the path so far. Each action that is estimated to follow costs 1.
 
-A lower cost would let the search follow long detours.
+It is just high enough that the search gives up long detours.
 """
 
 _UNEXPANDED, _EXPANDED = 0, 1
@@ -65,8 +65,8 @@ class GreedySearch:
     ) -> CostEstimates:
         """Return cost estimates from a node's state.
 
-        Actions that make a condition in ``protected`` false cost more. If ``keep_protected`` is true, there
-        are no such actions.
+        Actions that make a condition in ``protected`` false cost more. If ``keep_protected`` is true, they
+        are left out.
         """
         objects = self.successors.objects
         self._last = CostEstimates(
@@ -227,7 +227,7 @@ class _PreferredActionCollector:
             self._collect_preferred_actions(goal)
 
     def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
-        """Collect an action without prerequisites, otherwise the actions that lead to the prerequisites."""
+        """Collect an action if it has no prerequisites, otherwise the actions that lead to them."""
         if action is not None and not prerequisites:
             self.actions[action] = None
         for condition in prerequisites:

@@ -37,7 +37,7 @@ _MAX_CONDITIONS = 30_000
 """Maximum number of conditions in a `_RelaxationGraph`; further conditions are assumed to hold."""
 
 _MAX_VALUES = 60
-"""Maximum number of values of a quantified variable for which `_RelaxationGraph` has a condition each."""
+"""Maximum number of values of a quantified variable that `_RelaxationGraph` examines one by one."""
 
 _MAX_BRANCHES = 200
 """Maximum number of branches of the search for a smallest set with an action of every landmark.
@@ -410,7 +410,10 @@ class Landmarks:
         return missed
 
     def count_min_actions_for_cuts(self, cuts_mask: int) -> int:
-        """Return the minimum number of actions that together hit each landmark (see `Cut`) in a bit mask."""
+        """Return the proved minimum number of actions in a set that has one of each landmark.
+
+        The landmarks (sets of actions, see `Cut`) are given as a bit mask.
+        """
         return self._get_min_hitting_set(cuts_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:

@@ -29,7 +29,7 @@ _FIRST_LIMITS = Limits(50, thorough=False)
 """Limits of the first search for one goal."""
 
 _LIMIT_GROWTH = 4
-"""Factor by which the maximum number of states grows if it was too low to reach any pending goal."""
+"""Factor by which the maximum number of states grows when the search for each single goal has failed."""
 
 _WHOLE_GOAL_FACTOR = 4
 """Factor by which a search may reach more states if it must reach all parts of a goal at once."""

@@ -26,7 +26,7 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of operations to find the possible facts, and number of operations for each action.
+"""Maximum number of operations to find the possible facts; number of operations that an action counts as.
 
 An object that is tried as an argument of an action counts as one operation.
 """

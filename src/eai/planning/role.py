@@ -18,8 +18,9 @@ from eai.world.operator import Operator, OperatorRole
 def infer_operator_role(operator: Operator) -> OperatorRole:
     """Return the declared role of an operator, or infer the role from its effects.
 
-    A movement deletes ``at(agent, *)`` and adds ``at(agent, x)``, or relations with other names. It changes
-    nothing else but facts about the agent alone, and the same relations of objects that the agent carries.
+    A movement changes only facts about the agent alone, and relations between the agent and the objects that
+    it leaves or reaches. The operator deletes such a relation to any object (``at(agent, *)``) and adds it to
+    one (``at(agent, x)``). The same relations may also change for objects that the agent carries.
 
     An operator takes an object if it adds only a relation of the agent to the object, such as ``holds(agent,
     x)``. It may also delete relations of the object.

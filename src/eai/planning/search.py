@@ -85,9 +85,9 @@ class Limits:
             not, a goal that seems unreachable stays without a result.
         bindings: maximum number of values of parameters tried to find actions on a declared domain. Each
             action counts as `successor_generator.ACTION_BINDINGS` more values.
-        looks: maximum number of tests of conditions. On a declared domain, each action tested for an estimate
-            counts. In a search with operators from an answer, each tested literal, option and effect counts;
-            answers of nine models need fewer than 400,000 tests for every problem with a result.
+        looks: maximum number of tests. On a declared domain, each action tested for an estimate counts. In a
+            search with operators from an answer, each tested literal, option and effect counts; answers of
+            nine models need fewer than 400,000 tests for every problem with a result.
     """
 
     states: int = 2_000

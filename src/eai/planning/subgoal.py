@@ -22,7 +22,7 @@ class Subgoal(NamedTuple):
 
     @property
     def negated(self) -> Subgoal:
-        """The negated subgoal."""
+        """The negated subgoal, with the opposite truth."""
         return self._replace(truth=not self.truth)
 
 

@@ -102,8 +102,8 @@ def generate_applicable_actions_of_operator(
         operator: the operator.
         state: the state.
         objects: the objects that actions may use, by index.
-        binding_effort: budget of values that are tried for parameters. Each action uses `ACTION_BINDINGS`
-            values more. When the budget is used up, no more actions follow. None for no limit.
+        binding_effort: counter of values tried for parameters. Each action counts as `ACTION_BINDINGS` more
+            values. If the limit of the counter is exceeded, no more actions follow. None for no limit.
     """
     binding_effort = binding_effort or SearchEffort()
     compiled = domain.compiled_operators[operator.name]

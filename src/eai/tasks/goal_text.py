@@ -129,7 +129,7 @@ def make_task(
 def write_goal(formula: f.Formula) -> str:
     """Return the text of a goal, as `read_goal` reads it.
 
-    If any objects of an action count, only the name of the action is written.
+    An action whose objects may be any objects is written as its name alone.
     """
     match formula:
         case f.Occurs(action, ()):

@@ -248,7 +248,7 @@ class _ProblemConverter:
 
 
 def make_bddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> DomainAndProblemReader:
-    """Return the domain with names in lower case, as BDDL spells them, and a reader of BDDL problems."""
+    """Return a domain's names, in lower case as BDDL spells them, and a reader of BDDL problems."""
     vocabulary = domain.vocabulary
     names = [predicate.name for predicate in vocabulary.predicates] + list(vocabulary.derived_by_name)
     declared = _make_problem_converter(domain, tasks, str.lower, {name.lower(): name for name in names})
@@ -256,7 +256,7 @@ def make_bddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
 
 
 def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> DomainAndProblemReader:
-    """Return the domain with names as `eai.pddl.export` writes them, and a reader of PDDL problems."""
+    """Return a domain's names, as `eai.pddl.export` writes them, and a reader of PDDL problems."""
     glossary = PddlExportNames(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
@@ -284,7 +284,7 @@ def _make_problem_converter(
     spell_name: Callable[[str], str],
     predicate_by_spelling: Mapping[str, str],
 ) -> _ProblemConverter:
-    """Return a converter of PDDL problems to states and conditions of a domain.
+    """Return a converter of PDDL or BDDL problems to states and conditions of a domain.
 
     The tasks provide the objects and their categories.
     """

@@ -80,7 +80,7 @@ class SuiteWording:
     def describe_vocabulary(self) -> str:
         """Return all predicates that prompts use, each with its parameters, one a line.
 
-        They are those of the attributes `predicates` and `static`.
+        The attributes `predicates` and `static` list them.
         """
         arities = [(name, self._find_predicate_arity(name)) for name in (*self.predicates, *self.static)]
         return _join_lines(
@@ -89,7 +89,7 @@ class SuiteWording:
         )
 
     def describe_operators(self) -> str:
-        """Return the descriptions of all actions, one a line (`describe_operator`).
+        """Return the descriptions of all actions, each as `describe_operator` writes it.
 
         If prompts show the exact rules of actions, an explanation of their notation comes first.
         """

@@ -251,7 +251,7 @@ class ConditionCompiler:
         return filter_objects
 
     def _compile_matching_test(self, formula: f.ForPairs, scope: SlotByVariable) -> ConditionTest:
-        """Compile a `ForPairs` formula to a test that searches a maximum matching for enough pairs."""
+        """Compile a `ForPairs` formula to a test whether a maximum matching of objects has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.add_slot()
         partners = self._compile_value_finder(second, formula.body, {**scope, first.name: slot})

@@ -131,7 +131,7 @@ def _find_effects_made_true(domain: Domain, before: State, action: Action, after
 
 
 def _compute_facts_hash(state: State) -> int:
-    """Compute the hash of a state's facts anew. A new hash shows that the state was changed in place."""
+    """Compute the hash of a state's facts anew. A different hash shows that the state changed in place."""
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 

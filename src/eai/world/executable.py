@@ -202,7 +202,7 @@ parameters.
 def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> ApplicableArgumentFinder:
     """Return a function that finds the arguments for which no check of an operator fails.
 
-    A check of one parameter is evaluated for all objects at once. A check of several parameters waits until
+    A check of one parameter is evaluated once, for all objects. A check of several parameters waits until
     only its last parameter has no value; it is then evaluated for all values of this parameter at once. The
     operator's alternatives (other ways to act) are not evaluated.
     """

@@ -36,7 +36,7 @@ class SlotAllocator:
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
         self._first_other = 1 + len(parameters)
-        self._others: list[int] = []  # UNBOUND for each constant and each other variable
+        self._others: list[int] = []  # UNBOUND for each constant and each variable that is not a parameter
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
         self.mentions_agent = False

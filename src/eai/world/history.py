@@ -88,9 +88,9 @@ step. It returns the index of the earlier state. None means that the condition n
 def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
     """Return the index of the last state in which a history condition of a failed check held.
 
-    History conditions are the check's conditions on earlier states. If each of them has held in some earlier
-    state, the order of actions is wrong. Otherwise the result is None. It is also None if the failed check
-    means another fault than `MISSING_STEP`.
+    History conditions are the check's conditions on earlier states. If each of them has held in some state,
+    the order of actions is wrong. Otherwise the result is None. It is also None if the failed check means
+    another fault than `MISSING_STEP`.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None

@@ -178,7 +178,7 @@ class Relation:
 
         Call this only on a new `copy`, because the relations of states never change.
         """
-        if target in self._columns and source not in self._rows:  # no row needs to be stored
+        if target in self._columns and source not in self._rows:  # only the column is stored
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -306,7 +306,7 @@ def _write_row_into_changed_columns(
 
     A row is the mask of the targets of one source, and a column the mask of the sources of one target.
 
-    To write the new column of a target into changed rows, pass rows, target and column instead.
+    To write the new column of a target into changed rows, swap rows and columns in the arguments.
     """
     bit = 1 << source
     for target, column in changed_columns.items():

@@ -56,7 +56,7 @@ class DerivedPredicate(Protocol):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Names of the predicates that this predicate's function reads; empty without a function."""
+        """Names of the predicates that this predicate's function reads; empty if a formula defines it."""
         ...
 
     def __call__(self, *terms: Term | str) -> Atom:

@@ -1,1 +1,1 @@
-"""Repair of plans by fewest edits: the edits, causes of failure (conflicts), and the search for repairs."""
+"""Repair of plans by fewest edits: edits, first failures of plans (conflicts), the search for repairs."""

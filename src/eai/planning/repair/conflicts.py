@@ -32,7 +32,6 @@ PlanPath: TypeAlias = tuple[PlanMoment, ...]
 """Moments of a plan, one before each entry of the plan up to the first impossible step.
 
 If no step is impossible, one more moment is at the end.
-
 """
 
 START: PlanPath = ((0, 0),)
@@ -146,7 +145,7 @@ class PlanStateCache:
         return failed + len(self.find_unmet_goals(number)) + len(self.goal.actions) - taken
 
     def plan_succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
-        """Whether all steps of a plan with a path (see `compute_path`) succeed and its goals are met."""
+        """Whether all steps of a plan with this path (see `compute_path`) succeed and its goals are met."""
         number, taken = path[-1]
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 

@@ -161,7 +161,8 @@ def count_edits_or_infinity(plan: EditedPlan | None) -> float:
 def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion costs no further edit.
 
-    Such a step follows unpaired insertions. So its deletion turns an insertion into a replacement.
+    Since the last unchanged step before such a step, the plan has more insertions than deletions. So the
+    deletion turns an insertion into a replacement.
     """
     surplus = 0
     for position, entry in enumerate(plan):

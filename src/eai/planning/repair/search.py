@@ -81,7 +81,7 @@ _MAX_CACHED_STATES = 50_000
 """Maximum number of cached states that are kept when the repair of the next plan begins."""
 
 _EASY_EFFORT = 60
-"""Effort up to which a search for repairs uses no landmarks (`Cut`), since many plans need only one edit."""
+"""Effort up to which a search for repairs finds no landmarks (`Cut`): many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one operation of the search."""
@@ -344,9 +344,8 @@ class Repairer:
     ) -> Iterator[PlanEdit]:
         """Yield copies of an edit, each with one of the actions as the inserted action.
 
-        An edit is yielded only if the edited plan succeeds.
-
-        The given edit has only the position and, for a replacement, the removed step.
+        A copy is yielded only if the edited plan succeeds. The given edit has only the position and, for a
+        replacement, the removed step.
         """
         rest = plan[edit.step + (edit.removed is not None) :]
         lacked = landmarks.find_missed_cuts_mask(filter(None, (*plan[: edit.step], *rest)))
@@ -485,7 +484,7 @@ class _RepairSearch:
     def _push_node(self, node: _RepairNode) -> None:
         """Put a plan into the queue. A plan can be in the queue twice: before and after its execution."""
         number_before = len(self._seen)
-        self._seen.add((node.plan, node.first_unknown < 0))  # `add` hashes a plan once
+        self._seen.add((node.plan, node.first_unknown < 0))  # a test before `add` would hash the plan twice
         if len(self._seen) > number_before:
             self._add_to_queue(node)
 
@@ -553,8 +552,8 @@ class _RepairSearch:
     ) -> int:
         """For each action, queue a copy of the plan in which the action is inserted at a position.
 
-        A copy whose repair needs more edits than `min_repair_edits` of the node is not queued. Return the
-        highest number of edits that the repair of any copy needs.
+        A copy is not queued if its repair needs more edits than `min_repair_edits` of the node, or if it was
+        queued earlier. Return the highest proved minimum number of edits of the repair of any copy.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])

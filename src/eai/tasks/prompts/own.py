@@ -422,7 +422,7 @@ def _choose_example_task_and_operators(
 def _render_operator_example(
     example_task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
-    """Return the text of the example: a question that asks for operators of another task, and its answer.
+    """Return the text of the example: a question for operators of another task, and the right answer.
 
     The text is empty if no operators are given.
     """

@@ -34,7 +34,7 @@ _BEFORE_REASONS = ("impossible where", "not yet possible while", "needless where
 _SIGN_OF_CHANGE = {"becomes true": "", "becomes false": "not "}
 
 _MIN_HOLDERS = 3
-"""Minimum number of objects with a property for which a prompt states the property of ``all`` in one line."""
+"""Minimum number of objects that must have a property so that one line states it of ``all`` objects."""
 
 _SIGNS = (
     (" -> ", "NAME(parameter:kind): conditions -> changes, in this order, no others; there \"not p\" makes p"
