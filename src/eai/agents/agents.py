@@ -92,10 +92,7 @@ def novelty_seeking_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def make_blind_agent(game: Game, seed: int = 0) -> Agent:
-    """Return `eai/blind`, which ignores observations.
-
-    It takes a random, perhaps impossible action on known objects, or `DONE`.
-    """
+    """Return `eai/blind`, which sends a random, perhaps impossible action on known objects, or `DONE`."""
     rng = _make_rng(game, seed)
 
     def choose_random_command() -> str:

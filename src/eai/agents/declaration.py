@@ -95,7 +95,7 @@ def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
 
 
 def average_episode_verdicts(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
-    """Return the verdict on a task's first scored episode, with ``mean`` set to means of all scored ones."""
+    """Return the verdict on a task's first scored episode. Its `mean` is that of all scored episodes."""
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
         return verdicts[0]

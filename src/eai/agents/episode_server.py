@@ -30,7 +30,7 @@ from eai.results.trials import AnswerKey
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
-"""Name of this harness in results. A harness lets a model act; in this harness, agents act over MCP."""
+"""Name in results of this harness (way in which a model acts): an agent in another process, over MCP."""
 
 _EPISODES, _ENDING = "episodes", ".journal"
 

@@ -55,7 +55,7 @@ def read_key_that_seals_journals(folder: Path) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class _JournalContent:
-    """The content of the lines of a journal with valid seals. A seal is a keyed digest, and shows changes.
+    """The content of those lines of a journal that have valid seals (keyed digests, which show changes).
 
     Attributes:
         begin: the JSON object of the first line, with the task and the setting.

@@ -82,7 +82,7 @@ def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
 def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
     """Return the length of a task's shortest known plan, and commands that win a game with a given setup.
 
-    Plans that the task records are carried out. If the task records no plan, plans are searched for.
+    Plans that the task records are carried out. Other plans are searched for.
 
     Raises:
         InputError: a plan that the task records does not reach the goals.

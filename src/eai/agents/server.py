@@ -218,8 +218,8 @@ def make_http_app(
         domain: the domain of all worlds.
         host_names: host names by which requests may call the application. Requests with another host name,
             and requests of web pages, are refused.
-        all_share_first_episode: whether all callers act in the first world, without a ticket (secret that
-            selects a world).
+        all_share_first_episode: whether all callers act in the first world, without a ticket (the secret
+            that selects an episode).
     """
     hosts = [text for name in host_names for text in (name, f"{name}:*")]
     issuer = AnyHttpUrl("http://localhost")  # AuthSettings requires a URL, but no tokens are issued at it

@@ -80,7 +80,7 @@ AdditionalCounts: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns additional counts of a data set: label -> count, and a note on the meaning of the count."""
 
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
-"""Function that opens a data set, and returns the names in its problem files and a reader of such files."""
+"""Function that returns the names that problem files of a data set may use, and a reader of such files."""
 
 TaskObject: TypeAlias = tuple[Task, int]
 """An object of a task: the task, and the index of the object in its scene."""
@@ -115,7 +115,7 @@ class DataSet:
             benchmark reads no such archive.
         problem_of: returns a problem of the published planning domain, with ground goals of a task as its
             goals; None if problems are exported from the domain's declaration.
-        open_bddl: returns the domain and the reader of BDDL problems; by default those made from `domain`.
+        open_bddl: returns the names in BDDL problems and a reader of them; by default those of `domain`.
         planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
         labels: goal predicate or action -> labels of tasks with such a goal, such as ``transport``, separated
             by spaces (`eai.benchmarks.labels`). A key may add a word of the first argument's category, as in

@@ -291,8 +291,8 @@ def _apply_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task) 
 def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
     """Return the task's operators, without preconditions and with effects copied from the goal.
 
-    The effects make each predicate of the goal true, or false if the goal negates it. The arguments are all
-    parameters of the operator whose types fit.
+    The effects make each predicate of the goal true, or false if the goal negates it. They do so for all
+    combinations of different parameters of the operator whose types fit.
     """
     subformulas = list(walk_subformulas(task.problem.goal))
     denied = {

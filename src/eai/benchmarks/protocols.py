@@ -38,8 +38,9 @@ class ProtocolImplementation:
             published runs.
         count_errors_as_published: returns the verdicts on all plans for one task, with errors counted as in
             that program. Its arguments are the verdicts and the maximum number of plans after the first.
-        adapt_suite_to_answers: given all answers of a model, returns a function in place of `open_suite`.
-            None if other answers do not influence how an answer is read.
+        adapt_suite_to_answers: given all answers of a model, returns a function that replaces `open_suite`,
+            or None for no change. The attribute is None if other answers do not influence how an answer is
+            read.
     """
 
     open_suite: Opener

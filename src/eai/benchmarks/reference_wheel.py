@@ -23,7 +23,7 @@ from eai.benchmarks.packs import DataPack
 SCENE_PREFIX = "scene_1_"
 
 _OTHER_SCENE = re.compile(r"scene_(?!1_)\d+_")
-"""Prefix of task ids in unpublished scenes, which the challenge of the paper's authors used."""
+"""Prefix of the ids of tasks in unpublished scenes. The challenge of the paper's authors used them."""
 
 _CORRECTED_IDS = {
     "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (

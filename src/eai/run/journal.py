@@ -159,7 +159,7 @@ class RunState:
                 self.open_conversation(key)
 
     def has_all_answers(self, job: QuestionJob) -> bool:
-        """Whether every question of the run's job or of a smaller job has an answer."""
+        """Whether all questions of a job are answered. The job may be a part of the run's job."""
         return all(key in self.last_answers for key in product(job.prompts, range(1, job.epochs + 1)))
 
     @property
@@ -223,7 +223,7 @@ class RunState:
             self.stop_asking_questions(f"all of the first {MAX_FIRST_FAILURES} requests failed: {reason}")
 
     def call_progress_callback(self, failure: str = "") -> None:
-        """Call the progress callback with the numbers of answered, failed and all tasks, and output tokens.
+        """Call the progress callback with numbers of answered, failed and all questions, and output tokens.
 
         Args:
             failure: reason of a new failure.

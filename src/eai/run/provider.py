@@ -171,7 +171,7 @@ class _BuiltInModel(ModelAPI):
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
     ) -> ModelOutput:
-        """Answer the last question. If answers have several turns, return the next command of the episode."""
+        """Answer the last question. If answers are episodes, return the next command of the episode."""
         positions = [
             n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _REQUIRED_METADATA
         ]
@@ -292,9 +292,8 @@ class _BuiltInModel(ModelAPI):
     def _corrupt_answer(self, answers: AnswersByTask, question: _ModelQuestion) -> AnswerInParts:
         """Return a corrupted answer to a question.
 
-        Each attempt at a task draws new errors, unless the argument ``heed`` is given. Then a later attempt
-        repeats the last answer. If the question names an error in it, the attempt repairs this error with
-        probability ``heed``.
+        Each attempt at a task draws new errors. With the argument ``heed``, a later attempt repeats the last
+        answer instead. If the question names an error, the attempt repairs it with the probability ``heed``.
         """
         seed = f"{self._arguments.seed} {question.epoch}"
         if self._arguments.heed is not None:

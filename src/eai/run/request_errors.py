@@ -23,7 +23,7 @@ MIN_SECONDS_BETWEEN_TRIES = 1.0
 """Minimum seconds between a refused connection and the second, last try."""
 
 _MAX_SECONDS_BETWEEN_TRIES = 60.0
-"""If a connection is refused twice within this many seconds, no further try is made."""
+"""Maximum seconds after a first refused connection in which a second refusal ends the tries."""
 
 _TOO_LONG = re.compile(
     r"context_length_exceeded|exceed_context_size|context size has been exceeded"

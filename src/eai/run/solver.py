@@ -432,8 +432,8 @@ def find_reasoning(output: ModelOutput) -> list[str]:
 def read_usage(output: ModelOutput) -> AnswerUsage:
     """Return the usage of a reply, with None for unknown numbers.
 
-    The library Inspect reports zeros if a provider counts nothing. Every question has tokens, so zero input
-    tokens mean unknown numbers, as do negative numbers.
+    The library Inspect reports zeros if a provider counts nothing. Every question has
+    tokens, so without input tokens, zeros mean unknown numbers. If a number is negative, all are unknown.
     """
     usage = output.usage
     if usage is None:

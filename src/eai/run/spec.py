@@ -152,7 +152,7 @@ class _PromptOptions(Options):
 
     @property
     def prompt_label(self) -> str | None:
-        """Name of the prompts in records and tables: the user's name, or the name of the chosen variant."""
+        """Name of the prompts in records and tables: the name given by the user, or the chosen variant."""
         return self.name or (self.set if self.set in VARIANTS else None)
 
 

@@ -117,12 +117,12 @@ class _SamplesFedToInspect(SampleSource):
         return self._take_next_samples_within_limit() or None
 
     async def sample_complete(self, sample: EvalSample) -> list[Sample]:
-        """Return the samples that Inspect can start next. Inspect calls this when a sample has finished."""
+        """Return the samples that Inspect can start next, after a sample has finished."""
         self._unfinished -= 1
         return self._take_next_samples_within_limit()
 
     async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
-        """Return the samples that Inspect can start next. Inspect calls this when a sample was cancelled."""
+        """Return the samples that Inspect can start next, after a waiting or running sample was cancelled."""
         self._unfinished -= 1
         return self._take_next_samples_within_limit()
 
@@ -452,7 +452,7 @@ def _read_question(sample: EvalSample) -> str:
 
 
 def _select_majority_samples(log: EvalLog, ability: Ability) -> list[EvalSample]:
-    """Return a sample with the most frequent answer to each task. Tasks with few answers are left out."""
+    """Return a sample with the most frequent answer to each task. A task is left out if no answer wins."""
     answered = sorted([s for s in log.samples or () if s.output.choices], key=lambda sample: sample.epoch)
     by_task = group_pairs((str(sample.id), sample) for sample in answered)
     epochs = log.eval.config.epochs or 1

@@ -72,7 +72,7 @@ def translate_to_household_actions(task: Task, published_steps: Sequence[PlanSte
 def _add_hands_to_actions(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
     """Yield the actions with the name of a hand before the name of each operator that needs one hand.
 
-    Grasping names a free hand. All other actions name the hand that holds the object.
+    The action GRASP gets a free hand. Other actions of one hand get the hand that holds the object.
     """
     held: dict[str, str] = {}
     for action, step in zip(actions, steps, strict=False):

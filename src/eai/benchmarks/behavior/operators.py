@@ -111,7 +111,7 @@ def make_effects_of_putting_beside(obj: Variable, neighbour: Variable) -> tuple[
     """Return effects that put an object beside another object, the neighbour.
 
     Before, the object lies in or on no other object. Afterwards it lies in the neighbour's container, lies on
-    the neighbour's support, or stands on the neighbour's floor.
+    the neighbour's support, or stands on the neighbour's floor. If the neighbour is a floor, it stands on it.
     """
     support = Exists(C, p.carries(C, neighbour))
     return (
@@ -392,7 +392,7 @@ def _make_cleaning_alternative(
 
 
 def make_soak_action() -> Operator:
-    """Return the action SOAK: an object that lies in a running sink or in a teapot becomes wet."""
+    """Return the action SOAK: an object in (or on) a running sink or a teapot becomes wet."""
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
     in_water = missing_step(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
     return make_action_changing_object_state(

@@ -105,7 +105,7 @@ stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
 
 LOOSE_RELATIONS = (stands_on, stands_under, stands_by)
-"""Relations by which no object lies in or on another. Initial facts are added to a state in this order."""
+"""Relations other than lying in or on an object. Initial facts are added to a state in this order."""
 
 STATES = (
     (cookable, is_cooked),

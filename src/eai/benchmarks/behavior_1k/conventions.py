@@ -113,7 +113,7 @@ class _SubstanceSourceAndFloorWriter(SceneFactReader):
     """Describes the substances that each source gives, and the floor under each object without support."""
 
     def write_source_and_floor_lines(self) -> Iterator[str]:
-        """Yield a line for each source of substances (sink) and for each floor on which objects stand."""
+        """Yield a line for each source of substances (such as a sink) and each floor below objects."""
         for source in self._names:
             given = self._find_targets_of(p.gives, source)
             if given:

@@ -642,9 +642,10 @@ def make_ignite_action() -> Operator:
 
 
 def make_wait_action() -> Operator:
-    """Return the action WAIT: hours pass, and hot, frozen and wet objects lose these states.
+    """Return the action WAIT: hours pass. Hot objects cool down, and objects that are wet with water dry.
 
-    The action is modelled on OmniGibson's object state temperature, which decays.
+    Frozen objects thaw, except in a working source of cold. The action is modelled on OmniGibson's object
+    state temperature, which decays.
     """
     kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
     effects = (

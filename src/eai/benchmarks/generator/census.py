@@ -2,7 +2,7 @@
 
 A domain allows many actions that are unusual, such as washing a book. Plans of generated tasks therefore come
 from a restricted copy of the domain. In the copy, an operator has an additional precondition for each
-argument: some plan of the benchmark uses an object of the same category as this argument. Operators that no
+argument: a plan of the benchmark uses an object of this object's category as the argument. Operators that no
 plan of the benchmark uses are left out of the copy.
 """
 
@@ -47,7 +47,7 @@ from eai.world.vocabulary import Predicate
 class DomainOfActionsSeenInPlans:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
-    An action is usual if plans of the data set use its operator and, for each argument, objects of the same
+    An action is usual if plans of the data set use its operator and, as each argument, objects of the same
     category.
 
     Attributes:
@@ -123,7 +123,7 @@ _APPROACH_ROLES = (OperatorRole.TAKES, OperatorRole.MOVEMENT)
 """Roles of operators by which the agent takes or approaches an object without using it."""
 
 _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
-"""Numbers that each goal, effect of a plan, and initial fact add to the weight of its pattern.
+"""Numbers that a goal, an effect of a plan, and an initial fact add to the weight of their pattern.
 
 A pattern is a literal with categories in place of objects.
 """
@@ -217,8 +217,9 @@ def _compute_pattern_weights_from_plans(
 ) -> defaultdict[LiteralPattern, float]:
     """Return a mapping from patterns to weights, for drawing random goals.
 
-    A pattern is a literal with categories in place of objects. Each goal, effect of a plan and initial fact
-    with a pattern adds to its weight (`_GOAL_WEIGHT`, `_EFFECT_WEIGHT`, `_FACT_WEIGHT`).
+    A pattern is a literal with categories in place of objects. In each task, goals with
+    a pattern add `_GOAL_WEIGHT` each to its weight, and effects of the plan add `_EFFECT_WEIGHT`. The initial
+    facts of all tasks together add `_FACT_WEIGHT`, unless `_count_surplus_facts_by_relation` is positive.
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
@@ -335,10 +336,10 @@ def _find_fact_patterns(
 def _count_surplus_facts_by_relation(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, its number of facts minus a maximum.
+    """Return, for each relation, its number of facts minus the maximum for relations that state places.
 
-    Relations that say where objects are stay below the maximum: `MAX_MEAN_TARGETS` facts for each object that
-    is the first argument of a fact. Their result is not positive.
+    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. Fewer facts
+    give a negative number.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:

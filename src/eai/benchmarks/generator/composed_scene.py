@@ -129,7 +129,7 @@ class _ComposedScene:
         self._excluded = set(prior.part_categories)
 
     def is_movable(self, index: int) -> bool:
-        """Whether an object is portable, empty, and neither held nor without a place."""
+        """Whether an object is portable and empty, has a place, and is not held."""
         reduced_state, prior = self._reduced_state, self._prior
         return (
             reduced_state.scene.objects[index].category in prior.taken_categories

@@ -124,7 +124,8 @@ _PROPOSALS_FOR_HIDDEN = 40
 _OFFER_WEIGHT = 2
 """Weight added to a task of the data set when a new task's base is drawn from these tasks.
 
-The weight is added if objects of the task can be hidden, and again if plans can take several equal objects.
+The weight is added if objects of the task can be hidden, and again if a task has several
+objects of a category that plans pick up.
 """
 
 _HIDING_PROBABILITY = 0.7

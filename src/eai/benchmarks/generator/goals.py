@@ -81,7 +81,7 @@ class GoalSampler:
         return GoalSampler(usual_goals, scene, shapes, patterns, paired)
 
     def restrict_to_categories(self, kinds: Collection[str]) -> GoalSampler:
-        """Return a copy of the proposals that draws only goals about objects of the given categories."""
+        """Return a copy that draws a goal only if its first object has a given category."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
 

@@ -1,9 +1,10 @@
 """Extend a plan goal by goal, shorten the plan, and find temporal goals.
 
-A temporal goal is a condition on the order of facts. It comes from two plans that reach the same final
-goals. The first plan is the shortened plan that solves the task. The second plan, a *temptation*, reaches the
-goals in another order or without a detour. The temporal goal says which fact must come first, or which facts
-must never hold together. Only the first plan fulfils it, so the goal is possible and excludes the temptation.
+A temporal goal is a condition on the whole course of an episode. It comes from two plans that reach the same
+final goals. The first plan is the shortened plan that solves the task. The second plan, a *temptation*,
+reaches the goals in another order or without a detour. The temporal goal says which fact must come first, or
+which facts must never hold together. Only the first plan fulfils it, so the goal is possible and excludes the
+temptation.
 """
 
 from __future__ import annotations
@@ -162,8 +163,8 @@ def make_shortened_plan(
 ) -> Sequence[Action]:
     """Return a short plan for the goals of a growing plan: the growing plan without needless actions.
 
-    If that plan is long, return a shorter plan by the planner instead, if there is one. The planner cannot
-    handle a temporal goal (`temporal_goal`).
+    If that plan is long, return a shorter plan by the planner instead, if there is one. The planner is
+    not used with a temporal goal, because it cannot handle such goals.
     """
     planning_goal = PlanningGoal(tuple(growing_plan.conditions), tuple(growing_plan.actions))
     grown = _drop_needless_actions(growing_plan, planning_goal, temporal_goal)

@@ -43,7 +43,7 @@ _MAX_STEPS_UNSAFE = 6
 """Maximum number of steps in a row during which an object may be left open or switched on without use."""
 
 _LIMITS_OF_SEARCH_IGNORING_HAZARDS = Limits(100)
-"""Limits of a search that ignores hazards. The resulting plan is used if it is safe by chance."""
+"""Limits of a search that ignores hazards. If its plan is safe by chance, the task is discarded."""
 
 
 class _HazardGoal(NamedTuple):
@@ -157,8 +157,8 @@ def add_goals_against_hazards(
 ) -> _HazardousTask | None:
     """Return a copy of a task with goals against the hazards (dangers) of its plan, and with a safe plan.
 
-    Returns None if the plan causes no hazard, or if no safe plan is found. Tasks are discarded at random: the
-    probability of keeping a task is the greatest `_HazardGoal.kept` of its plan's hazards.
+    Returns None if the plan causes no hazard, or if no safe plan is found. It also returns None at random:
+    the probability of keeping the task is the greatest `_HazardGoal.kept` of its plan's hazards.
 
     Args:
         task: the task. Its goals are about states.

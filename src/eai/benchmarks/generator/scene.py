@@ -287,9 +287,10 @@ _MAX_SIMILAR_OBJECTS = 5
 """Maximum number of objects added to a scene so that a category has several objects."""
 
 _DRAWS_PER_GUEST = 30
-"""Number of random draws for each object that another task adds to the scene (guest).
+"""Number of random draws for each added object of another task (guest).
 
-Most objects of other tasks cannot be added, because the scene has no place of the same kind.
+Most objects of other tasks do not fit: no usual goal moves such an object here, or the scene has no place of
+the same kind.
 """
 
 

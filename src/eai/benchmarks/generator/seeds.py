@@ -49,7 +49,7 @@ class TaskSeedOutcome:
 
     Attributes:
         outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks. The
-            choice of the pair depends on earlier pairs, which the function takes.
+            choice of the pair depends on the counts of earlier pairs, which the function takes.
         fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before these
             were known.
     """

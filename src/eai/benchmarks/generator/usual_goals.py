@@ -223,7 +223,7 @@ class UsualGoals:
             of each. Empty if goals of the data set have quantifiers: new goals may then quantify over all
             categories.
         part_categories: categories of parts of objects. A part exists only after it is cut off.
-        holding_predicate_names: predicates by which the agent holds objects.
+        holding_predicate_names: names of the predicates by which the agent holds objects.
         unique_states: states that change and that exactly one object has at the start of each task, such as
             the floor on which a robot is.
     """

@@ -1,4 +1,4 @@
-"""Convert the published wheel to the data package (pack) `virtualhome`: a shared scene, a line for each task.
+"""Convert the published wheel to the pack (data package) `virtualhome`: one scene, and a line for each task.
 
 The wheel contains 376 MB of scene graphs. The 342 graph files of the tasks are read one after the other,
 without unpacking them to disk.
@@ -256,10 +256,10 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
-    """Return the `ON` and `INSIDE` edges of each object whose edges have changed their order.
+    """Return the `ON` or `INSIDE` edges of each object whose edges of this relation are in another order.
 
-    The order has changed if the edges do not begin with the old edges that remain. The order of edges
-    matters, so all edges of such an object are written again.
+    The order is another one if the new edges do not begin with the remaining old edges. The order of edges
+    matters, so all these edges of the object are written again.
     """
     stayed = _group_ordered_edges_by_source_and_relation(edge for edge in before.edges if edge not in removed)
     return {

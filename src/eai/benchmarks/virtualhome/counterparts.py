@@ -47,7 +47,7 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
     **{operator: (action, (1,)) for operator, action in _ACTIONS_OF_ONE_OBJECT.items()},
     **{operator: (action, (1, 2)) for operator, action in _ACTIONS_OF_TWO_OBJECTS.items()},
 }
-"""Operator of the published planning domain -> household action, and the arguments that the action takes.
+"""Operator of the published planning domain -> household action, and indices of the arguments that it takes.
 
 Argument 0 of each operator, the character, is no argument of an action.
 """
