@@ -221,7 +221,7 @@ def test_compare_takes_only_episodes_by_the_same_rules(eai: Command, tmp_path: P
     )
     refused = eai("compare", tmp_path / "fair", tmp_path / "easy")
     assert refused.status == 2
-    assert "with equal game rules" in refused.err
+    assert "under the same game rules" in refused.err
     same = eai("compare", tmp_path / "mixed" / f"rules-{EASY_NAME}", tmp_path / "easy")
     assert same.status == 0
     assert f"rules {EASY_NAME}" in " ".join(same.out.split())

@@ -168,7 +168,7 @@ def test_a_task_file_cannot_run_the_module_of_its_base(
     }
     (tmp_path / "tasks.jsonl").write_text(f"{json.dumps(line)}\n")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit):
+    with pytest.raises(InputError, match=r"the import calls sys\.exit\('this module was imported'\)"):
         eai.find_benchmark(f"{prefix}tasks.jsonl")
     with pytest.raises(InputError, match=r"'evil:BENCHMARK'.*Python objects are refused"):
         answer_query("plan", {"benchmark": f"{prefix}tasks.jsonl", "task": "a"})
