@@ -143,7 +143,7 @@ def measure_reference_speed(ability: Ability, number: int) -> float:
 def _measure_speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:
     start = time.process_time()
     for answers in files:
-        together = suite.adapt_suite_to_answers([text for _, text in answers])
+        together = suite.choose_suite_for_answers([text for _, text in answers])
         for task_id, text in answers:
             together.score(task_id, text)
     return sum(map(len, files)) / (time.process_time() - start)

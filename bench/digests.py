@@ -176,7 +176,7 @@ def _score_answers(suite: str, protocol: Protocol) -> Iterator[str]:
         answers = oracle_answers(path)
         source = Source(planner=PlannerChoice.NONE)
         opened = open_suite(domain, Ability(ability), protocol, source=source)
-        together = opened.adapt_suite_to_answers([answer.text for answer in answers])
+        together = opened.choose_suite_for_answers([answer.text for answer in answers])
         for answer in answers:
             fields = _select_fields(
                 suite, verdict_to_record_fields(together.score(answer.task_id, answer.text))

@@ -163,7 +163,7 @@ class Judge:
     def _tally_goals(self, trajectory: Trajectory, protocol: Protocol) -> TalliesByGoalKind:
         test = self.goals[protocol]
         return test.tally_by_kind(
-            test.find_reached_goals(
+            test.evaluate_each_goal(
                 trajectory.final_state, [action.operator for action in trajectory.executed_actions]
             )
         )

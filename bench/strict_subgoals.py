@@ -71,7 +71,7 @@ def main() -> None:
 def _measure_costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list[float]:
     """Return the processor time of each answer in ms, ascending."""
     suite = open_suite(domain, Ability.SUBGOAL_DECOMPOSITION, protocol)
-    suite = suite.adapt_suite_to_answers([answer.text for answer in answers])
+    suite = suite.choose_suite_for_answers([answer.text for answer in answers])
     costs = []
     reduce_garbage_collection()
     for answer in answers:

@@ -59,14 +59,14 @@ def action(*alternatives: str) -> Goal:
 
 def partial(given: Task, actions: Sequence[str] = (), state: State | None = None) -> Share:
     test, final = GoalTest(given), state or given.initial
-    return test.find_partial_success(final, actions, test.find_reached_goals(final, actions))
+    return test.find_partial_success(final, actions, test.evaluate_each_goal(final, actions))
 
 
 def test_each_condition_of_a_quantified_goal_counts() -> None:
     """One of the two boxes is in the shed. The goal is missed, but one of its conditions is met."""
     given = task(ALL_IN_SHED)
     test = GoalTest(given)
-    assert test.find_reached_goals(given.initial, ()) == (False,)
+    assert test.evaluate_each_goal(given.initial, ()) == (False,)
     assert partial(given) == (1, 2)
 
 
@@ -109,7 +109,7 @@ def test_two_objects_meet_the_conditions_of_exactly_one_but_miss_the_goal() -> N
     red, shed = index["red"], index["shed"]
     episode = Episode(toy.DOMAIN, given.initial)
     episode.run([Action("LIFT", (red,)), Action("GO", (shed,))])
-    assert GoalTest(given).find_reached_goals(episode.state, ()) == (False,)
+    assert GoalTest(given).evaluate_each_goal(episode.state, ()) == (False,)
     assert partial(given, state=episode.state) == (1, 1)
 
 
@@ -169,7 +169,7 @@ def test_partial_success_equals_the_best_of_all_options_after_random_plans(every
         )
         for state in _states(suite.benchmark.domain, given, Random(number)):
             expected = max(_share(state, given, chain.from_iterable(way)) for way in product(*ways))
-            share = test.find_partial_success(state, (), test.find_reached_goals(state, ()))
+            share = test.find_partial_success(state, (), test.evaluate_each_goal(state, ()))
             assert share.numerator / share.denominator == pytest.approx(expected), task_id
             compared += 1
     assert compared > 10

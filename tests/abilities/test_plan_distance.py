@@ -51,7 +51,7 @@ def distance(task: Task, actions: Sequence[Action]) -> int:
     queue, seen = deque([(start, names, 0)]), {(start, names)}
     while True:
         state, taken, depth = queue.popleft()
-        if all(GoalTest(task).find_reached_goals(state, [*taken])):
+        if all(GoalTest(task).evaluate_each_goal(state, [*taken])):
             return depth
         for action, after in successors(state):
             if (node := (after, taken | {action.operator})) not in seen:

@@ -65,7 +65,7 @@ def succeeds(scorer: ActionSequencingScorer, plan: list[Action | None]) -> bool:
     steps = [step for step in plan if step is not None]
     course = execute_plan(scorer.domain, scorer.task.initial, steps)
     taken = [action.operator for action in course.executed_actions]
-    reached = GoalTest(scorer.task).find_reached_goals(course.final_state, taken, course)
+    reached = GoalTest(scorer.task).evaluate_each_goal(course.final_state, taken, course)
     return len(steps) == len(plan) and course.failure is None and all(reached)
 
 

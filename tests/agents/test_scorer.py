@@ -170,7 +170,7 @@ def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
     at_start = GoalTest(suite.tasks[task_id])
     initial = suite.tasks[task_id].initial
     assert idle.partial == at_start.find_partial_success(
-        initial, (), at_start.find_reached_goals(initial, ())
+        initial, (), at_start.evaluate_each_goal(initial, ())
     )
     never = verdict_of(suite, episode(SWITCHES, task_id, []))
     assert never.partial == at_start.partial_success_if_never_run

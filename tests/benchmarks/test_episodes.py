@@ -66,7 +66,7 @@ def compare_with_execution(
 ) -> dict[str, bool]:
     """Return by task whether an episode of its plan equals the result of `execute_plan`."""
     suite = open_suite(name, Ability.ACTION_SEQUENCING, protocol, source=Source(store))
-    suite = suite.adapt_suite_to_answers([text for _, text in answers])
+    suite = suite.choose_suite_for_answers([text for _, text in answers])
     equal = {}
     for task_id, text in answers:
         scorer = suite.scorer(task_id)

@@ -19,7 +19,7 @@ WITH_IDS = '{"WALK": ["floor_lamp", "1000"]}'
 
 def open_plan_suite(store: Store, protocol: Protocol = Protocol.STRICT, *answers: str) -> Suite:
     suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, protocol, source=Source(store))
-    return suite.adapt_suite_to_answers(answers)
+    return suite.choose_suite_for_answers(answers)
 
 
 def test_the_suite_of_virtualhome_plans_has_all_tasks(data_store: Store) -> None:

@@ -75,7 +75,9 @@ def test_an_attempt_has_the_verdict_of_a_single_answer(
     name: str, protocol: Protocol, data_store: Store
 ) -> None:
     answers = made_answers(name, ACTIONS, data_store)
-    suite = open_plan_suite(name, data_store, protocol).adapt_suite_to_answers([text for _, text in answers])
+    suite = open_plan_suite(name, data_store, protocol).choose_suite_for_answers(
+        [text for _, text in answers]
+    )
     assert find_differing_verdicts(suite, answers) == []
 
 
@@ -90,7 +92,7 @@ def test_an_attempt_of_a_published_model_has_the_verdict_of_a_single_answer(
         answers = [
             (row[task_id].partition("@")[0], row[text]) for row in oracle(name, ACTIONS.value, file)[rows]
         ]
-        suite = open_plan_suite(name, data_store, protocol).adapt_suite_to_answers(
+        suite = open_plan_suite(name, data_store, protocol).choose_suite_for_answers(
             [text for _, text in answers]
         )
         chosen = answers[number :: len(MODELS)]
@@ -128,7 +130,7 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
     plan = scorer.notation.read(gold)
     assert isinstance(plan, WrittenPlan)
     assert any(isinstance(word, ObjectWithId) for word in plan.steps[0].objects) is with_ids[prompts]
-    read_as_asked = suite.adapt_suite_to_answers([questions["27_2"].user])
+    read_as_asked = suite.choose_suite_for_answers([questions["27_2"].user])
     assert replay_attempts_at_task(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
         trials.suite, EXPLAINED, "27_2"
     ).try_answer(gold)

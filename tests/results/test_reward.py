@@ -100,7 +100,7 @@ def after(world: str, state: State, plan: Sequence[Action]) -> State:
 
 
 def reached(task: Task, state: State, plan: Sequence[Action] = ()) -> tuple[bool, ...]:
-    return GoalTest(task).find_reached_goals(state, [action.operator for action in plan])
+    return GoalTest(task).evaluate_each_goal(state, [action.operator for action in plan])
 
 
 def held(task: Task) -> tuple[bool, ...]:

@@ -110,7 +110,7 @@ def test_all_ways_of_scoring_give_the_same_rates(
     for answers in (read_answers(ran.log, suite), read_answers(evaluated, suite)):
         assert answers.model == written.model
         assert set(answers.responses) == set(written.responses)
-    together = suite.adapt_suite_to_answers([response.text for response in written.responses])
+    together = suite.choose_suite_for_answers([response.text for response in written.responses])
     verdicts = [
         record.verdict for record in Scoring().score_records(together, written.model, written.responses)
     ]

@@ -37,7 +37,7 @@ def action(*alternatives: str) -> Goal:
 def test_goals_are_told_one_by_one_and_counted_by_kind() -> None:
     given = task(LIT, RED_IN_HALL, action("LIFT"), BLUE_IN_HALL)
     test = GoalTest(given)
-    reached = test.find_reached_goals(given.initial, ["GO", "LIFT"])
+    reached = test.evaluate_each_goal(given.initial, ["GO", "LIFT"])
     assert reached == (False, True, True, False)
     assert test.tally_by_kind(reached) == TalliesByGoalKind(Share(0, 1), Share(1, 2), Share(1, 1))
     assert test.tally_by_kind(test.none_reached) == TalliesByGoalKind(Share(0, 1), Share(0, 2), Share(0, 1))
@@ -57,13 +57,13 @@ def test_a_goal_of_both_kinds_counts_half_as_each_and_whole_numbers_are_whole() 
 def test_other_formulas_may_be_asked_in_the_goals_place() -> None:
     given = task(LIT, RED_IN_HALL)
     test = GoalTest(given, [RED_IN_HALL, BLUE_IN_HALL])
-    assert test.find_reached_goals(given.initial, ()) == (True, False)
+    assert test.evaluate_each_goal(given.initial, ()) == (True, False)
     assert test.tally_by_kind((True, False)) == TalliesByGoalKind(Share(1, 1), Share(0, 1), Share(0, 0))
 
 
 def test_a_task_without_goals_reaches_all_of_them() -> None:
     test = GoalTest(task())
-    assert test.find_reached_goals(toy.initial(), ()) == ()
+    assert test.evaluate_each_goal(toy.initial(), ()) == ()
     assert test.tally_by_kind(()) == TalliesByGoalKind(Share(0, 0), Share(0, 0), Share(0, 0))
 
 
@@ -86,7 +86,7 @@ def test_action_goals_are_reached_in_their_order(
     goals: list[str], actions: list[str], met: tuple[int, ...]
 ) -> None:
     test = GoalTest(task(*(action(*goal.split("|")) for goal in goals)))
-    assert test.find_reached_goals(toy.initial(), actions) == tuple(i in met for i in range(len(goals)))
+    assert test.evaluate_each_goal(toy.initial(), actions) == tuple(i in met for i in range(len(goals)))
 
 
 @given(
@@ -125,12 +125,12 @@ def test_threads_may_share_a_test() -> None:
     plan = [Action(name, (scene.index[thing],)) for name, thing in steps]
     states = execute_plan(toy.DOMAIN, given.initial, plan).states
     test = GoalTest(given)
-    expected = [GoalTest(given).find_reached_goals(state, ()) for state in states]
+    expected = [GoalTest(given).evaluate_each_goal(state, ()) for state in states]
     assert len(set(expected)) > 2
 
     def differing(start: int) -> int:
         numbers = [(start + i) % len(states) for i in range(1_500)]
-        return sum(test.find_reached_goals(states[i], ()) != expected[i] for i in numbers)
+        return sum(test.evaluate_each_goal(states[i], ()) != expected[i] for i in numbers)
 
     with ThreadPoolExecutor(8) as pool:
         assert sum(pool.map(differing, range(8))) == 0

@@ -533,7 +533,7 @@ def gold_plans(evidence: Evidence) -> Finding:
         book = open_gold_answers(find_benchmark(domain), Ability.ACTION_SEQUENCING, source)
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
         texts = {task_id: book[task_id].text for task_id in suite.task_ids}
-        judge = suite.adapt_suite_to_answers(list(texts.values()))
+        judge = suite.choose_suite_for_answers(list(texts.values()))
         verdicts = [judge.score(task_id, text) for task_id, text in texts.items()]
         scored = [each for each in verdicts if each.excluded is None]
         counts[domain] = sum(bool(each.success) for each in scored), len(scored)

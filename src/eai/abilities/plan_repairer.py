@@ -93,7 +93,7 @@ class PlanRepairer:
         shown = len(steps) if verdict.error is None else verdict.error.step
         if at_least == len(edits) == 1 and not repairer.change_finder.has_too_many_actions:
             return self._make_single_edit_repair(plan, steps, repairer, shown, effort.used)
-        told = tuple([self._describe_edit(edit, plan, steps) for edit in edits])
+        told = tuple([self._make_edit(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
@@ -192,7 +192,7 @@ class PlanRepairer:
             )
 
         singles = sorted(single_edits, key=make_edit_sort_key)
-        told = [self._describe_edit(edit, plan, steps) for edit in singles]
+        told = [self._make_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = classify_and_locate_fault(told)
         return Repair(
@@ -229,7 +229,7 @@ class PlanRepairer:
         changed = {pair for pair in words if pair[0] != pair[1]}
         return "hand" if len(changed) == 1 and changed <= _HAND_CHANGES else "action"
 
-    def _describe_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
+    def _make_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
         kind = self._classify_edit(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)
         return Edit(

@@ -149,7 +149,7 @@ class Trial:
         """Whether all goals are reached in the present state of an episode."""
         trajectory = episode.trajectory
         return all(
-            self.scorer.goals.find_reached_goals(
+            self.scorer.goals.evaluate_each_goal(
                 episode.state, _get_operator_names(trajectory.executed_actions), trajectory
             )
         )
@@ -162,7 +162,7 @@ class Trial:
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
             trajectory = whole.prefix(done) if goals.has_goals_over_time else None
-            if all(goals.find_reached_goals(whole.states[done], taken[:done], trajectory)):
+            if all(goals.evaluate_each_goal(whole.states[done], taken[:done], trajectory)):
                 return number
             done += 1
         return None
@@ -195,7 +195,7 @@ class _GoalsStatedInQuestions:
     def report(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each stated goal. A goal with an unknown name counts as missed."""
         trajectory = episode.trajectory
-        reached = self.test.find_reached_goals(
+        reached = self.test.evaluate_each_goal(
             episode.state, _get_operator_names(trajectory.executed_actions), trajectory
         )
         met = dict(zip(self.known_task.goals, reached, strict=True))

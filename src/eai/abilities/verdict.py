@@ -271,7 +271,7 @@ class Verdict:
             "implement its method `compute_reward_inputs`"
         )
 
-    def is_turn_an_action(self, step: int) -> bool:
+    def is_step_an_action(self, step: int) -> bool:
         """Whether a step of the explanation, counted from 0, is an action that was tried."""
         return True
 

@@ -371,7 +371,7 @@ class Game:
 
     def _evaluate_each_goal(self) -> tuple[bool, ...]:
         goals, episode = self.setup.goals, self._episode
-        return goals.find_reached_goals(
+        return goals.evaluate_each_goal(
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
         )
 

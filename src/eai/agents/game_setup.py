@@ -95,7 +95,7 @@ class GameSetup:
     def share_of_conditions_met_at_start(self) -> Share:
         """The partial success before any action: the share of goal conditions that hold at the start."""
         initial, goals = self.task.initial, self.goals
-        return goals.find_partial_success(initial, (), goals.find_reached_goals(initial, ()))
+        return goals.find_partial_success(initial, (), goals.evaluate_each_goal(initial, ()))
 
     @cached_property
     def reference(self) -> ReferenceSolution:

@@ -168,7 +168,7 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataMist
 def _check_goals_in_annotated_final_state(benchmark_name: str, task: Task) -> Iterator[DataMistake]:
     if task.annotated_final is None or task.unplannable_reason is not None:
         return
-    held = GoalTest(task.without_goals_over_time).find_reached_goals(
+    held = GoalTest(task.without_goals_over_time).evaluate_each_goal(
         task.annotated_final, [step.operator for step in task.script]
     )
     if not all(held):

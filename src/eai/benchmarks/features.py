@@ -106,7 +106,7 @@ def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
         ground_state_goals=ground[GoalKind.STATE],
         ground_relation_goals=ground[GoalKind.RELATION],
         ground_action_goals=ground[GoalKind.ACTION],
-        goals_at_start=sum(GoalTest(task).find_reached_goals(task.initial, ())),
+        goals_at_start=sum(GoalTest(task).evaluate_each_goal(task.initial, ())),
         objects=len(indices),
         object_categories=len({task.scene.objects[i].category for i in indices}),
         initial_facts=_count_initial_facts(task),

@@ -38,7 +38,7 @@ class ProtocolImplementation:
             published runs.
         count_errors_as_published: returns the verdicts on all plans for one task, with errors counted as in
             that program. Its arguments are the verdicts and the maximum number of plans after the first.
-        adapt_suite_to_answers: given all answers of a model, returns a function that replaces `open_suite`,
+        choose_suite_for_answers: given all answers of a model, returns a function that replaces `open_suite`,
             or None for no change. The attribute is None if other answers do not influence how an answer is
             read.
     """
@@ -48,7 +48,7 @@ class ProtocolImplementation:
     trial: type[Trial]
     judge_by_goals_in_prompt: Callable[[TaskReference, Verdict], Verdict]
     count_errors_as_published: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
-    adapt_suite_to_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
+    choose_suite_for_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
 
 
 @cache

@@ -105,15 +105,15 @@ class Suite:
         """The errata that apply to the suite's data."""
         return self.benchmark.get_errata(self.source)
 
-    def adapt_suite_to_answers(self, answers: Iterable[str]) -> Suite:
+    def choose_suite_for_answers(self, answers: Iterable[str]) -> Suite:
         """Return the suite that scores these answers of a model: this suite, or a copy with other scorers.
 
         Under some protocols (scoring rules), the form of all answers of a model decides how each is read.
         """
         implementation = find_implementation(self.protocol.value)
-        if implementation is None or implementation.adapt_suite_to_answers is None:
+        if implementation is None or implementation.choose_suite_for_answers is None:
             return self
-        opener = implementation.adapt_suite_to_answers(self.benchmark, self.ability, answers)
+        opener = implementation.choose_suite_for_answers(self.benchmark, self.ability, answers)
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
@@ -192,7 +192,7 @@ def open_suite(
         source: the source of the data; the user's default store if None. Only the default protocol uses
             errata; other protocols score the published data.
         opener: function that returns the scorers; that of the protocol if None.
-            `Suite.adapt_suite_to_answers` passes another function.
+            `Suite.choose_suite_for_answers` passes another function.
 
     Raises:
         DataError: the data cannot be obtained.

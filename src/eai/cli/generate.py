@@ -178,7 +178,7 @@ def generate_tasks(
     validated = ""
     if validator is not None:
         plans = [each.task for each in made]
-        unanswered = _count_plans_that_val_cannot_judge(validator, benchmark.domain, plans, quiet=as_json)
+        unanswered = _validate_plans_and_count_unanswered(validator, benchmark.domain, plans, quiet=as_json)
         validated = "; VAL accepts every certificate"
         if unanswered:
             validated = f"; VAL accepts {len(plans) - unanswered:,} certificates, no answer on {unanswered:,}"
@@ -291,7 +291,7 @@ def _make_task_file_lines(made: GeneratedTask, benchmark_name: str, benchmark: B
     ]
 
 
-def _count_plans_that_val_cannot_judge(
+def _validate_plans_and_count_unanswered(
     val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool
 ) -> int:
     """Check the certificates (plans that solve the tasks) with VAL. Return on how many VAL gives no answer.

@@ -210,7 +210,7 @@ def score(
             for folder in {job.out: None for job in jobs}:
                 if folder is not None:
                     stack.enter_context(lock_run_folder(folder, lock_file))
-            jobs = [_add_kept_records_to_job(job, settings) for job in jobs]
+            jobs = [_add_partial_file_to_job(job, settings) for job in jobs]
             score_in_batches = partial(_score_in_batches, settings=settings, scoring=scoring)
             printed = _score_all_answers(jobs, score_in_batches, as_json=as_json, wide=wide)
         if as_json:
@@ -277,7 +277,7 @@ def _print_note_on_unknown_tasks(jobs: Sequence[_ScoringJob]) -> None:
             print_note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
-def _add_kept_records_to_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
+def _add_partial_file_to_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
     """Return the job with the file and the number of records that an interrupted command has kept."""
     if job.out is None:
         return job

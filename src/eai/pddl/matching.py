@@ -256,7 +256,7 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     renaming, matches = _find_best_renaming(
         sides,
         renamings,
-        _split_into_matched_additional_missing_conditions,
+        _split_into_matched_additional_missing_clauses,
         lambda clauses: len(clauses[0]),
         wanted,
     )
@@ -309,7 +309,7 @@ def _find_best_renaming(
     return best
 
 
-def _split_into_matched_additional_missing_conditions(
+def _split_into_matched_additional_missing_clauses(
     pair: _AnswerAndGoldClauses, renaming: Renaming
 ) -> tuple[list[Clause], list[Clause], list[Clause]]:
     """Return the matched, additional and missing clauses of a precondition or of an effect.

@@ -28,7 +28,7 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 """Function that returns the cost of a condition: the estimated number of actions that make it true."""
 
 
-def choose_exact_number_of_conditions(
+def choose_cheapest_exact_number(
     number: int, conditions: Sequence[Subgoal], cost: Cost
 ) -> list[Subgoal] | None:
     """Choose ``number`` of some conditions: the cheapest ones, together with the negations of all others.
@@ -494,7 +494,7 @@ class CostEstimates:
                 cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
             case ExactlyOf(number, conditions):
-                return choose_exact_number_of_conditions(number, conditions, self.estimate)
+                return choose_cheapest_exact_number(number, conditions, self.estimate)
             case AndOrTreePairing(number, cells):
                 return choose_cheapest_cells_of_pairing(number, cells, self.estimate)
 

@@ -63,7 +63,7 @@ class Scoring(WorkerPool):
         """Yield the records (verdicts with their answers) of a model's answers, in order.
 
         Args:
-            suite: the tasks, adapted to these answers (`Suite.adapt_suite_to_answers`).
+            suite: the tasks, adapted to these answers (`Suite.choose_suite_for_answers`).
             model: name of the model that answered.
             responses: the answers; a task may have any number of answers.
             explanations: put the step-by-step explanation into each record.
@@ -108,7 +108,7 @@ class Scoring(WorkerPool):
             shard: the part of the tasks to score; None for all tasks.
             skip: number of first records to leave out, because an interrupted command has made them.
         """
-        suite = suite.adapt_suite_to_answers(response.text for response in answers.responses)
+        suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
         items, number = (
             _list_rows_in_task_order(suite, answers, unanswered),
             len(answers.responses) + len(unanswered),
@@ -313,7 +313,7 @@ def generate_run_records(
         settings: options of scoring.
         on_progress: called after each answer.
     """
-    suite = suite.adapt_suite_to_answers(response.text for response in answers.responses)
+    suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
     rows = _list_rows_in_task_order(suite, answers, unanswered)
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
     first = _find_harness_and_game_rules(suite.ability, answers)

@@ -112,7 +112,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
     return Spending(len(usages), sum(usages, AnswerUsage()), sum(unpriced, AnswerUsage()), len(unpriced))
 
 
-def make_success_cost_cases_by_unit(records: Iterable[Record]) -> dict[str, TaskContributions]:
+def make_cost_contributions_by_unit(records: Iterable[Record]) -> dict[str, TaskContributions]:
     """Return the cost and the success (1, else 0) of each answer, for each unit of cost.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers have a cost, too. A unit is left out if

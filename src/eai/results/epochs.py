@@ -31,7 +31,7 @@ from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, generate_run_records, score_run
 from eai.results.certainty import TaskContributions
 from eai.results.codec import dataclass_to_json, hash_text
-from eai.results.cost import make_json_of_success_cost, make_success_cost_cases_by_unit
+from eai.results.cost import make_cost_contributions_by_unit, make_json_of_success_cost
 from eai.results.options import ScoringOptions
 from eai.results.record import AnswerOrigin, Record
 from eai.results.records import (
@@ -324,7 +324,7 @@ class SuiteResult:
             "truncated": self.truncated_answer_count,
             "usage": dataclass_to_json(self.usage),
             "per_success": make_json_of_success_cost(
-                make_success_cost_cases_by_unit([*self.map_keys_to_records().values()])
+                make_cost_contributions_by_unit([*self.map_keys_to_records().values()])
             ),
             **(
                 {

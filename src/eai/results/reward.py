@@ -270,7 +270,7 @@ class Reward:
     def _find_which_goals_hold_at_start(self, task_id: str) -> tuple[bool, ...]:
         """Return for each goal of a task, in order, whether it is reached without any action."""
         task = self.suite.tasks[task_id]
-        return GoalTest(task).find_reached_goals(task.initial, ())
+        return GoalTest(task).evaluate_each_goal(task.initial, ())
 
     def _find_partial_success_at_start(self, task_id: str) -> Share:
         """Return the share of goal conditions that a plan without steps meets: its partial success."""

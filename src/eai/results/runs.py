@@ -69,12 +69,12 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def is_standard_run(self) -> bool:
+    def has_no_study_or_rules(self) -> bool:
         """Whether the run has no options of a study (variation), and its game rules are standard.
 
         Only such runs are ranked.
         """
-        return self.experiment is None or self.experiment.is_standard_run
+        return self.experiment is None or self.experiment.has_no_study_or_rules
 
     @property
     def sort_key(self) -> tuple[int, int, str, int, str, str]:

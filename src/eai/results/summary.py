@@ -321,7 +321,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
     """Yield the number of each step at which an action was tried, from 0, and the step's explanation."""
     steps = () if record.explanation is None else record.explanation.steps
     yield from (
-        (number, step) for number, step in enumerate(steps) if record.verdict.is_turn_an_action(number)
+        (number, step) for number, step in enumerate(steps) if record.verdict.is_step_an_action(number)
     )
 
 

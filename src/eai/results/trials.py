@@ -141,7 +141,7 @@ class SuiteConversations:
     """Conversations in which a model has several attempts at each task of a suite; made by `open_trials`.
 
     Attributes:
-        suite: the suite, adapted to the model's answers (`Suite.adapt_suite_to_answers`).
+        suite: the suite, adapted to the model's answers (`Suite.choose_suite_for_answers`).
         options: the number of attempts, the kind of feedback, and the rate of actions that are made to fail.
         question_writer: writes the question of each attempt.
         tasks_with_stated_goals: mapping from ids to tasks with other goals than in the data set. Questions
@@ -171,7 +171,7 @@ def replay_attempts_at_task(
     """Execute recorded answers to a task again, and return the attempts with their outcomes.
 
     Args:
-        suite: the suite, opened for answers to such questions (`Suite.adapt_suite_to_answers`).
+        suite: the suite, opened for answers to such questions (`Suite.choose_suite_for_answers`).
         options: number of attempts, kind of feedback, and rate of actions made to fail.
         task_id: id of the task.
         answers: the answers in order.
@@ -255,7 +255,7 @@ def open_trials(
             f"{suite.domain} {suite.ability.value}: only plans can be attempted again; "
             "choose the ability action_sequencing"
         )
-    suite_of_questions = suite.adapt_suite_to_answers(
+    suite_of_questions = suite.choose_suite_for_answers(
         [question_writer.prompt_of(task_id).user for task_id in task_ids]
     )
     return SuiteConversations(suite_of_questions, options, question_writer, tasks_with_stated_goals or {})

@@ -181,7 +181,7 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
         answer = Response(task_id, "", unanswered="the request failed")
     record = next(Scoring().score_records(suite, model, [answer], explanations=answer.unanswered is None))
     return add_study_results_to_record(
-        record, suite.adapt_suite_to_answers([state.input_text]), state.metadata, state.epoch
+        record, suite.choose_suite_for_answers([state.input_text]), state.metadata, state.epoch
     )
 
 
@@ -252,7 +252,7 @@ def make_record_of_logged_answer(
         record_without_experiment.task_id, ({EXPERIMENT: experiment}, 1, "")
     )
     logged = add_study_results_to_record(
-        record_without_experiment, suite.adapt_suite_to_answers([question]), metadata, epoch
+        record_without_experiment, suite.choose_suite_for_answers([question]), metadata, epoch
     )
     return logged.drop_explanations() if record_without_experiment.explanation is None else logged
 
@@ -322,7 +322,7 @@ def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}
     if texts and not any(_get_record(score).attempts for score in scores):
         suite = _open_suite_of_score(scores[0])
-        suite_of_answers = suite.adapt_suite_to_answers(list(texts.values()))
+        suite_of_answers = suite.choose_suite_for_answers(list(texts.values()))
         if suite_of_answers is not suite:
             verdicts |= {task_id: suite_of_answers.score(task_id, text) for task_id, text in texts.items()}
     return list(verdicts.values())

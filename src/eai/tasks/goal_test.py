@@ -106,7 +106,7 @@ class GoalTest:
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
         self._tally_cache: dict[tuple[bool, ...], TalliesByGoalKind] = {}
 
-    def find_reached_goals(
+    def evaluate_each_goal(
         self, final: State, actions: Sequence[str], trajectory: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """Return for each goal, in order, whether a plan reaches it.
@@ -259,7 +259,7 @@ def solves_task(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     trajectory = execute_plan(domain, task.initial, plan)
     operators = [action.operator for action in trajectory.executed_actions]
     return trajectory.failure is None and all(
-        GoalTest(task).find_reached_goals(trajectory.final_state, operators, trajectory)
+        GoalTest(task).evaluate_each_goal(trajectory.final_state, operators, trajectory)
     )
 
 

@@ -198,7 +198,7 @@ def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
     Other mistakes are a plan that fails and a false statement on whether the task has a plan.
     """
     test = GoalTest(task)
-    if all(test.find_reached_goals(task.initial, ())):
+    if all(test.evaluate_each_goal(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
     yield from _find_false_claims_of_solvability(task, domain)
     if not task.has_no_plan:
@@ -235,7 +235,7 @@ def _find_mistakes_in_plan(
             yield f"{member}.{number}: expected a step that is possible and needed: {what}"
     if trajectory.failure is None:
         operators = [action.operator for action in trajectory.executed_actions]
-        reached = test.find_reached_goals(trajectory.final_state, operators, trajectory)
+        reached = test.evaluate_each_goal(trajectory.final_state, operators, trajectory)
         yield from (
             f"{member}: expected to reach goals.{number}"
             for number, is_met in enumerate(reached)

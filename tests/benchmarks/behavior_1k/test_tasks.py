@@ -62,7 +62,7 @@ def test_gold_plans_reach_the_goals(activities: TaskSet[Task], domain: Domain, e
             trajectory = execute_plan(domain, task.initial, task.script)
             taken = [action.operator for action in task.script]
             assert trajectory.failure is None, task_id
-            assert all(GoalTest(task).find_reached_goals(trajectory.final_state, taken, trajectory.states)), (
+            assert all(GoalTest(task).evaluate_each_goal(trajectory.final_state, taken, trajectory.states)), (
                 task_id
             )
 
@@ -77,7 +77,7 @@ def test_no_step_of_a_gold_plan_can_be_left_out(
             fewer = (*task.script[:number], *task.script[number + 1 :])
             trajectory = execute_plan(domain, task.initial, fewer)
             taken = [action.operator for action in fewer]
-            reached = GoalTest(task).find_reached_goals(trajectory.final_state, taken, trajectory.states)
+            reached = GoalTest(task).evaluate_each_goal(trajectory.final_state, taken, trajectory.states)
             assert trajectory.failure is not None or not all(reached), (task_id, number)
 
 
@@ -119,7 +119,7 @@ def test_the_goal_of_stacking_wood_contradicts_itself(activities: TaskSet[Task])
 def test_goals_do_not_hold_initially_except_in_one_activity(activities: TaskSet[Task], every: int) -> None:
     for task_id in list(activities)[::every]:
         task = activities[task_id]
-        holds = all(GoalTest(task).find_reached_goals(task.initial, [], [task.initial]))
+        holds = all(GoalTest(task).evaluate_each_goal(task.initial, [], [task.initial]))
         assert holds == (task_id == "clean_a_stainless_steel_dishwasher")
 
 

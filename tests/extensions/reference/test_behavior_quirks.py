@@ -36,7 +36,7 @@ def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:
     task = make_task(goal)
     state = after(task, *steps)
     strict, reference = (
-        test.find_reached_goals(state, ()) for test in (GoalTest(task), make_behavior_goal_test(task))
+        test.evaluate_each_goal(state, ()) for test in (GoalTest(task), make_behavior_goal_test(task))
     )
     return strict[0], reference[0]
 
@@ -127,8 +127,8 @@ def test_strict_accepts_options_that_the_reference_drops(behavior_tasks: Behavio
         step for i in range(4) for step in (f"RIGHT_GRASP candle_{i}", f"RIGHT_PLACE_INSIDE basket_{3 - i}")
     ]
     state = after(task, *steps)
-    assert GoalTest(task).find_reached_goals(state, ()) == (True,)
-    assert make_behavior_goal_test(task).find_reached_goals(state, ()) == (False,)
+    assert GoalTest(task).evaluate_each_goal(state, ()) == (True,)
+    assert make_behavior_goal_test(task).evaluate_each_goal(state, ()) == (False,)
 
 
 def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:

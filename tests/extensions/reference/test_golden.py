@@ -46,7 +46,7 @@ def suite_lines(name: str, ability: Ability, store: Store) -> Iterator[str]:
     source = Source(store, planner=PlannerChoice.NONE)
     suite = open_suite(name, ability, Protocol("eai-1.0.5"), source=source)
     answers = list(damaged_answers(name, ability, store))
-    suite = suite.adapt_suite_to_answers([text for _, text in answers])
+    suite = suite.choose_suite_for_answers([text for _, text in answers])
     verdicts = [
         verdict_fields(verdict_to_record_fields(suite.score(task_id, text))) for task_id, text in answers
     ]

@@ -125,7 +125,7 @@ BOTH = pytest.mark.parametrize("kind", [GoalTest, _VirtualHomeGoalTest], ids=["s
 
 def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> TalliesByGoalKind:
     test = kind(task)
-    return test.tally_by_kind(test.find_reached_goals(task.initial, actions))
+    return test.tally_by_kind(test.evaluate_each_goal(task.initial, actions))
 
 
 def actions_met(kind: type[GoalTest], goals: list[str], actions: list[str]) -> Share:
@@ -208,7 +208,7 @@ def test_action_goals_can_be_taken_in_the_order_of_the_data_set(
     assert _VirtualHomeGoalTest(task).reorders is reorders
     in_order = _VirtualHomeGoalTest(task, in_data_set_order=True)
     assert not in_order.reorders
-    assert in_order.find_reached_goals(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(
+    assert in_order.evaluate_each_goal(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(
         goals
     )
 
@@ -216,8 +216,8 @@ def test_action_goals_can_be_taken_in_the_order_of_the_data_set(
 @BOTH
 def test_each_goal_by_itself(kind: type[GoalTest]) -> None:
     task = make_task(goals=("action GRAB", TWO_RELATIONS[0], OPEN_FRIDGE, "action WASH"))
-    assert kind(task).find_reached_goals(task.initial, ["GRAB", "WASH"]) == (True, True, False, True)
-    assert kind(task).find_reached_goals(task.initial, ["GRAB"]) == (True, True, False, False)
+    assert kind(task).evaluate_each_goal(task.initial, ["GRAB", "WASH"]) == (True, True, False, True)
+    assert kind(task).evaluate_each_goal(task.initial, ["GRAB"]) == (True, True, False, False)
 
 
 @BOTH

@@ -93,7 +93,7 @@ def scored(name: str, *, oracle: Oracle, store: Store) -> Scored:
         Ability.ACTION_SEQUENCING,
         Protocol("eai-1.0.5"),
         source=Source(store),
-    ).adapt_suite_to_answers([row["llm_output"] for row in rows])
+    ).choose_suite_for_answers([row["llm_output"] for row in rows])
     verdicts = [suite.score(row["id"].partition("@")[0], row["llm_output"]) for row in rows]
     return Scored(rows, verdicts, reference)
 

@@ -62,7 +62,7 @@ def succeeds(domain: Domain, task: Task, plan: PlanSteps) -> bool:
     trajectory = execute_plan(domain, task.initial, [step for step in plan if step is not None])
     taken = [action.operator for action in trajectory.executed_actions]
     return trajectory.failure is None and all(
-        GoalTest(task).find_reached_goals(trajectory.final_state, taken, trajectory)
+        GoalTest(task).evaluate_each_goal(trajectory.final_state, taken, trajectory)
     )
 
 

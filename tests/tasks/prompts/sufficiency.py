@@ -180,7 +180,7 @@ def insufficiency(reader: Reader, prompt: str, task: Task, plan: Iterable[Action
         operator, names = named[len(trajectory.steps) - 1]
         return f"{operator}({', '.join(names)}): {trajectory.failure.check.reason}"
     goals = GoalTest(replace(task, initial=world))
-    reached = goals.find_reached_goals(
+    reached = goals.evaluate_each_goal(
         trajectory.final_state, [operator for operator, _ in named], trajectory
     )
     missed = [format_ltl(goal.formula) for goal, holds in zip(task.goals, reached, strict=True) if not holds]

@@ -65,7 +65,7 @@ def gold_plan(benchmark: Benchmark, task: Task) -> Sequence[Action]:
     trajectory = execute_plan(benchmark.domain, task.initial, plan)
     taken = [action.operator for action in trajectory.executed_actions]
     assert trajectory.failure is None, task.id
-    assert all(GoalTest(task).find_reached_goals(trajectory.final_state, taken, trajectory)), task.id
+    assert all(GoalTest(task).evaluate_each_goal(trajectory.final_state, taken, trajectory)), task.id
     return plan
 
 

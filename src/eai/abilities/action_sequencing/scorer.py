@@ -297,7 +297,7 @@ class ActionSequencingScorer(PlanScorer):
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         """Return for each goal, in order, whether the executed plan reaches it."""
-        return self.goals.find_reached_goals(
+        return self.goals.evaluate_each_goal(
             self._get_final_state(execution),
             execution.taken_actions,
             execution.whole_trajectory or execution.trajectory,

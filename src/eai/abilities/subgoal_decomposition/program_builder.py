@@ -107,7 +107,7 @@ class _QuantifierRange:
     def _count_objects(self, variable: f.Variable) -> int:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
-    def count_literals_of_disjuncts(self, formula: f.Formula) -> int:
+    def bound_literals_of_disjuncts(self, formula: f.Formula) -> int:
         """Return an upper bound of the number of literals in all disjuncts of a formula together.
 
         The bound is the number of disjuncts times the number of literals in the longest disjunct. Negations
@@ -476,7 +476,7 @@ class _SubgoalProgramBuilder:
         complete subgoal (``is_whole_subgoal``), it then counts as an additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
-        self._extent.count_literals_of_disjuncts(observed)
+        self._extent.bound_literals_of_disjuncts(observed)
         alternatives = tuple(dict.fromkeys(self._list_disjuncts(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING

@@ -435,7 +435,7 @@ class CandidateAction(NamedTuple):
         action: the action.
         info: the action's operator.
         binding: the values of the operator's variables in this search.
-        possible: results of `do_remaining_checks_hold`, cached by state.
+        possible: results of `remaining_checks_hold`, cached by state.
         results: results of `compute_state_after_action`, cached by state.
         parts: the subgoal's literals that the action may make true, as a bit mask; 0 for an action that only
             prepares another action.
@@ -485,7 +485,7 @@ class CandidateAction(NamedTuple):
         """
         return self.info.fixed_checks_hold(state, self.binding)
 
-    def do_remaining_checks_hold(self, state: State) -> bool:
+    def remaining_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state.
 
         Callers must have tested that two kinds of checks hold: the checks that no action can change, and the

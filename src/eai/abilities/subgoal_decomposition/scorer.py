@@ -212,7 +212,7 @@ class SubgoalDecompositionScorer(Scorer):
         best = Share(0, 0)
         for branch in self._select_execution_branches_to_judge(outcome):
             share = self.goals.find_partial_success(
-                branch.state, list_executed_actions(branch), self._test_goals(branch)
+                branch.state, list_operators_of_executed_actions(branch), self._test_goals(branch)
             )
             if (
                 share.numerator * best.denominator > best.numerator * share.denominator
@@ -230,7 +230,9 @@ class SubgoalDecompositionScorer(Scorer):
     def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
         """Return for each goal, in order, whether a branch (one execution of the subgoals) reaches it."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
-        return self.goals.find_reached_goals(branch.state, list_executed_actions(branch), trajectory)
+        return self.goals.evaluate_each_goal(
+            branch.state, list_operators_of_executed_actions(branch), trajectory
+        )
 
     def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
         """Return False for each goal, because the answer is not executed.
@@ -280,9 +282,9 @@ class SubgoalDecompositionScorer(Scorer):
 
 
 def _count_added_actions(branch: ExecutionBranch) -> int:
-    return len(list_executed_actions(branch)) - branch.refined
+    return len(list_operators_of_executed_actions(branch)) - branch.refined
 
 
-def list_executed_actions(branch: ExecutionBranch) -> Sequence[str]:
+def list_operators_of_executed_actions(branch: ExecutionBranch) -> Sequence[str]:
     """Return the operators of the executed actions of a branch (one execution of the subgoals), in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]

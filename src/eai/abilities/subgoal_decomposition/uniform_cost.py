@@ -152,7 +152,7 @@ class _MovementFinder:
                         continue
                     if candidate.info.common_checks_hold(
                         path.state, candidate.binding
-                    ) and candidate.do_remaining_checks_hold(path.state):
+                    ) and candidate.remaining_checks_hold(path.state):
                         self._effort.used += 1
                         after = candidate.compute_state_after_action(path.state)
                         if after not in seen:
@@ -280,14 +280,14 @@ class _UniformCostSearch:
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
-        if candidate.do_remaining_checks_hold(state):
+        if candidate.remaining_checks_hold(state):
             return SearchNode(state)
         if not self.movement or not candidate.can_movement_make_action_possible(state):
             return None
         for path in self.movement.list_paths(state):
             if before + path.depth > self._best:
                 return None
-            if candidate.do_remaining_checks_hold(path.state):
+            if candidate.remaining_checks_hold(path.state):
                 return path
         self.out_of_reach.add((state, candidate.action))
         return None

@@ -88,7 +88,7 @@ def add_robot_movement(operator: Operator) -> Operator:
     return replace(operator, effects=(*operator.effects, go))
 
 
-def put_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
+def make_effects_of_putting_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
     """Return effects that put a loose object into a container.
 
     A loose object lies in or on no other object.
@@ -96,7 +96,7 @@ def put_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
     return (Add(p.lies_in(obj, container)),)
 
 
-def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
+def make_effects_of_putting_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
     """Return effects that put an object, which lies in or on no other object, onto an object or a floor.
 
     Afterwards the object stands on the floor, or lies on the other object.
@@ -192,8 +192,13 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     free, beside = require_target_for_placing(hand, X), make_symmetric_effects(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
-        ("ONTOP", free, put_on(H, X), "onto the object"),
-        ("INSIDE", (*_require_open_fitting_container(hand, fits), *free), put_in(H, X), "into the object"),
+        ("ONTOP", free, make_effects_of_putting_on(H, X), "onto the object"),
+        (
+            "INSIDE",
+            (*_require_container_for_placing(hand, fits), *free),
+            make_effects_of_putting_in(H, X),
+            "into the object",
+        ),
         ("NEXTTO", free, (*beside, *make_effects_of_putting_beside(H, X)), "next to the object"),
         (
             "UNDER",
@@ -205,10 +210,12 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
         yield _make_placing_action(hand, name, (X,), checks, effects, where)
     both = (*free, *require_target_for_placing(hand, Y))
     where = "next to the first object and onto the second"
-    yield _make_placing_action(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
+    yield _make_placing_action(
+        hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *make_effects_of_putting_on(H, Y)), where
+    )
 
 
-def _require_open_fitting_container(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
+def _require_container_for_placing(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
     return NO_INSIDE, fits_inside, missing_step(hand.empty_hand_condition | ~p.closed(X), "{x} is closed")
 
 
@@ -235,8 +242,13 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
     has_contents = affordance(~empty, "what the hand holds is empty")
     for name, checks, effects, where in (
-        ("INSIDE", _require_open_fitting_container(hand, fits), put_in(C, X), "into the object"),
-        ("ONTOP", (has_contents,), put_on(C, X), "onto the object"),
+        (
+            "INSIDE",
+            _require_container_for_placing(hand, fits),
+            make_effects_of_putting_in(C, X),
+            "into the object",
+        ),
+        ("ONTOP", (has_contents,), make_effects_of_putting_on(C, X), "onto the object"),
     ):
         poured = ForEach(
             C, Exists(H, hand.holds(H) & p.carries(H, C)), (*make_effects_of_leaving_support(C), *effects)
@@ -318,7 +330,7 @@ def make_slice_action() -> Operator:
         )
     )
     labels = tuple(
-        effect for label in p.LOOSE_RELATIONS for effect in _make_effects_on_halves_relation(label)
+        effect for label in p.LOOSE_RELATIONS for effect in _make_effects_passing_relation_to_halves(label)
     )
     supports: tuple[Effect, ...] = tuple(
         Let(
@@ -342,7 +354,7 @@ def make_slice_action() -> Operator:
     )
 
 
-def _make_effects_on_halves_relation(relation: Predicate) -> tuple[Effect, ...]:
+def _make_effects_passing_relation_to_halves(relation: Predicate) -> tuple[Effect, ...]:
     """Return effects that replace the object ``x`` by its halves in all facts of a relation."""
     parts = p.part_of(P, X)
     return (

@@ -81,7 +81,7 @@ def make_effects_of_leaving_place(obj: Variable) -> tuple[Effect, ...]:
     )
 
 
-def use_up(obj: Variable) -> tuple[Effect, ...]:
+def make_effects_of_using_up(obj: Variable) -> tuple[Effect, ...]:
     """Return effects after which an object does not exist, because it has been used up."""
     states = (p.is_cooked, p.is_frozen, p.is_hot, p.is_on_fire, p.present, p.held)
     relations = (p.attached_to, p.has_cover, p.soaked_with)
@@ -275,7 +275,13 @@ def make_slice_action() -> Operator:
         for relation in (p.lies_in, p.lies_on)
     )
     covered = ForEach(S, p.has_cover(X, S), (ForEach(P, halves, (Add(p.has_cover(P, S)),)),))
-    effects = (ForEach(P, halves, (Add(p.present(P)),)), *placed, *inherited, covered, *use_up(X))
+    effects = (
+        ForEach(P, halves, (Add(p.present(P)),)),
+        *placed,
+        *inherited,
+        covered,
+        *make_effects_of_using_up(X),
+    )
     text = "cut the first object into halves with the second, which is in a hand"
     return Operator("SLICE", (X, T), _require_cutting_tool(p.sliceable, "cannot be sliced"), effects, text)
 
@@ -309,7 +315,7 @@ def make_dice_action() -> Operator:
         make_effect_placing_diced_food(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
         make_effect_placing_diced_food(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
         make_effect_placing_diced_food(p.lies_on(X, C), p.has_cover),
-        *use_up(X),
+        *make_effects_of_using_up(X),
     )
     text = "cut the first object into dice with the second, which is in a hand"
     return Operator("DICE", (X, T), _require_cutting_tool(p.diceable, "cannot be diced"), effects, text)
@@ -483,7 +489,7 @@ def make_recipe_effects(vessel: Variable, recipe_condition: Formula) -> tuple[Ef
         ForEach(O, Exists(R, p.makes(R, O) & p.makes_cooked(R) & done), (Add(p.is_cooked(O)),)),
         ForEach(O, Exists(R, p.makes(R, O) & p.makes_hot(R) & done), (Add(p.is_hot(O)),)),
         ForEach(I, taken & p.substance(I), (Delete(p.has_in(vessel, I)), Delete(p.full_of(vessel, I)))),
-        ForEach(I, taken & ~p.substance(I), use_up(I)),
+        ForEach(I, taken & ~p.substance(I), make_effects_of_using_up(I)),
     )
 
 
@@ -570,7 +576,7 @@ def make_heat_action() -> Operator:
             & (Exists(O, p.cooks_to(S, O)) | (Exists(O, p.boils_to(S, O)) & boils)),
             (Delete(p.has_in(X, S)), Delete(p.full_of(X, S))),
         ),
-        ForEach(Z, p.carries(X, Z) & p.melts(H, Z), use_up(Z)),
+        ForEach(Z, p.carries(X, Z) & p.melts(H, Z), make_effects_of_using_up(Z)),
         *make_recipe_effects(X, p.made_in(R, X) & p.heated_by(R, H)),
     )
     text = "wait until the first object, in or on the working second, is hot with all that is in or on it"

@@ -180,7 +180,7 @@ class _RejectionFinder:
             return SeedRejectionReason.TOO_SHORT
         if len(task.script) > max_steps:
             return SeedRejectionReason.TOO_LONG
-        reached = zip(task.goals, GoalTest(task).find_reached_goals(task.initial, ()), strict=True)
+        reached = zip(task.goals, GoalTest(task).evaluate_each_goal(task.initial, ()), strict=True)
         if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
             return SeedRejectionReason.HOLDS_ALREADY
         if not solves_task(self._domain, task, task.script):
@@ -371,7 +371,7 @@ class TaskGenerator:
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.find_rejection_reason(task, words, least, most)
         if reason is None and is_over_time:
-            proposals = self._make_proposals(initial, self.prior.themes[base.title])
+            proposals = self._make_goal_sampler(initial, self.prior.themes[base.title])
             timed = self._add_goals_over_time(task, initial, proposals, words, rng)
             if isinstance(timed, SeedRejectionReason):
                 return timed
@@ -535,7 +535,7 @@ class TaskGenerator:
             present = {task.title for task, _ in origins.values()}
             titles = [title for title in titles if title in present]
         closed = self._usage.make_state(scene.scene, scene.facts())
-        proposals = self._make_proposals(closed)
+        proposals = self._make_goal_sampler(closed)
         growing_plan = GoalByGoalPlan(self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
             wanted, before = proposals.draw_literal(rng, relation_probability=0.5), growing_plan.state
@@ -613,7 +613,7 @@ class TaskGenerator:
         least, most = _SHORTEST_RANGE
         return max(least, round(0.5 * length)), max(most, round(1.4 * length))
 
-    def _make_proposals(self, state: State, theme: UsualGoalsOfTaskTitle | None = None) -> GoalSampler:
+    def _make_goal_sampler(self, state: State, theme: UsualGoalsOfTaskTitle | None = None) -> GoalSampler:
         spec = self.spec
         return GoalSampler.make_goal_sampler_for_scene(
             state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme
@@ -644,11 +644,11 @@ class TaskGenerator:
         ending: list[f.Formula] = []
         if self._is_composed:
             theme = self.prior.themes[titles[0]]
-            ending = self._make_proposals(initial, theme).draw_agent_goals(theme, rng)
+            ending = self._make_goal_sampler(initial, theme).draw_agent_goals(theme, rng)
         occasions = 0
         for title in (*titles, titles[0]) if self._is_composed else titles:
             theme = self.prior.themes[title]
-            proposals = self._make_proposals(initial, theme)
+            proposals = self._make_goal_sampler(initial, theme)
             if len(growing_plan.trail) >= enough or occasions == max_themes:
                 break
             if proposals.patterns:

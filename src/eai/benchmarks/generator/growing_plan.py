@@ -213,9 +213,9 @@ def find_min_plan_length(task: Task, domain: Domain, depth: int) -> int:
                 after = domain.apply(parent.state, action)
                 node = SearchNode(after, depth=length, parent=parent, actions=(action,))
                 operators = [step.operator for step in node.list_actions()]
-                if all(at_the_end.find_reached_goals(after, operators)) and (
+                if all(at_the_end.evaluate_each_goal(after, operators)) and (
                     not test.has_goals_over_time
-                    or all(test.find_reached_goals(after, operators, _make_trajectory(node)))
+                    or all(test.evaluate_each_goal(after, operators, _make_trajectory(node)))
                 ):
                     return length
                 if not (forgetful and after in seen):

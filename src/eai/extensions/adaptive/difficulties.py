@@ -85,7 +85,7 @@ def estimate_ability(
             the standard error is larger. Its square grows by ``variance``, times the concentration of the
             Fisher information on few names: the sum of the squares of each name's share.
         variance: variance of one model's ability between groups of tasks with one name, in squared logits
-            (see `rasch.estimate_ability_variance_between_same_name_groups`); 0 if tasks are independent.
+            (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
     """
     value = 0.0
     for _ in range(_MAX_STEPS):

@@ -59,7 +59,7 @@ def make_task_flag_reader(source: Source) -> FlagReader:
         suite, books = open_suite_and_answers(key)
         for book in books:
             answer = book[task_id].text
-            verdict = suite.adapt_suite_to_answers([answer]).score(task_id, answer)
+            verdict = suite.choose_suite_for_answers([answer]).score(task_id, answer)
             if isinstance(verdict, PlanVerdict) and verdict.success:
                 return "unsolved: plan exists"
         is_impossible = search_plan(key.domain, task_id).end is SearchEndReason.UNREACHABLE

@@ -94,7 +94,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
             "nine models of 2024",
         )
     from eai.extensions.adaptive.rasch import (
-        estimate_ability_variance_between_same_name_groups,
+        estimate_ability_variance_between_task_names,
         fit_rasch,
     )  # needs numpy
     from eai.extensions.adaptive.study import MIN_MODELS, collect_scores
@@ -103,7 +103,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     for run in read_runs([folder]):
         if (
             run.key[:3] == of_suite
-            and run.key.is_standard_run
+            and run.key.has_no_study_or_rules
             and RunTotals.from_records(run.records).coverage.is_ranked
         ):
             tables.add_records(run.records)
@@ -115,7 +115,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     fitted = fit_rasch(scores.matrix)
     values = map(float, fitted.difficulties - fitted.abilities.mean())
     by_task = dict(zip(scores.tasks, values, strict=True))
-    variance = estimate_ability_variance_between_same_name_groups(scores.matrix, fitted, scores.names)
+    variance = estimate_ability_variance_between_task_names(scores.matrix, fitted, scores.names)
     return by_task, variance, f"the {len(scores.models)} models in {folder}"
 
 

@@ -25,7 +25,7 @@ class BatchScorer:
     dies, another actor scores its batch. This class does not import Ray.
 
     Args:
-        suite: The suite that `Suite.adapt_suite_to_answers` returns for the answers in the data set. It
+        suite: The suite that `Suite.choose_suite_for_answers` returns for the answers in the data set. It
             must be opened by name, so that actors can open it again.
         model: Name of the model that answered.
         explanations: Whether each record contains its step-by-step explanation.

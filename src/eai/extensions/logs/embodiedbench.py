@@ -130,7 +130,7 @@ def _read_result(path: Path, content: bytes) -> list[LoggedEpisode]:
     ]
 
 
-def _read_episode_from_lines(path: Path, content: bytes) -> list[LoggedEpisode]:
+def _read_step_lines_as_episodes(path: Path, content: bytes) -> list[LoggedEpisode]:
     steps: list[LoggedStep] = []
     done: list[_StepLine] = []
     is_empty_plan = False
@@ -236,7 +236,7 @@ def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -
 
 
 _FORMS = {
-    _read_episode_from_lines: (b'"last_action_success"', b'"action_id"'),
+    _read_step_lines_as_episodes: (b'"last_action_success"', b'"action_id"'),
     _read_trajectories: (b'"eval_set"', b'"executable_plan"', b'"action_success"'),
     _read_result: (b'"num_invalid_actions"', b'"task_success"', b'"num_steps"'),
 }

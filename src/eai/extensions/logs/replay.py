@@ -36,7 +36,7 @@ class _Replay:
         """Return the share of the goal's conditions that hold now."""
         trajectory = self._world.trajectory
         operators = [action.operator for action in trajectory.executed_actions]
-        reached = self._goals.find_reached_goals(self._world.state, operators, trajectory)
+        reached = self._goals.evaluate_each_goal(self._world.state, operators, trajectory)
         met, total = self._goals.find_partial_success(self._world.state, operators, reached)
         return 1.0 if all(reached) else min(met / total, 0.999)
 

@@ -487,11 +487,11 @@ def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> 
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
         generator = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
-        setting.state_graphs[number] = _explore_states_of_random_actions(setting, generator)
+        setting.state_graphs[number] = _explore_states_of_drawn_actions(setting, generator)
     return setting.state_graphs[number]
 
 
-def _explore_states_of_random_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Draw actions, and return the graph of all states that they lead to.
 
     Some of the actions are from the task's path (its executable actions), the others are random.

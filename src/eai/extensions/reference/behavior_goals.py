@@ -112,7 +112,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
         seen = [*map(split_condition_into_predicate_and_objects, conditions)]
         formed = [parts for parts in seen if len(parts) in _ALLOWED_PART_COUNTS]
         unknown = [[name for name in names if name not in self._objects] for _, *names in formed]
-        groups = self._split_into_matched_additional_missing_conditions(conditions)
+        groups = self._split_into_matched_additional_missing_clauses(conditions)
         kinds = [
             [_find_goal_kind(split_condition_into_predicate_and_objects(condition)[0]) for condition in group]
             for group in groups
@@ -132,7 +132,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             missing=missing,
         )
 
-    def _split_into_matched_additional_missing_conditions(
+    def _split_into_matched_additional_missing_clauses(
         self, answer_conditions: Sequence[Value]
     ) -> tuple[list[Value], list[Value], list[Value]]:
         stated = frozenset(answer_conditions)
@@ -171,7 +171,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             ),
             atoms={
                 _format_condition(condition): _make_statement_from_nested_tuple(condition)
-                for group in self._split_into_matched_additional_missing_conditions(predicted)
+                for group in self._split_into_matched_additional_missing_clauses(predicted)
                 for condition in group
             },
         )

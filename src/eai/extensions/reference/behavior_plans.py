@@ -68,10 +68,10 @@ class BehaviorActionSequencingScorer(ActionSequencingScorer):
         return final
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
-        return self.goals.find_reached_goals(self._get_final_state(execution), ())
+        return self.goals.evaluate_each_goal(self._get_final_state(execution), ())
 
     def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
-        return self.goals.find_reached_goals(execute(()).trajectory.final_state, ())
+        return self.goals.evaluate_each_goal(execute(()).trajectory.final_state, ())
 
     def _is_success(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

@@ -79,7 +79,7 @@ def find_state_left_by_aborted_action(state: State, action: Action) -> State:
     """Return the state in which eai-eval (the paper's package) aborts an action.
 
     Before it aborts, only one kind of action changes the state: moving the contents of a container into or
-    onto an object. See `abort_transfer_of_contents`.
+    onto an object. See `make_transfer_of_contents_fail`.
     """
     halves = _make_domain_of_partial_transfers()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
@@ -137,7 +137,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 
 @_apply_to_all_operators
-def abort_placing_inside_floor(operator: Operator) -> Operator:
+def make_placing_inside_floor_fail(operator: Operator) -> Operator:
     """Make placing an object inside a floor fail with an uncategorised error, because eai-eval aborts there.
 
     Transfers of contents lose the check for a floor. See ``evolving_graph.py``, ``place_inside``.
@@ -150,7 +150,7 @@ def abort_placing_inside_floor(operator: Operator) -> Operator:
 
 
 @_apply_to_all_operators
-def abort_transfer_of_contents(operator: Operator) -> Operator:
+def make_transfer_of_contents_fail(operator: Operator) -> Operator:
     """Make the transfer of a container's contents fail, because eai-eval aborts there.
 
     For an empty container, the action succeeds and does nothing. See ``evolving_graph.py``, ``pour_inside``
@@ -247,8 +247,8 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     report_grasp_from_other_hand_as_additional_step,
     add_failing_actions_navigate_to_and_burn,
     leave_released_objects_in_mid_air,
-    abort_placing_inside_floor,
-    abort_transfer_of_contents,
+    make_placing_inside_floor_fail,
+    make_transfer_of_contents_fail,
     allow_handling_parts_before_slicing,
     never_report_placing_as_wrong_order,
     keep_only_latest_relation_of_pair,

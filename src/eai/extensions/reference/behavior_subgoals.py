@@ -251,7 +251,7 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
         return steps
 
     def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
-        return self.goals.find_reached_goals(self.task.initial, ())
+        return self.goals.evaluate_each_goal(self.task.initial, ())
 
 
 def reject_wrong_argument_counts_and_names(

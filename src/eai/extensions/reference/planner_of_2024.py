@@ -53,7 +53,7 @@ def bind_unbound_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
     leaked: list[f.Variable] = []
-    precondition = _remove_exists_of_unbound_variables(
+    precondition = _remove_exists_of_new_variables(
         push_negations_inwards(action.precondition), parameters, leaked
     )
     scope = parameters.union([variable.name for variable in leaked])
@@ -71,7 +71,7 @@ def bind_unbound_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     return bound
 
 
-def _remove_exists_of_unbound_variables(
+def _remove_exists_of_new_variables(
     formula: f.Formula, bound_names: Names, removed: list[f.Variable]
 ) -> f.Formula:
     """Remove each ``exists`` whose variable is not bound around it, and append the variable to ``removed``.
@@ -83,10 +83,10 @@ def _remove_exists_of_unbound_variables(
             [bound.name for bound in removed]
         ):
             removed.append(variable)
-            return _remove_exists_of_unbound_variables(body, bound_names, removed)
+            return _remove_exists_of_new_variables(body, bound_names, removed)
         case f.And() | f.Exists():
             return map_subformulas(
-                formula, lambda part: _remove_exists_of_unbound_variables(part, bound_names, removed)
+                formula, lambda part: _remove_exists_of_new_variables(part, bound_names, removed)
             )
         case _:
             return formula
@@ -133,9 +133,7 @@ class _VariableBinder:
 
     def _rewrite_unbound_variables_of_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
-        condition = _remove_exists_of_unbound_variables(
-            push_negations_inwards(effect.condition), scope, leaked
-        )
+        condition = _remove_exists_of_new_variables(push_negations_inwards(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(
             self.rewrite_unbound_variables_of_condition(condition, inner),

@@ -272,6 +272,6 @@ EAI_1_0_5 = ProtocolImplementation(
     trial=_TrialWithRandomFailures,
     judge_by_goals_in_prompt=count_removed_goal_as_unreached,
     count_errors_as_published=remove_errors_of_successful_attempts,
-    adapt_suite_to_answers=choose_suite_opener_for_answers,
+    choose_suite_for_answers=choose_suite_opener_for_answers,
 )
 """The implementation of the protocol `eai-1.0.5`."""

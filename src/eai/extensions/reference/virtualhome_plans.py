@@ -62,11 +62,11 @@ class _VirtualHomeGoalTest(GoalTest):
         self._relations = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.RELATION]
         self.reorders = list(self._order) != list(numbers)
 
-    def find_reached_goals(
+    def evaluate_each_goal(
         self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """Return for each goal whether it counts as reached. Only the first true relation goal counts."""
-        reached = list(super().find_reached_goals(final, actions, execution))
+        reached = list(super().evaluate_each_goal(final, actions, execution))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
             reached[number] = False
@@ -74,7 +74,7 @@ class _VirtualHomeGoalTest(GoalTest):
 
     def are_goals_reached_in_gold_final_state(self, gold_final_state: State) -> bool:
         """Whether all state and relation goals count as reached in the data set's recorded final state."""
-        reached = self.find_reached_goals(gold_final_state, ())
+        reached = self.evaluate_each_goal(gold_final_state, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
     def _find_indices_of_met_action_goals(
@@ -204,7 +204,7 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
         if self._summary_goals is not self.goals:
-            reached = self._summary_goals.find_reached_goals(
+            reached = self._summary_goals.evaluate_each_goal(
                 execution.trajectory.final_state, execution.taken_actions
             )
         additional = execution.trajectory.additional_step_count

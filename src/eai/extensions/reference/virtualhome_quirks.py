@@ -284,7 +284,7 @@ def add_failing_actions_lookat_short_and_long(domain: Domain) -> Domain:
 
 
 @_apply_to_all_checks
-def abort_walk_to_object_in_no_room(operator: Operator, check: Check) -> Check:
+def make_walk_to_object_in_no_room_fail(operator: Operator, check: Check) -> Check:
     """Make a walk to an object that is in no room an uncategorised error, because eai-eval aborts there.
 
     See ``execution.py``, ``WalkExecutor``.
@@ -305,6 +305,6 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     report_closed_container_as_affordance_error,
     make_impossible_put_back_succeed,
     add_failing_actions_lookat_short_and_long,
-    abort_walk_to_object_in_no_room,
+    make_walk_to_object_in_no_room_fail,
 )
 """All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""

@@ -217,7 +217,7 @@ class Placer:
         """
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
-        spots = [_make_area_with_near_boxes(area, self._low[others], self._high[others]) for area in areas]
+        spots = [_select_boxes_near_area(area, self._low[others], self._high[others]) for area in areas]
         pose = self._sample_free_pose(size, spots, turns, within) or _find_free_pose_with_contact(
             size, spots, turns
         )
@@ -297,7 +297,7 @@ def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], ha
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 
 
-def _make_area_with_near_boxes(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
+def _select_boxes_near_area(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
     """Return the given area, with the corners of the boxes that overlap it or are within 1 cm of it.
 
     Each such box has a low corner and a high corner.

@@ -322,19 +322,19 @@ class Repairer:
                     yield PlanEdit(position, position, None)
                 else:
                     candidates = dict(find_edits(without, path_without)).get(position, ())
-                yield from self._generate_edits_inserting_actions(
+                yield from self._generate_successful_insertions(
                     plan, PlanEdit(position, position, None), path[position], candidates, landmarks
                 )
             else:
-                yield from self._generate_edits_inserting_actions(
+                yield from self._generate_successful_insertions(
                     plan, PlanEdit(position, None, None), path[position], actions, landmarks
                 )
                 if position < len(plan) and (position, (None,)) not in helping:
-                    yield from self._generate_edits_inserting_actions(
+                    yield from self._generate_successful_insertions(
                         plan, PlanEdit(position, position, None), path[position], actions, landmarks
                     )
 
-    def _generate_edits_inserting_actions(
+    def _generate_successful_insertions(
         self,
         plan: PlanSteps,
         edit: PlanEdit,

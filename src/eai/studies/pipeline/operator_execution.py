@@ -112,7 +112,7 @@ class _OperatorTesterInWorld:
         if outcome is not None and outcome is not PlannerOutcome.SOLVED:
             return (PLANNER, outcome.value)
         plan = self.format_planner_plan_as_answer(task_id, answer, verdict)
-        return UNTRANSLATED if plan is None else self._execute_plan_and_find_failed_stage(task_id, plan)
+        return UNTRANSLATED if plan is None else self._execute_plan_and_get_outcome(task_id, plan)
 
     def format_planner_plan_as_answer(
         self, task_id: str, answer: str, verdict: OperatorVerdict
@@ -150,7 +150,7 @@ class _OperatorTesterInWorld:
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
-    def _execute_plan_and_find_failed_stage(self, task_id: str, plan: str) -> OperatorTestOutcome:
+    def _execute_plan_and_get_outcome(self, task_id: str, plan: str) -> OperatorTestOutcome:
         """Execute a translated plan in the world. Return success, the error, or the kind of missed goals."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import get_declaration
 from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_rate_intervals
-from eai.results.cost import Spending, make_success_cost_cases_by_unit, sum_spending
+from eai.results.cost import Spending, make_cost_contributions_by_unit, sum_spending
 from eai.results.coverage import TaskCoverage, TasksChangedByErrata
 from eai.results.rate import Rate
 from eai.results.runs import Run, RunKey
@@ -32,7 +32,7 @@ class RunSummary:
         certainties: metric -> interval of the rate; None if no interval is defined.
         cases: main metric -> numerator and denominator that each task adds.
         spent: tokens and cost of the answers; answers without recorded numbers add nothing.
-        per_success: effort and success of each answer (`eai.results.cost.make_success_cost_cases_by_unit`).
+        per_success: effort and success of each answer (`eai.results.cost.make_cost_contributions_by_unit`).
         unnamed: number of records without the name of their task; each such task counts as independent.
     """
 
@@ -52,12 +52,12 @@ class RunSummary:
     breakdown: AnswerBreakdown
 
 
-def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSummary]:
+def select_standard_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options and with standard game rules.
 
     Only these are ranked and compared with the paper.
     """
-    return [item for item in runs if item.key.is_standard_run]
+    return [item for item in runs if item.key.has_no_study_or_rules]
 
 
 def summarize_run(run: Run) -> RunSummary:
@@ -84,7 +84,7 @@ def summarize_run(run: Run) -> RunSummary:
             if metric in get_declaration(key.ability).overview_headings
         },
         sum_spending(run.records),
-        make_success_cost_cases_by_unit(run.records),
+        make_cost_contributions_by_unit(run.records),
         sum(record.task is None for record in run.records),
         break_down_records(run.records, key.ability),
     )
