@@ -150,7 +150,8 @@ def test_empty_and_unreadable_plans_earn_nothing(name: str) -> None:
 
 
 def test_only_plans_can_be_paid_by_repair() -> None:
-    with pytest.raises(InputError, match="repair is for action_sequencing only, not for goal_interpretation"):
+    expected = "shaping repair: expected action_sequencing, found goal_interpretation"
+    with pytest.raises(InputError, match=expected):
         Reward(eai.open("virtualhome", "goal_interpretation"), "repair")
 
 
