@@ -45,6 +45,7 @@ LINES = [
     ("1. WALK(soap) - go\n2. GRAB(soap): take it", [WALK, GRAB], ("prose", "action_lines", "numbered")),
     ("WALK(soap) # walk to it\nGRAB(soap) // take it", [WALK, GRAB], ("prose", "action_lines")),
     ("WALK(soap): WALK to the soap\nGRAB(soap) - grab the soap", [WALK, GRAB], ("prose", "action_lines")),
+    ("WALK(soap_dish): WALK to the soap_dish", [("WALK", ("soap_dish",))], ("prose", "action_lines")),
     ("1. WALK(soap) # Walk to it.", [WALK], ("prose", "action_lines", "numbered")),
     ("1. WALK(soap): the soap is far away, so walk to it", [WALK], ("prose", "action_lines", "numbered")),
     ("Here you go :)\nWALK(soap)\nGood luck ;)", [WALK], ("prose", "action_lines")),

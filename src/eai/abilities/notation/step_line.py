@@ -98,7 +98,8 @@ def _describes_step(remark: str, step: WrittenStep, actions: Collection[str]) ->
     action, *words = _WORD.findall(remark.casefold()) or [""]
     if action != step.action.casefold() or not words or ORDINARY_WORD.fullmatch(words[0]) is None:
         return False
-    objects = {word for name in step.objects for word in re.findall(r"[^\W\d_]{2,}", str(name).casefold())}
+    names_of_objects = [str(name).casefold() for name in step.objects]
+    objects = {*names_of_objects, *re.findall(r"[^\W\d_]{2,}", " ".join(names_of_objects))}
     names = {name.casefold() for name in actions}
     return names.isdisjoint(words) and not objects.union({"it"}).isdisjoint(words)
 
