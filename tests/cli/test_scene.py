@@ -61,7 +61,10 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
             with_options("scene=image", "noise.missing=0.1"),
             "perception.noise: has no effect with perception.scene image",
         ),
-        (with_options("scene=predicted"), "perception.scene predicted: expected perception.scene_model"),
+        (
+            with_options("scene=predicted"),
+            "perception.scene predicted: also give perception.scene_model, the model that lists the scene",
+        ),
         (
             with_options("scene=image", "scene_model=eai/captioner"),
             "perception.scene_model: has no effect with perception.scene image",
@@ -72,7 +75,8 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
         ),
         (
             with_options("scene=image", "scene_args.rate=1"),
-            "perception.scene_args, scene_base_url: also give perception.scene_model",
+            "perception.scene_args, perception.scene_base_url: have no effect without "
+            "perception.scene_model; also give the model to which they belong",
         ),
         (
             (*with_options("scene=image", "images=x"), *CONTINUED),

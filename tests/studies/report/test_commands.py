@@ -56,7 +56,7 @@ def test_compare_counts_one_task_in_the_singular(tmp_path: Path) -> None:
 
 def test_compare_refuses_runs_without_a_common_suite(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run2")])
-    assert "no records of equal domain, ability and protocol" in str(result.exception)
+    assert "expected records of the same domain, ability and protocol" in str(result.exception)
 
 
 def test_compare_refuses_several_models_on_one_side(runs: Path) -> None:
