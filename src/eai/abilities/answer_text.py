@@ -92,7 +92,8 @@ _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
 It shows that the values belong together.
 """
 _SEPARATORS = re.compile(r"[\s,;]*")
-_SEPARATORS_OR_FENCES = re.compile(r"(?:[\s,;]|```+[\w+-]*)*")
+_SEPARATORS_OR_FENCES = re.compile(r"(?:[\s,;]|(?<!`)`{3,}(?!`)[\w+-]*)*")
+"""Pattern of a text without words. A run of backticks matches as a whole, so the time stays linear."""
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
 _CALL = re.compile(r"(?<![\w.])[\w.]+\s*\([^()]*\)")

@@ -177,6 +177,13 @@ def test_long_runs_of_characters_do_not_take_quadratic_time(run: str) -> None:
         JsonPlanNotation().read(f"{begin}{run * (_LONG // len(run))}x\nGRAB(soap)", ACTIONS)
 
 
+def test_long_runs_of_backticks_between_values_do_not_take_exponential_time() -> None:
+    first, second = '["WALK(soap)", "GRAB(soap)"]', '["WALK(soap)", "SLEEP(soap)"]'
+    plan = JsonPlanNotation().read(f"{first}\n{'`' * _LONG}!\n{second}", ACTIONS)
+    assert isinstance(plan, WrittenPlan)
+    assert [step.action for step in plan.steps] == ["WALK", "SLEEP"]
+
+
 def test_reasoning_inside_a_line_does_not_take_quadratic_time() -> None:
     plan = JsonPlanNotation().read(
         f"WALK(soap)<think>{'so ' * (_LONG // 3)}</think> # to wash it\nGRAB(soap)", ACTIONS
