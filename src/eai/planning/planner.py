@@ -15,6 +15,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import GreedySearch
@@ -226,10 +227,9 @@ class _ReasonableOrder:
 
     def _find_related_goals(self) -> list[list[int]]:
         """Return a list for each goal: the numbers of the goals with a common object."""
-        goals_of_object: dict[int, list[int]] = {}
-        for i, literal in enumerate(self._literals):
-            for index in literal.arguments:
-                goals_of_object.setdefault(index, []).append(i)
+        goals_of_object = group_pairs(
+            (index, i) for i, literal in enumerate(self._literals) for index in literal.arguments
+        )
         return [
             list(dict.fromkeys([j for index in literal.arguments for j in goals_of_object[index]]))
             for literal in self._literals
@@ -300,10 +300,10 @@ class _ReasonableOrder:
     def _find_undoing_actions(
         self, condition: Subgoal, own: tuple[int, ...], kept: Subgoal, estimates: CostEstimates
     ) -> set[bool]:
-        """Return an item for each action on the cheapest path to a condition that undoes the goal ``kept``.
+        """Return which kinds of actions on the cheapest path to a condition undo the goal ``kept``.
 
-        The item is true if the conditions from that action on are about the objects ``own``, or about objects
-        of other categories.
+        The set has True if the conditions from such an action on are about the objects ``own``, or about
+        objects of other categories. It has False if another action undoes the goal.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
         own_categories = {objects[index].category for index in own}

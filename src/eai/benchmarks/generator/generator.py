@@ -544,21 +544,14 @@ class TaskGenerator:
                 growing_plan.conditions.clear()
             if self._find_held_objects(growing_plan.state) - self._find_held_objects(before):
                 growing_plan.state = before
+        last, hidden = growing_plan.state, frozenset[int]()
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
-            start = self._usage.convert_state_to_original_domain(growing_plan.state)
+            start = self._usage.convert_state_to_original_domain(last)
             after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
-                return (
-                    self._usage.make_state(after.scene, after.facts()),
-                    frozenset({after.scene.index[names[0]]}),
-                    titles,
-                )
-        return (
-            self._usage.make_state(growing_plan.state.scene, growing_plan.state.facts()),
-            frozenset(),
-            titles,
-        )
+                last, hidden = after, frozenset({after.scene.index[names[0]]})
+        return self._usage.make_state(last.scene, last.facts()), hidden, titles
 
     def _draw_scene_limits(self, base: Task, rng: random.Random) -> _SceneLimits:
         """Return the limits of a scene that is based on a task of the data set.
