@@ -35,12 +35,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # bench
 from bench.record import save_result
 from bench.result import FOLDER, Figure, read_result
 from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol
-from eai.agents.agents import NULLS
 from eai.agents.command import DONE
-from eai.agents.game import Game
-from eai.agents.reference import make_setup
-from eai.agents.rules import STANDARD
-from eai.agents.setting import ACTING
+from eai.agents.play import EpisodeFactory
+from eai.agents.setting import ACTING, STANDARD
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -258,15 +255,10 @@ def score_null_models(
 
 def play_with_null_agent(suite: Suite, model: str) -> Iterator[Response]:
     """Yield an episode of each task in the standard setting, as one command a line."""
-    tasks = suite.benchmark.tasks_for(suite.ability, suite.source)
-    for task_id in suite.task_ids:
-        commands = [DONE]
-        if tasks[task_id].unplannable_reason is None:
-            game = Game(make_setup(tasks[task_id], suite.benchmark, STANDARD))
-            choose_command, commands = NULLS[model.removeprefix("eai/")](game, 0), []
-            while not game.is_over:
-                commands.append(choose_command())
-                game.act(commands[-1])
+    episodes = EpisodeFactory(suite.benchmark, STANDARD)
+    for task_id, task in suite.tasks.items():
+        is_playable = task.unplannable_reason is None
+        commands = episodes.play_agent(model.removeprefix("eai/"), task, 0, 1) if is_playable else [DONE]
         yield Response(task_id, "\n".join(commands))
 
 
