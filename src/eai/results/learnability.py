@@ -33,10 +33,10 @@ _RANDOM_SEED = "0 1 1"
 
 
 class _TrivialBaselineRewards(NamedTuple):
-    """The rewards of a null model, which does not try to solve tasks.
+    """The rewards of a null model (a model that does not try to solve tasks).
 
     Attributes:
-        mean: mean reward over all tasks that have a reward.
+        mean: mean reward over all tasks with a reward.
         full: share of these tasks with the full reward.
     """
 

@@ -23,7 +23,7 @@ def _show_no_progress(title: str, total: int) -> AbstractContextManager[ReportDo
 
 
 def _ignore_note(line: str) -> None:
-    """Do nothing with a note to the user. By default, notes are not shown."""
+    """Drop a note to the user: by default, notes are not shown."""
 
 
 @dataclass(frozen=True, slots=True)

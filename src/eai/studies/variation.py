@@ -140,7 +140,7 @@ class VariationOptions(Options):
 
     @property
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
-        """The part of a task, such as its goals, that questions state in another version; empty if none."""
+        """Name of the part of a task that questions state in another version; empty if they do not."""
         return ""
 
     def explain_conflict(self, other: VariationOptions) -> str:

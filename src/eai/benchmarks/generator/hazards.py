@@ -73,8 +73,8 @@ class _HazardGoal(NamedTuple):
     def is_plausible_execution(self, execution: Trajectory, planner: Planner) -> bool:
         """Whether a person might execute the plan.
 
-        The final state must not be one that a person would not want (`odd`), and no object may stay unsafe
-        for more than `_MAX_STEPS_UNSAFE` steps.
+        The final state must not be `odd`, a state that nobody wants. No object may stay unsafe for more than
+        `_MAX_STEPS_UNSAFE` steps.
         """
         if self.odd is not None and planner.holds(self.odd, execution.final_state):
             return False
