@@ -136,7 +136,7 @@ def test_another_task_setting_or_key_is_refused(tmp_path: Path) -> None:
         read_journal(path, key, beginning(AgentSetting(budget=4)))
     with pytest.raises(InputError, match="of another task or other agent options"):
         EpisodeJournal(path, key, beginning(AgentSetting(budget=4)))
-    with pytest.raises(InputError, match="line 1: wrong seal"):
+    with pytest.raises(InputError, match="line 1: not a line of this journal: wrong seal"):
         read_journal(path, b"x" * 32)
 
 

@@ -40,6 +40,6 @@ def test_a_file_with_tasks_of_one_ability_alone_names_the_ability_to_give() -> N
     only = replace(lamps(eai.DataSet(own_tasks={ability: eai.given()})), open_tasks=eai.given())
     with pytest.raises(
         eai.InputError,
-        match="give --ability action_sequencing, as this file has no tasks for goal_interpretation",
+        match="it has no tasks for goal_interpretation; give --ability action_sequencing",
     ):
         only.tasks_for(eai.Ability("goal_interpretation"), eai.Source())

@@ -292,17 +292,18 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
     for arguments, message in (
         (
             ("--model", "openia/bar"),
-            "eai: openia/bar: Inspect has no provider openia; did you mean openai? For a server with "
-            "OpenAI's protocol, write openai-api/openia/bar.\n",
+            "eai: cannot open the model openia/bar: Inspect has no provider openia; did you mean openai? "
+            "For a server with OpenAI's protocol, write openai-api/openia/bar.\n",
         ),
         (
             ("--model", "zzz/bar"),
-            "eai: zzz/bar: Inspect has no provider zzz. For a server with OpenAI's protocol, write ",
+            "eai: cannot open the model zzz/bar: Inspect has no provider zzz. For a server with "
+            "OpenAI's protocol, write ",
         ),
         (
             ("--model", "openai-api/unheard-of/m"),
-            "eai: openai-api/unheard-of/m: ERROR: Unable to initialise unheard-of client No "
-            "UNHEARD_OF_API_KEY defined in the environment, nor given as -M api_key=KEY",
+            "eai: cannot open the model openai-api/unheard-of/m: ERROR: Unable to initialise unheard-of "
+            "client No UNHEARD_OF_API_KEY defined in the environment, nor given as -M api_key=KEY",
         ),
         (
             ("--model", "openai-api/local/m", "--model-base-url", "localhost:8000/v1"),

@@ -125,7 +125,7 @@ def test_a_goal_without_and_is_one_goal() -> None:
         ("(forn 2 (?x - cup) (open ?x))", 1, 7, "'('"),
         ("(not (open x) (open x))", 1, 15, "')'"),
         ("(forn (1234567890) (?x - cup) (open ?x))", 1, 8, "a number of at most 9 digits"),
-        ("(forn (two) (?x - cup) (open ?x))", 1, 8, "a number"),
+        ("(forn (two) (?x - cup) (open ?x))", 1, 8, "the number of objects"),
         ("(forpairs (?x - cup)\n (?y- cup) (in ?x ?y))", 2, 7, "'-'"),
         ("(forall (?x - cup) open)", 1, 20, "'('"),
         ("(in ?x - cup)", 1, 8, "a name or ')'"),

@@ -121,4 +121,4 @@ def test_an_error_of_a_provider_keeps_its_text(message: str, monkeypatch: pytest
     monkeypatch.setattr("eai.run.tasks.get_model", fail)
     with pytest.raises(EaiError) as error:
         find_model(Endpoint("vllm/m"))
-    assert str(error.value) == f"vllm/m: {message}"
+    assert str(error.value) == f"cannot open the model vllm/m: {message}"

@@ -96,7 +96,7 @@ CASES = [
         "hazard, after at least one other goal",
     ),
     ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected goals over time"),
-    ({**LINE, "untold": True}, "untold: true needs a list in `hazards`"),
+    ({**LINE, "untold": True}, "`untold` is true, so `hazards` must list"),
     ({**LINE, "missing": [], "fits": ["ball"]}, "missing and fits: expected only one of these members"),
     (
         {

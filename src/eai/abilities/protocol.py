@@ -65,7 +65,9 @@ class _AbilityOrProtocolName(str):
         def read(name: str) -> _AbilityOrProtocolName:
             if name not in cls.list_names():
                 names = " or ".join(map(repr, map(str, cls.list_names())))
-                raise PydanticCustomError("enum", "Input should be {expected}", {"expected": names})
+                raise PydanticCustomError(
+                    "unknown_ability_or_protocol", "Input should be {expected}", {"expected": names}
+                )
             return cls(name)
 
         return core_schema.no_info_after_validator_function(read, core_schema.str_schema())

@@ -108,7 +108,7 @@ def _read_journal_content(path: Path, seal_key: bytes, expected_game: RecordedGa
         try:
             journal = _add_sealed_line(journal, raw, seal_key)
         except ValueError as error:
-            raise InputError(f"{path}, line {number}: {error}") from error
+            raise InputError(f"{path}, line {number}: not a line of this journal: {error}") from error
     if not journal.begin:
         raise InputError(f"{path}: no line begins an episode; play the episode again in a new folder")
     if expected_game is not None and journal.begin != _make_journal_header(expected_game):

@@ -221,8 +221,10 @@ class Benchmark:
         if ability in own_tasks and ability is not Ability.TRANSITION_MODELING:
             return own_tasks[ability](source)
         if own_tasks and not self.open_tasks(source):
-            options = f"give --ability {' or '.join(own_tasks)}"
-            raise InputError(f"--domain {self.reference}: {options}, as this file has no tasks for {ability}")
+            abilities = " or ".join(own_tasks)
+            raise InputError(
+                f"--domain {self.reference}: it has no tasks for {ability}; give --ability {abilities}"
+            )
         interaction = get_declaration(ability).interaction if ability in find_ability_entry_points() else None
         if interaction is not None and interaction.task_command:
             wanted = f"a file that {interaction.task_command} writes"

@@ -244,10 +244,10 @@ def _leave_out_long_tasks(
         for asked, long in zip(prompts, long_tasks, strict=True)
     ]
     if any(long.needs for long in long_tasks):
-        problem = f"{endpoint.model}: {describe_long_tasks(context, long_tasks)}"
+        message = f"{endpoint.model}: {describe_long_tasks(context, long_tasks)}"
         if handling == "stop" or not any(fitting):
-            raise InputError(f"{problem}, {REMEDIES}")
-        console.print_note(f"{problem}; they are not asked")
+            raise InputError(f"the prompts do not fit: {message}, {REMEDIES}")
+        console.print_note(f"{message}; they are not asked")
     return fitting
 
 

@@ -20,7 +20,7 @@ from eai.logic.signature import (
     NameMisuse,
     NameMisuseKind,
     Signature,
-    describe_arity,
+    describe_wrong_arity,
     find_line_and_column,
     join_with_or,
     make_parse_error,
@@ -285,7 +285,7 @@ class _LtlReader:
             detail = f"{name} is no predicate and no action"
             self._add_misuse("unknown_predicate", name, name, find_offset(0), detail)
         elif (arity := arities[name]) is not None and arity != len(terms):
-            detail = f"{describe_arity(name, arity, 'argument')}, not {len(terms)}"
+            detail = describe_wrong_arity(name, arity, "argument", len(terms))
             self._add_misuse("wrong_arity", name, name, find_offset(0), detail)
         self._check_objects(name, terms, signature, find_offset)
 
@@ -317,7 +317,7 @@ class _LtlReader:
             count = self._read_count()
             if self._read_match(r"\.") is None:
                 if self._is_release:
-                    raise self._make_error("'.'")
+                    raise self._make_error("'.' after the number")
                 expected = "a name or '.'"
         make: _Make
         variables: tuple[f.Variable, ...]

@@ -97,3 +97,8 @@ def make_term(name: str, scope: frozenset[str]) -> Term:
 def describe_arity(name: str, arity: int, noun: str) -> str:
     """Return a text about the required number of arguments of a name: ``WALK takes 1 object``."""
     return f"{name} takes {arity} {noun}{'' if arity == 1 else 's'}"
+
+
+def describe_wrong_arity(name: str, arity: int, noun: str, actual: int) -> str:
+    """Return a text about a wrong number of arguments: ``WALK takes 1 object, not 2``."""
+    return f"{describe_arity(name, arity, noun)}, not {actual}"

@@ -208,7 +208,7 @@ class _BddlReader:
         self._read_token("(")
         digits = self._tokens[self._next]
         if not _COUNT.fullmatch(digits):
-            raise self._make_error("a number")
+            raise self._make_error("the number of objects")
         if len(digits) > MAX_COUNT_DIGITS:
             raise self._make_error(f"a number of at most {MAX_COUNT_DIGITS} digits")
         self._next += 1

@@ -602,7 +602,7 @@ def find_model(endpoint: Endpoint) -> Model:
             message = describe_unknown_provider(endpoint.model)
         elif is_prerequisite_missing(error) and "API_KEY" in message:
             message = f"{message.removesuffix('.')}, nor given as -M api_key=KEY"
-        raise EaiError(f"{endpoint.model}: {message}") from error
+        raise EaiError(f"cannot open the model {endpoint.model}: {message}") from error
 
 
 def _require_finished_log(job: QuestionJob, log: EvalLog | None) -> Path:
@@ -611,4 +611,6 @@ def _require_finished_log(job: QuestionJob, log: EvalLog | None) -> Path:
     if log.status == "success":
         return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
-    raise EaiError(f"{job.endpoint.model} on {job.suite.domain} {job.suite.ability.value}: {message}")
+    raise EaiError(
+        f"the run of {job.endpoint.model} on {job.suite.domain} {job.suite.ability.value} failed: {message}"
+    )

@@ -9,7 +9,7 @@ from eai.base.errors import InputError, did_you_mean, prefix_errors_with_locatio
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import rewrite_state_subformulas, standardize_variable_names
-from eai.logic.signature import describe_arity
+from eai.logic.signature import describe_wrong_arity
 from eai.logic.traversal import (
     find_free_variables,
     find_object_names,
@@ -40,18 +40,18 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     """
     lexicon = make_goal_lexicon(domain, scene)
     signature = lexicon.signature
-    stated, offences = read_formula(text, signature)
-    for offence in offences:
-        is_object = offence.kind == "unknown_object"
+    stated, misuses = read_formula(text, signature)
+    for misuse in misuses:
+        is_object = misuse.kind == "unknown_object"
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
-        raise InputError(f"{offence}{did_you_mean(offence.name, known)}")
+        raise InputError(str(misuse) + did_you_mean(misuse.name, known))
     formula = rewrite_state_subformulas(stated, lexicon.replace_by_domain_names)
     actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:
             wanted, actual = domain.operator_arities[action.action], len(action.arguments)
             if wanted != actual:
-                raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {actual}")
+                raise InputError(describe_wrong_arity(action.action, wanted, "object", actual))
     elif actions and not _is_action_choice(formula):
         raise InputError("expected actions without objects, joined by 'or', without other conditions")
     check_goal_names(formula, scene)

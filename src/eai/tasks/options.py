@@ -36,7 +36,11 @@ _BRANCHES = ("str", "list[str]")
 
 
 def describe_validation_error(
-    error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
+    error: ValidationError,
+    known: Iterable[str] = (),
+    within: Iterable[str] = (),
+    whole: str = "the line",
+    location: object = None,
 ) -> str:
     """Return the first error of a validation in words: the path of the value, the expectation, and the value.
 
@@ -45,6 +49,7 @@ def describe_validation_error(
         known: the allowed names of members. If a name is unknown, the message suggests the most similar one.
         within: the path of the validated value in an enclosing structure, outermost name first.
         whole: the text in place of the path, if the complete value is wrong and ``within`` is empty.
+        location: the file, or the file and line, that the message names first; None for no location.
     """
     first = error.errors()[0]
     path = [*within, *map(str, first["loc"])] or [whole]
@@ -58,7 +63,8 @@ def describe_validation_error(
     else:
         expected = _EXPECTED.get(kind, first["msg"].replace("Input should be", "expected"))
         problem = f"{expected}{_describe_wrong_value(first['input'])}"
-    return f"{'.'.join(path)}: {problem}"
+    start = "" if location is None else f"{location}: "
+    return f"{start}{'.'.join(path)}: {problem}"
 
 
 def _describe_wrong_value(value: Any) -> str:
@@ -80,7 +86,7 @@ Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
 
 def _require_web_address(address: str) -> str:
     if not address.startswith(("http://", "https://")):
-        raise PydanticCustomError("address", "expected http:// or https:// before the address")
+        raise PydanticCustomError("address_without_http", "expected http:// or https:// before the address")
     return address
 
 
@@ -111,10 +117,10 @@ class Options(BaseModel):
         try:
             return cls.model_validate({**given} if isinstance(given, Mapping) else given)
         except ValidationError as error:
-            members = f" ({section} has {', '.join(cls.model_fields)})"
-            unknown = error.errors()[0]["type"] == "extra_forbidden"
-            problem = describe_validation_error(error, cls.model_fields, [section], section)
-            raise InputError(f"{problem}{members if unknown else ''}") from error
+            message = describe_validation_error(error, cls.model_fields, [section], section)
+            if error.errors()[0]["type"] == "extra_forbidden":
+                message += f" ({section} has {', '.join(cls.model_fields)})"
+            raise InputError(message) from error
 
     @classmethod
     def read_file(cls, file: Path) -> Self:
@@ -127,7 +133,7 @@ class Options(BaseModel):
             return cls.model_validate(read_toml(file))
         except ValidationError as error:
             raise InputError(
-                f"{file}: {describe_validation_error(error, cls.model_fields, whole='the file')}"
+                describe_validation_error(error, cls.model_fields, whole="the file", location=file)
             ) from error
 
     @classmethod

@@ -80,7 +80,7 @@ def _open_domain_and_problems(
             (f"( {p.name}" for p in domain.predicates if f" {p.name} " in str(error)), None
         )
         place = f"{domain_file}: line {find_line_of_word(text, word)}" if word else str(domain_file)
-        raise InputError(f"{place}: {error}") from error
+        raise InputError(f"{place}: the domain contradicts itself: {error}") from error
     declared = (domain_file, text)
     files = read_items_or_raise_all(
         find_problem_files(), lambda path: read_problem_file(path, domain, declared)

@@ -21,7 +21,7 @@ from eai.base.files import make_dict_refusing_repeated_keys
 from eai.base.json_value import Json
 from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import rewrite_state_subformulas, standardize_variable_names
-from eai.logic.signature import describe_arity
+from eai.logic.signature import describe_wrong_arity
 from eai.tasks.goal_text import make_goal_lexicon, read_goal
 from eai.tasks.options import describe_validation_error
 from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, ImpossibleTaskMark, SpecialTaskMark
@@ -153,7 +153,7 @@ def _read_special_task_mark(line: _TaskLine, goals: Sequence[Goal], scene: Scene
             "for each hazard, after at least one other goal"
         )
     if line.untold and not number:
-        raise InputError("untold: true needs a list in `hazards`")
+        raise InputError("`untold` is true, so `hazards` must list the hazards that the question leaves out")
     special: list[SpecialTaskMark] = [HazardousTaskMark(tuple(line.hazards), line.untold)] if number else []
     special += [] if line.missing is None else [ImpossibleTaskMark(tuple(line.missing))]
     special += [] if line.fits is None else [AmbiguousTaskMark(tuple(line.fits))]
@@ -190,7 +190,7 @@ def _read_plan(member: str, plan: _Plan, domain: Domain, scene: Scene) -> Iterat
         if arity is None:
             raise InputError(f"{place}: expected an operator of the domain, found {operator!r}")
         if arity != len(names):
-            raise InputError(f"{place}: {describe_arity(operator, arity, 'object')}, not {len(names)}")
+            raise InputError(f"{place}: {describe_wrong_arity(operator, arity, 'object', len(names))}")
         yield Action(operator, tuple([_find_object_index(name, scene.index, place) for name in names]))
 
 

@@ -12,7 +12,7 @@ from typing import Protocol, get_args, runtime_checkable
 
 from eai.base.errors import DomainError, did_you_mean
 from eai.logic.formula import Atom, Constant, Term
-from eai.logic.signature import describe_arity, join_with_or
+from eai.logic.signature import describe_wrong_arity, join_with_or
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +151,7 @@ class Vocabulary:
             hint = did_you_mean(name, (*self._stored, *self.derived_by_name))
             raise DomainError(f"predicate {name} is not declared{hint}")
         if arity != number:
-            raise DomainError(f"{describe_arity(name, arity, 'argument')}, not {number}")
+            raise DomainError(describe_wrong_arity(name, arity, "argument", number))
 
 
 def require_tuple(location: str, values: object, kind: type | UnionType) -> None:
@@ -191,5 +191,5 @@ def make_atom(name: str, arity: int, terms: Sequence[Term | str]) -> Atom:
         DomainError: the number of terms differs from the arity.
     """
     if len(terms) != arity:
-        raise DomainError(f"{describe_arity(name, arity, 'argument')}, not {len(terms)}")
+        raise DomainError(describe_wrong_arity(name, arity, "argument", len(terms)))
     return Atom(name, tuple([Constant(term) if isinstance(term, str) else term for term in terms]))

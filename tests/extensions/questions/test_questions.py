@@ -173,8 +173,7 @@ def test_a_run_without_an_ability_names_the_one_to_give(eai: Command, written: P
     refused = in_own_process("run", "--domain", written, "--model", "eai/oracle", "--out", tmp_path / "o")
     assert (refused.status, refused.err) == (
         2,
-        f"eai: --domain {written}: give --ability world_model, as this file has no tasks for "
-        "goal_interpretation\n",
+        f"eai: --domain {written}: it has no tasks for goal_interpretation; give --ability world_model\n",
     )
 
 

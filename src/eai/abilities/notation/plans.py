@@ -40,7 +40,7 @@ from eai.abilities.notation.plan_lines import (
 )
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.base.grouping import group_pairs
-from eai.logic.signature import describe_arity
+from eai.logic.signature import describe_wrong_arity
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -87,7 +87,7 @@ def resolve_plan(
             detail = f"{word}: {unknown_prefix} {name}"
             return ErrorReport(FaultKind.HALLUCINATION, number, detail, "unknown_object", (str(name),))
         if misapplied is None and len(objects) != arity:
-            detail = f"{describe_arity(operator, arity, 'object')}, not {len(objects)}"
+            detail = describe_wrong_arity(operator, arity, "object", len(objects))
             misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, "wrong_arity")
         actions.append(Action(operator, objects))
     return misapplied or tuple(actions)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import eai.logic.formula as f
-from eai.base.errors import InputError
+from eai.base.errors import InputError, prefix_errors_with_location
 from eai.base.files import find_files_below
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.convert import CORRECTIONS, join_lines_of_definition
@@ -47,14 +47,11 @@ def _read_definition(name: str, path: Path) -> str:
     wrong, corrected = CORRECTIONS.get(name, ("", ""))
     is_corrected = bool(wrong) and wrong in text
     text = text.replace(wrong, corrected) if is_corrected else text
-    try:
+    with prefix_errors_with_location(path):
         if not is_corrected:
             parse_problem(original)  # its errors name a line of the file; `text` has only one line
-        problems = list(_find_errors_in_activity_definition(text))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    if problems:
-        raise InputError(f"{path}: {problems[0]}")
+        for problem in _find_errors_in_activity_definition(text):
+            raise InputError(problem)
     return text
 
 

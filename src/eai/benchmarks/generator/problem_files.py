@@ -109,8 +109,11 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
     for each in facts:
         meant = _require_known_names(meaning(each), initial, file, _find_line_of_fact(file.text, each))
         if not readings.holds(meant, {}, initial):
-            expected = f"expected facts that agree: with the others, {format_ltl(each)} does not hold"
-            raise InputError(f"{file.path}: line {_find_line_of_fact(file.text, each)}: {expected}")
+            line = _find_line_of_fact(file.text, each)
+            raise InputError(
+                f"{file.path}: line {line}: expected facts that agree: with the others, "
+                f"{format_ltl(each)} does not hold"
+            )
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)
     text = blank_out_comments(file.text).lower()

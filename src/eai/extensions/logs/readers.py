@@ -93,10 +93,12 @@ def read_log(
     """
     content = read_content(path)
     readers = [reader for reader in list_readers() if reader.recognizes(content)]
-    if len(readers) != 1:
-        formats = ", ".join([reader.format for reader in readers or list_readers()])
-        problem = "several log formats fit this file" if readers else "unknown log format; expected one of"
-        raise InputError(f"{path}: {problem}: {formats}")
+    if not readers:
+        known_formats = ", ".join([reader.format for reader in list_readers()])
+        raise InputError(f"{path}: unknown log format; expected one of {known_formats}")
+    if len(readers) > 1:
+        formats = ", ".join([reader.format for reader in readers])
+        raise InputError(f"{path}: several log formats fit this file: {formats}")
     (reader,) = readers
     episodes = reader.read(path, content)
     if not episodes:
@@ -150,4 +152,4 @@ def validate(model: type[M], place: str, value: object) -> M:
     try:
         return model.model_validate(value)
     except ValidationError as error:
-        raise InputError(f"{place}: {describe_validation_error(error, whole='the log')}") from error
+        raise InputError(describe_validation_error(error, whole="the log", location=place)) from error

@@ -44,7 +44,7 @@ from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
 from eai.extensions.reference.subgoals import PublishedSubgoalScorer
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.signature import Signature, describe_arity
+from eai.logic.signature import Signature, describe_wrong_arity
 from eai.logic.traversal import walk_subformulas
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.lexicon import FormulaLexicon
@@ -276,7 +276,7 @@ def reject_wrong_argument_counts_and_names(
         if arity is None:
             return reject_unparseable(f"{name} is in no table of numbers of objects")
         if len(part.arguments) != arity:
-            detail = f"{describe_arity(name, arity, 'object')}, not {len(part.arguments)}"
+            detail = describe_wrong_arity(name, arity, "object", len(part.arguments))
             return _reject_misuse(FaultKind.ARGUMENT_NUMBER, detail)
     for name, _, part in primitives:
         for term in part.arguments:

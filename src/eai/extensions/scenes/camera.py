@@ -25,7 +25,7 @@ PICTURE_SIZE = (640, 480)
 CameraView: TypeAlias = Literal["head", "near", "top"]
 """Viewpoint of a camera: the robot's head, near the objects of the task, or above the rooms."""
 
-_EGL_ERROR = "rendered pictures need EGL (MUJOCO_GL=egl; on Debian: apt install libegl1 libgl1-mesa-dri)"
+_EGL_PACKAGES = "MUJOCO_GL=egl; on Debian: apt install libegl1 libgl1-mesa-dri"
 _EYE_HEIGHT = 1.6
 """Height of the robot's eyes in metres."""
 
@@ -79,7 +79,7 @@ class Camera:
         try:
             self._renderer = self._mujoco.Renderer(scene.model, size[1], size[0])
         except Exception as error:  # an error of MuJoCo or OpenGL, or EGL is missing
-            raise EaiError(f"{_EGL_ERROR}: {error}") from error
+            raise EaiError(f"rendered pictures need EGL ({_EGL_PACKAGES}): {error}") from error
 
     def render_colours(self, view: CameraView) -> Any:
         """Return the picture as an array of height x width x 3: red, green and blue of 8 bits."""

@@ -229,7 +229,9 @@ class MujocoScene:
                 problem = error
                 continue
             return
-        raise InputError(f"{task.id}: {problem}") from problem
+        raise InputError(
+            f"{task.id}: {MAX_ATTEMPTS} attempts to arrange the objects failed; the last one: {problem}"
+        ) from problem
 
     def _arrange_and_settle(self, seed: str) -> None:
         """Arrange all objects, let them settle, and check their relations.

@@ -92,10 +92,10 @@ def predict_effects(benchmark: str, task: str, action: str, after: str = "") -> 
 def _read_actions(scorer: PlanScorer, text: str, argument: str) -> tuple[Action, ...]:
     plan = scorer.read(text)
     if isinstance(plan, Unreadable):
-        raise InputError(f"{argument}: {plan.reason}")
+        raise InputError(f"{argument}: expected a plan: {plan.reason}")
     actions = scorer.resolve_names(plan)
     if isinstance(actions, ErrorReport):
-        raise InputError(f"{argument}: {actions.detail}")
+        raise InputError(f"{argument}: expected actions of the task: {actions.detail}")
     return actions
 
 
