@@ -160,7 +160,7 @@ def validate_certificates(file: Path, like: str, number: int) -> dict[str, objec
     except DataError as error:
         return {"VAL": str(error)}
     domain = find_benchmark(like).domain
-    tasks = [task for task in _tasks(file, domain) if not any(goal.is_over_time for goal in task.goals)]
+    tasks = [task for task in _tasks(file, domain) if not any(goal.is_temporal for goal in task.goals)]
     verdicts = Counter[str]()
     for task in random.Random(0).sample(tasks, min(number, len(tasks))):  # noqa: S311 - a sample, no secret
         verdicts[f"whole: {validate_with_val(val, domain, task, task.script)}"] += 1

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import eai.world as w
 from bench.record import add_write_option, write_rows
 from differential.reference_child import cpu_seconds
-from eai import Benchmark, given, make_task
+from eai import Benchmark, make_task, use_tasks
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
 from eai.benchmarks.suite import open_suite
@@ -130,7 +130,7 @@ def draw_curves(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
 def make_lamp_benchmark(number: int) -> Benchmark:
     """Return a task in which a robot must switch on a number of lamps."""
     task = make_task("light", "Switch all lamps on.", make_dark_state(number), "forall l: lamp. (lit(l))")
-    return Benchmark("many-lamps", domain, given(task))
+    return Benchmark("many-lamps", domain, use_tasks(task))
 
 
 def make_dark_state(number: int) -> State:
@@ -213,7 +213,7 @@ def prepare_operators(size: int, _: Path) -> Work:
     )
     start = w.Scene(made.vocabulary, {"robot": "robot", "house": "house"}, agent="robot").state([])
     goal = " and ".join(f"{each.name}(house)" for each in done)
-    benchmark = Benchmark("chores", made, given(make_task("all", "Do all chores.", start, goal)))
+    benchmark = Benchmark("chores", made, use_tasks(make_task("all", "Do all chores.", start, goal)))
     gold = open_gold_answers(benchmark, OPERATORS)["all"].text
     return prepare_scoring(benchmark, OPERATORS, json.loads(gold))
 
@@ -229,7 +229,7 @@ def write_many_answers(tasks: int, samples: int, folder: Path) -> tuple[Benchmar
     )
     with path.open("w") as file:
         file.writelines(f"{json.dumps(each)}\n" for each in rows)
-    return Benchmark("many-tasks", domain, given(*made)), path
+    return Benchmark("many-tasks", domain, use_tasks(*made)), path
 
 
 def prepare_scoring_of_file(benchmark: Benchmark, answers: Path) -> Work:

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from agents.switches import SWITCHES, tasks
-from eai import given
+from eai import use_tasks
 from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plans import JsonPlanNotation, WrittenPlan
 from eai.abilities.verdict import Unreadable
@@ -23,4 +23,6 @@ class _RaisingPlans(JsonPlanNotation):
         return super().read(text)
 
 
-RAISING = replace(SWITCHES, name="raising", open_tasks=given(*tasks()), notation=Notation(_RaisingPlans()))
+RAISING = replace(
+    SWITCHES, name="raising", open_tasks=use_tasks(*tasks()), notation=Notation(_RaisingPlans())
+)

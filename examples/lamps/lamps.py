@@ -1,7 +1,7 @@
 """An example of an own world: a robot that switches lamps on and packs boxes."""
 
 import eai.world as w
-from eai import Benchmark, given, make_task
+from eai import Benchmark, make_task, use_tasks
 
 x, y = w.Variable("x"), w.Variable("y")
 at, inside, holds = w.Predicate("at", 2), w.Predicate("inside", 2), w.Predicate("holds", 2)
@@ -33,7 +33,7 @@ domain = w.Domain("lamps", w.Vocabulary((at, inside, holds, lit, is_open)), oper
 kinds = {"robot": "robot", "lamp_1": "lamp", "lamp_2": "lamp", "ball": "ball", "box": "box"}
 start = w.Scene(domain.vocabulary, kinds, agent="robot").state([])
 
-tasks = given(
+tasks = use_tasks(
     make_task("light", "Switch both lamps on.", start, "forall l: lamp. (lit(l))"),
     make_task("pack", "Put the ball into the box.", start, "inside(ball, box)"),
 )

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from eai.results.batch import Scoring
     from eai.results.reward import Grade, Reward, Shaping, reward
     from eai.tasks.goal_text import make_task
-    from eai.tasks.source import Source, given
+    from eai.tasks.source import Source, use_tasks
     from eai.tasks.task import Goal, GoalKind, Task, goal
 
 __version__ = "0.1.0"
@@ -41,7 +41,7 @@ _PLACES = {
         "eai.base.errors": "DataError DomainError EaiError InputError ParseError",
         "eai.results.batch": "Scoring",
         "eai.results.reward": "Grade Reward Shaping reward",
-        "eai.tasks.source": "Source given",
+        "eai.tasks.source": "Source use_tasks",
     }.items()
     for name in names.split()
 }
@@ -68,12 +68,12 @@ __all__ = [
     "Suite",
     "Task",
     "find_benchmark",
-    "given",
     "goal",
     "list_benchmarks",
     "make_task",
     "open",
     "reward",
+    "use_tasks",
 ]
 
 

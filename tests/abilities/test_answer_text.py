@@ -36,7 +36,7 @@ OBJECT: AnswerFormat[object] = AnswerFormat(
     "object",
     lambda value: plain(value) if isinstance(value, JsonObject) and value.members else None,
     is_part=contains_json_string,
-    is_line_of_answer=lambda line: line.startswith("WALK"),
+    is_answer_line=lambda line: line.startswith("WALK"),
     flaw=lambda value: "a list" if isinstance(value, list) else None,
 )
 

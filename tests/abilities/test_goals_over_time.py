@@ -111,7 +111,7 @@ def test_a_goal_over_time_is_recognized(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", ORDERED, NEVER, TAKEN, "PRESS() or GO()")
     kinds = [goal.kind for goal in asked.goals]
     assert kinds == [*[GoalKind.STATE], GoalKind.RELATION, GoalKind.STATE, GoalKind.STATE, GoalKind.ACTION]
-    assert [goal.is_over_time for goal in asked.goals] == [False, True, True, True, False]
+    assert [goal.is_temporal for goal in asked.goals] == [False, True, True, True, False]
     assert [goal.kind for goal in asked.without_goals_over_time.goals] == [GoalKind.STATE, GoalKind.ACTION]
     assert len(to_planning_goal(asked).conditions) == 1
     again = write_task_line(asked, "lamps:lamps", lamps.domain)

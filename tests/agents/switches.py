@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 
 import eai.world as w
-from eai import Benchmark, Shaping, Task, given, make_task
+from eai import Benchmark, Shaping, Task, make_task, use_tasks
 from eai.logic.formula import Occurs, Or
 
 x, y, r = w.Variable("x"), w.Variable("y"), w.Variable("r")
@@ -75,7 +75,7 @@ def tasks() -> list[Task]:
     ]
 
 
-SWITCHES = Benchmark("switches", DOMAIN, given(*tasks()))
+SWITCHES = Benchmark("switches", DOMAIN, use_tasks(*tasks()))
 
 WON = ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
 """Commands that win the task ``both``, even in a partial view."""

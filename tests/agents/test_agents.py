@@ -9,7 +9,7 @@ import pytest
 
 import eai.world as w
 from agents.switches import SWITCHES
-from eai import Benchmark, given, make_task
+from eai import Benchmark, make_task, use_tasks
 from eai.abilities.protocol import Ability
 from eai.agents.agents import AGENTS, NULLS
 from eai.agents.command import DONE
@@ -81,7 +81,9 @@ def test_the_explorer_makes_objects_that_do_not_exist_yet() -> None:
     scene = w.Scene(domain.vocabulary, [w.WorldObject("mill", "mill"), w.WorldObject("flour", "flour")])
     start = scene.state([("mill", (0,)), ("whole", (0,))])
     task = make_task("grind", "Make flour.", start, whole(w.Constant("flour")))
-    game, commands = played("explorer", make_setup(task, Benchmark("mills", domain, given(task)), STANDARD))
+    game, commands = played(
+        "explorer", make_setup(task, Benchmark("mills", domain, use_tasks(task)), STANDARD)
+    )
     assert (game.won, commands) == (True, ["TURN(mill)", DONE])
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from agents.switches import DOMAIN, SWITCHES, initial
-from eai import Benchmark, given, make_task
+from eai import Benchmark, make_task, use_tasks
 from eai.agents.declaration import compute_share_by_metric
 from eai.agents.setting import ACTING
 from eai.agents.verdict import ActingVerdict, Recoverability, describe_goal_reachability
@@ -63,7 +63,7 @@ def test_goals_over_time_can_only_be_proved_lost() -> None:
     over_time = make_task("over", "Keep the box shut.", initial(), Eventually(lit), shut)
     index = over_time.scene.index
     over_time = replace(over_time, script=(Action("PRESS", (index["lamp"],)),))
-    suite = open_suite(Benchmark("over_time", DOMAIN, given(over_time)), ACTING)
+    suite = open_suite(Benchmark("over_time", DOMAIN, use_tasks(over_time)), ACTING)
     assert looked_back("over", "PRESS(lamp)", suite=suite).outlook == "unknown"
     lost = looked_back("over", "GO(shed)", "OPEN(box)", suite=suite)
     assert (lost.outlook, lost.lost_at) == ("lost", 2)

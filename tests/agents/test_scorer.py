@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from agents.switches import DOMAIN, SWITCHES, WON, initial
-from eai import Benchmark, InputError, Reward, given, make_task
+from eai import Benchmark, InputError, Reward, make_task, use_tasks
 from eai.abilities.plan_repairer import PlanRepairer
 from eai.abilities.protocol import Ability
 from eai.agents.declaration import compute_share_by_metric
@@ -173,7 +173,7 @@ def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
         initial, (), at_start.evaluate_each_goal(initial, ())
     )
     never = verdict_of(suite, episode(SWITCHES, task_id, []))
-    assert never.partial == at_start.partial_success_if_never_run
+    assert never.partial == at_start.partial_success_without_execution
 
 
 def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:
@@ -311,7 +311,7 @@ def test_the_rules_that_an_episode_names_do_not_exclude_its_task(
 def test_a_task_without_a_playable_reference_is_excluded() -> None:
     shut, lit = (Atom(name, (Constant(thing),)) for name, thing in (("shut", "box"), ("lit", "lamp")))
     both = make_task("both", "Have it both ways.", initial(), shut, Not(shut), lit)
-    suite = open_suite(Benchmark("both", DOMAIN, given(both)), ACTING)
+    suite = open_suite(Benchmark("both", DOMAIN, use_tasks(both)), ACTING)
     easy = '{"turns": [{"said": "DONE"}], "rules": {"view": "task", "until": "goal", "budget": null}}'
     for text in ("PRESS(lamp)\nDONE", "{", easy, '{"turns": [{"said": "DONE"}], "opening": "0"}'):
         assert suite.score("both", text).excluded == NO_REFERENCE

@@ -11,7 +11,7 @@ from studies.lamps import DOMAIN, lamp_task
 
 
 def lamps(data: eai.DataSet | None = None) -> eai.Benchmark:
-    return eai.Benchmark("lamps", DOMAIN, eai.given(lamp_task()), data=data or eai.DataSet())
+    return eai.Benchmark("lamps", DOMAIN, eai.use_tasks(lamp_task()), data=data or eai.DataSet())
 
 
 def test_a_benchmark_needs_a_name_a_domain_and_tasks() -> None:
@@ -30,14 +30,14 @@ def test_a_data_set_may_ask_an_ability_of_some_tasks_or_of_its_own() -> None:
     ability, source = eai.Ability("action_sequencing"), eai.Source()
     assert list(lamps().tasks_for(ability, source)) == [lamp_task().id]
     assert not lamps(eai.DataSet(asks={ability: lambda task: False})).tasks_for(ability, source)
-    own = lamps(eai.DataSet(own_tasks={ability: eai.given(replace(lamp_task(), id="own"))}))
+    own = lamps(eai.DataSet(own_tasks={ability: eai.use_tasks(replace(lamp_task(), id="own"))}))
     assert list(own.tasks_for(ability, source)) == ["own"]
     assert list(own.tasks_for(eai.Ability("goal_interpretation"), source)) == [lamp_task().id]
 
 
 def test_a_file_with_tasks_of_one_ability_alone_names_the_ability_to_give() -> None:
     ability = eai.Ability("action_sequencing")
-    only = replace(lamps(eai.DataSet(own_tasks={ability: eai.given()})), open_tasks=eai.given())
+    only = replace(lamps(eai.DataSet(own_tasks={ability: eai.use_tasks()})), open_tasks=eai.use_tasks())
     with pytest.raises(
         eai.InputError,
         match="it has no tasks for goal_interpretation; give --ability action_sequencing",

@@ -18,7 +18,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Atom, Variable
 from eai.planning.search import SearchEndReason
 from eai.tasks.goal_text import make_task
-from eai.tasks.source import Source, given
+from eai.tasks.source import Source, use_tasks
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.derived import is_a
@@ -34,13 +34,13 @@ GO, PRESS = Action("GO", (2,)), Action("PRESS", (5,))
 
 
 def find_problems(*tasks: Task, domain: Domain = toy.DOMAIN) -> list[tuple[str, str]]:
-    findings, _ = check_benchmark(Benchmark("toy", domain, given(*tasks)), Source())
+    findings, _ = check_benchmark(Benchmark("toy", domain, use_tasks(*tasks)), Source())
     return [(finding.place, finding.problem) for finding in findings]
 
 
 def test_the_check_plans_for_a_task_without_a_plan() -> None:
     planned = replace(LIGHT, id="planned", script=(GO, PRESS))
-    outcome = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT, planned)), Source())
+    outcome = check_benchmark(Benchmark("toy", toy.DOMAIN, use_tasks(LIGHT, planned)), Source())
     assert outcome == ([], {SearchEndReason.SOLVED: 1})
 
 
@@ -103,11 +103,11 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
             lambda: toy.initial().scene.state(["lit(the-lamp)"]),
             "'lit(the-lamp)': line 1, column 8: expected ')' or ','",
         ),
-        (lambda: given(LIGHT, LIGHT), "two tasks are called light: give each task an id of its own"),
-        (lambda: given([LIGHT]), "eai.given: expected Task, found list"),
+        (lambda: use_tasks(LIGHT, LIGHT), "two tasks are called light: give each task an id of its own"),
+        (lambda: use_tasks([LIGHT]), "eai.use_tasks: expected Task, found list"),
         (
             lambda: Benchmark("toy", toy.DOMAIN, [LIGHT]),
-            "benchmark toy: expected a function that returns tasks, such as eai.given(task, ...), "
+            "benchmark toy: expected a function that returns tasks, such as eai.use_tasks(task, ...), "
             "found a value of the type list",
         ),
     ],
@@ -258,7 +258,7 @@ def test_a_benchmark_without_a_reference_is_checked_in_this_process() -> None:
     def fail(work: object, items: object) -> list[object]:
         raise AssertionError
 
-    _, ends = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT)), Source(), fail)
+    _, ends = check_benchmark(Benchmark("toy", toy.DOMAIN, use_tasks(LIGHT)), Source(), fail)
     assert ends.total() == 1
 
 

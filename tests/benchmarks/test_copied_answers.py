@@ -25,7 +25,7 @@ from eai.benchmarks.suite import open_suite
 from eai.logic.formula import Occurs
 from eai.pddl.model import OperatorText
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
-from eai.tasks.source import Source, TaskSet, given
+from eai.tasks.source import Source, TaskSet, use_tasks
 from eai.tasks.task import Task
 from eai.world import (
     Add,
@@ -59,7 +59,7 @@ LAMP, OVEN = Constant("lamp"), Constant("big_oven")
 
 
 def toy(*goals: Formula, instruction: str = "") -> Benchmark:
-    return Benchmark("toy", DOMAIN, given(make_task("1", instruction, SCENE.state([]), *goals)))
+    return Benchmark("toy", DOMAIN, use_tasks(make_task("1", instruction, SCENE.state([]), *goals)))
 
 
 def copy(benchmark: Benchmark, ability: Ability) -> object:

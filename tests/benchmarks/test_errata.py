@@ -30,7 +30,7 @@ from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.results.totals import RunTotals
 from eai.tasks.goal_text import make_task
-from eai.tasks.source import ErrataChoice, Source, find_errata_choice, given
+from eai.tasks.source import ErrataChoice, Source, find_errata_choice, use_tasks
 from eai.world.execution import attempt_action
 from eai.world.history import History
 from oracle import MODELS, Oracle
@@ -397,7 +397,7 @@ def benchmark_with(correction: str) -> Benchmark:
     start = w.Scene(domain.vocabulary, [w.WorldObject("lamp", "lamp")]).state([])
     tasks = [make_task(name, "Light.", start, lit(Constant("lamp"))) for name in ("light", "other")]
     tasks[0] = replace(tasks[0], script=(w.Action("PRES", (0,)), w.Action("PRESS", (0,))))
-    return Benchmark("lamps", domain, given(*tasks), data=DataSet(errata=read_errata(HEAD + correction)))
+    return Benchmark("lamps", domain, use_tasks(*tasks), data=DataSet(errata=read_errata(HEAD + correction)))
 
 
 def test_an_excluded_task_has_a_record_but_is_not_in_the_denominator() -> None:

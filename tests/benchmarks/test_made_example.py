@@ -44,7 +44,7 @@ def toys() -> Benchmark:
         eai.make_task("light", "Make it light in the hall.", start, "lit(lamp)"),
         eai.make_task("carry", "Carry the red box to the shed.", start, "at(red, shed)"),
     )
-    return eai.Benchmark("toys", toy.DOMAIN, eai.given(*tasks))
+    return eai.Benchmark("toys", toy.DOMAIN, eai.use_tasks(*tasks))
 
 
 @pytest.mark.parametrize("prompt_set", ["eai", "eai-brief", "eai-careful"])
@@ -53,7 +53,7 @@ def test_a_prompt_states_the_instruction_and_no_answer_to_another_task(
     taxis: Benchmark, ability: Ability, prompt_set: PromptSet
 ) -> None:
     two = taxis.tasks(USUAL_SOURCE)
-    for benchmark in (toys(), replace(taxis, open_tasks=eai.given(two["near"], two["far"]))):
+    for benchmark in (toys(), replace(taxis, open_tasks=eai.use_tasks(two["near"], two["far"]))):
         prompts = PromptLibrary(prompt_set).open(benchmark, ability)
         tasks, book = benchmark.tasks(USUAL_SOURCE), open_gold_answers(benchmark, ability)
         for task_id, prompt in prompts.items():

@@ -19,7 +19,7 @@ from eai.logic.choice import (
     AndOrTreePairing,
     AnyOf,
     DnfTerm,
-    ExactlyOf,
+    ExactlyNOf,
     Literal,
     build_and_or_tree,
     count_dnf_terms,
@@ -70,7 +70,7 @@ def test_a_formula_is_grounded_to_its_tree_of_choices() -> None:
         for x, y in zip(p, q, strict=True)
     ]
     tree = build_and_or_tree(formula, universe(a=2).list_objects)
-    assert tree == AllOf((AllOf(tuple(negated)), ExactlyOf(1, tuple(p))))
+    assert tree == AllOf((AllOf(tuple(negated)), ExactlyNOf(1, tuple(p))))
 
 
 def test_no_object_is_paired_with_itself() -> None:
@@ -268,7 +268,7 @@ def choices(leaves: st.SearchStrategy[AndOrTree]) -> st.SearchStrategy[AndOrTree
     return (
         parts.map(AllOf)
         | parts.map(AnyOf)
-        | st.builds(ExactlyOf, st.integers(0, 2), parts)
+        | st.builds(ExactlyNOf, st.integers(0, 2), parts)
         | st.tuples(st.integers(0, 2), st.lists(leaves, min_size=4, max_size=4)).map(
             lambda drawn: AndOrTreePairing(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
         )

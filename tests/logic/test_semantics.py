@@ -32,7 +32,7 @@ from eai.logic.formula import (
 )
 from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import (
-    _ViolatedPart,
+    _ViolatedSubformula,
     explain_truth,
     find_values_for_truth,
     find_violation,
@@ -332,15 +332,15 @@ def test_a_temporal_part_is_completed_as_early_as_possible() -> None:
 @pytest.mark.parametrize(
     ("formula", "expected"),
     [
-        (And((Eventually(P), R)), _ViolatedPart(R, None)),
-        (And((Eventually(R), Always(P))), _ViolatedPart(Eventually(R), None)),
-        (And((Eventually(Q), Always(P))), _ViolatedPart(P, 2)),
-        (And((Next(Q), R)), _ViolatedPart(Next(Q), None)),
-        (Always(Or((P, Q))), _ViolatedPart(Or((P, Q)), 3)),
-        (Until(P, R), _ViolatedPart(P, 2)),
-        (Until(Not(R), R), _ViolatedPart(R, None)),
-        (And((And((P, Q)), Eventually(P))), _ViolatedPart(And((P, Q)), None)),
+        (And((Eventually(P), R)), _ViolatedSubformula(R, None)),
+        (And((Eventually(R), Always(P))), _ViolatedSubformula(Eventually(R), None)),
+        (And((Eventually(Q), Always(P))), _ViolatedSubformula(P, 2)),
+        (And((Next(Q), R)), _ViolatedSubformula(Next(Q), None)),
+        (Always(Or((P, Q))), _ViolatedSubformula(Or((P, Q)), 3)),
+        (Until(P, R), _ViolatedSubformula(P, 2)),
+        (Until(Not(R), R), _ViolatedSubformula(R, None)),
+        (And((And((P, Q)), Eventually(P))), _ViolatedSubformula(And((P, Q)), None)),
     ],
 )
-def test_a_violation_has_its_part_and_its_position(formula: Formula, expected: _ViolatedPart) -> None:
+def test_a_violation_has_its_part_and_its_position(formula: Formula, expected: _ViolatedSubformula) -> None:
     assert find_violation(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected

@@ -164,7 +164,7 @@ def can_be_written(
     goals, steps = scorer.task.goals, [step for step in plan if step is not None]
     return (
         len(plan) <= 5
-        and not any(goal.is_over_time for goal in goals)
+        and not any(goal.is_temporal for goal in goals)
         and sum(goal.kind is GoalKind.ACTION for goal in goals) < 2
         and tries.isdisjoint(step.operator for step in steps)
         and len(objects_of(scorer.task, [*steps, *actions])) <= 12

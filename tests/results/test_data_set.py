@@ -18,7 +18,7 @@ from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
 from eai.results.data_set import _DataSetStatistic, compute_data_set_statistics, profile_tasks
 from eai.studies.report.distributions import make_distributions
 from eai.tasks.goal_text import make_task
-from eai.tasks.source import ErrataChoice, Source, given
+from eai.tasks.source import ErrataChoice, Source, use_tasks
 from eai.world.action import Action
 from oracle import read_shared
 from world.toy import DOMAIN, at, initial, lit
@@ -39,7 +39,7 @@ TIDY = replace(
 )
 SHOW = make_task("show", "Show a box.", initial(), Exists(BOX, at(BOX, SHED)), lit(LAMP), Occurs("PRESS", ()))
 IDLE = make_task("idle", "Do nothing.", initial())
-TOY = Benchmark("toy", DOMAIN, given(TIDY, SHOW, IDLE))
+TOY = Benchmark("toy", DOMAIN, use_tasks(TIDY, SHOW, IDLE))
 
 
 def test_profiles_have_the_features_of_a_task() -> None:
@@ -87,11 +87,11 @@ def test_distributions_count_only_tasks_with_goals() -> None:
 def test_a_benchmark_without_plans_or_tasks_has_a_table_too() -> None:
     rows = {
         row.label: row.value
-        for row in compute_data_set_statistics(Benchmark("none", DOMAIN, given()), Source())
+        for row in compute_data_set_statistics(Benchmark("none", DOMAIN, use_tasks()), Source())
     }
     assert rows["tasks"] == rows["trajectories"] == rows["goals"] == 0
     assert "action steps" not in rows
-    assert make_distributions(Benchmark("none", DOMAIN, given()), Source()) == ()
+    assert make_distributions(Benchmark("none", DOMAIN, use_tasks()), Source()) == ()
 
 
 NOT_AS_PRINTED = {

@@ -11,7 +11,7 @@ import pytest
 
 import eai
 from agents.switches import DOMAIN, as_plan, initial
-from eai import Benchmark, InputError, Reward, Suite, Task, given, make_task
+from eai import Benchmark, InputError, Reward, Suite, Task, make_task, use_tasks
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
@@ -159,7 +159,7 @@ def test_tasks_with_goals_over_time_are_not_paid_by_repair() -> None:
     asked = make_task(
         "t", "Only the lamp.", initial(), "lit(lamp)", "always (not (lit(torch)))", domain=DOMAIN
     )
-    suite = eai.open(Benchmark("switches", DOMAIN, given(asked)), "action_sequencing")
+    suite = eai.open(Benchmark("switches", DOMAIN, use_tasks(asked)), "action_sequencing")
     text = as_plan(["PRESS(lamp)"])
     assert Reward(suite, "success")("t", text) == 1
     assert Reward(suite, "repair")("t", text) is None

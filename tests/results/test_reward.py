@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import eai
 from by_path import ROOT
-from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
+from eai import Ability, Benchmark, InputError, Suite, Task, make_task, use_tasks
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
@@ -44,7 +44,9 @@ def toy_benchmark() -> Benchmark:
     """A benchmark with a lamp to light and a box to move, beside a box that is in its place."""
     red, blue, shed, lamp = map(Constant, ("red", "blue", "shed", "lamp"))
     goals = (toy.lit(lamp), toy.at(red, shed), toy.at(blue, shed))
-    return Benchmark("toy", toy.DOMAIN, given(make_task("tidy", "Light up, tidy.", toy.initial(), *goals)))
+    return Benchmark(
+        "toy", toy.DOMAIN, use_tasks(make_task("tidy", "Light up, tidy.", toy.initial(), *goals))
+    )
 
 
 def lamps_benchmark() -> Benchmark:
@@ -268,7 +270,9 @@ def test_exchanging_a_condition_for_one_of_another_option_earns_nothing() -> Non
         (And((toy.at(red, shed), toy.holding(red), toy.lit(lamp))), And((toy.at(blue, shed), toy.lit(lamp))))
     )
     task = make_task("either", "Tidy.", toy.initial(), either)
-    paid = Reward(eai.open(Benchmark("toy", toy.DOMAIN, given(task)), "action_sequencing"), Shaping.PARTIAL)
+    paid = Reward(
+        eai.open(Benchmark("toy", toy.DOMAIN, use_tasks(task)), "action_sequencing"), Shaping.PARTIAL
+    )
 
     def earned(*steps: tuple[str, str]) -> float | None:
         return paid("either", json.dumps([{"action": name, "object": thing} for name, thing in steps]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.world as w
-from eai import Benchmark, Task, given, make_task
+from eai import Benchmark, Task, make_task, use_tasks
 from eai.logic.formula import Exists, ForAll, Occurs
 from eai.tasks.task import goal
 from eai.world.action import Action
@@ -41,4 +41,4 @@ def lamp_task() -> Task:
 
 def lamps() -> Benchmark:
     """The benchmark with that one task."""
-    return Benchmark("lamps", DOMAIN, given(lamp_task()))
+    return Benchmark("lamps", DOMAIN, use_tasks(lamp_task()))

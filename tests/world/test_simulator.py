@@ -13,7 +13,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.notation.plans import JsonPlanNotation
 from eai.world.action import Action, Fault
 from eai.world.conformance import check_domain
-from eai.world.domain import Domain, make_declared_simulator
+from eai.world.domain import Domain, make_declared_effects_simulator
 from eai.world.episode import Episode, KnownOutcomes, Slip, SlipSampler
 from eai.world.fault import FaultKind
 from eai.world.operator import missing_step
@@ -146,4 +146,4 @@ def test_predicates_that_are_not_simulated_must_follow_the_declaration() -> None
 
 
 def test_an_episode_follows_the_declaration_by_default() -> None:
-    assert toy.DOMAIN.begin is make_declared_simulator
+    assert toy.DOMAIN.begin is make_declared_effects_simulator

@@ -97,7 +97,7 @@ start = scene.state([*roads, *places, "charged(forklift)", "alarm()"])
 warehouse = eai.Benchmark(
     "warehouse",
     domain,
-    eai.given(
+    eai.use_tasks(
         eai.make_task("ship", "Load the crate onto the truck.", start, "loaded(crate, truck, dock)"),
         eai.make_task(
             "stack", "Stack the crate on the drum.", start, "on(crate, drum) and not lifted(crate)"

@@ -607,7 +607,7 @@ def figures_of_tables(evidence: Evidence) -> Finding:
 def _ordered(evidence: Evidence) -> tuple[int, int, int]:
     """Return how many VirtualHome formulas have an order, their number, and that of BEHAVIOR's goals."""
     formulas = [task.temporal_goal for task in _tasks(evidence, V).values() if task.temporal_goal]
-    of_states = sum(not goal.is_over_time for task in _tasks(evidence, B).values() for goal in task.goals)
+    of_states = sum(not goal.is_temporal for task in _tasks(evidence, B).values() for goal in task.goals)
     return sum(" then " in text for text in formulas), len(formulas), of_states
 
 

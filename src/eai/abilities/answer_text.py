@@ -164,7 +164,7 @@ class AnswerFormat(Generic[T]):
         read: returns the meaning of a JSON value, or None if the value has another form. It gets objects as
             `JsonObject` and arrays as lists.
         is_part: whether a bracketed text looks like a part of the answer, even if it cannot be read.
-        is_line_of_answer: whether a line outside brackets looks like a part of the answer.
+        is_answer_line: whether a line outside brackets looks like a part of the answer.
         is_text_with_part: whether a line in a string beside the value has a part of the answer among few
             other words.
         flaw: returns in words why a JSON value that looks like a part of the answer has another form, or
@@ -183,7 +183,7 @@ class AnswerFormat(Generic[T]):
     description: str
     read: Callable[[object], T | None]
     is_part: Callable[[str], bool] = _return_false
-    is_line_of_answer: Callable[[str], bool] = _return_false
+    is_answer_line: Callable[[str], bool] = _return_false
     is_text_with_part: Callable[[str], bool] = _return_false
     flaw: Callable[[object], str | None] = _return_no_flaw
     join: Callable[[Sequence[T]], T] | None = None
@@ -442,7 +442,7 @@ class _AnswerReader(Generic[T]):
     def _find_answer_line_between_values(self, values: Sequence[_ValueInText[T]]) -> _BracketedText | None:
         for start, end in _find_ranges_between(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
-                if not line[0].isspace() and self.form.is_line_of_answer(line[0]):
+                if not line[0].isspace() and self.form.is_answer_line(line[0]):
                     return _BracketedText(start + line.start(), start + line.end())
         return None
 
@@ -609,17 +609,17 @@ def _read_value_or_wrapped_json(
 def _looks_like_part_of_answer(key: str, member: object, form: AnswerFormat[T]) -> bool:
     if not isinstance(member, str):
         return len(_list_nested_values(member)) > 0
-    return has_line_of_answer(
-        key, member, lambda line: form.is_line_of_answer(line) or form.is_text_with_part(line)
+    return has_answer_line(
+        key, member, lambda line: form.is_answer_line(line) or form.is_text_with_part(line)
     )
 
 
-def has_line_of_answer(key: str, text: str, is_part: Callable[[str], bool]) -> bool:
-    """Whether the text under a key of a JSON object has a line for which ``is_part`` returns True.
+def has_answer_line(key: str, text: str, is_answer_line: Callable[[str], bool]) -> bool:
+    """Whether the text under a key of a JSON object has a line for which ``is_answer_line`` returns True.
 
     A text is not searched if its key stands for explanations or names, such as ``reasoning`` or ``task``.
     """
-    return _REASONING_KEY.fullmatch(key) is None and any(map(is_part, text.splitlines()))
+    return _REASONING_KEY.fullmatch(key) is None and any(map(is_answer_line, text.splitlines()))
 
 
 def consists_of_calls(text: str) -> bool:

@@ -72,7 +72,7 @@ def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
     return None
 
 
-def list_declining_commands(task: Task) -> list[str]:
+def list_commands_that_decline(task: Task) -> list[str]:
     """Return a list with the command that declines a task; an empty list if no answer may decline it."""
     words = {ImpossibleTaskMark: REFUSE, AmbiguousTaskMark: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]

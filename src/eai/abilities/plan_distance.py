@@ -22,7 +22,7 @@ from eai.tasks.goal_test import find_remaining_goals
 from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Goal
 from eai.world.action import Action
-from eai.world.domain import make_declared_simulator
+from eai.world.domain import make_declared_effects_simulator
 from eai.world.execution import Step, execute_plan
 from eai.world.state import State
 
@@ -81,18 +81,18 @@ def make_step_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabel
         repairer: the repairer of plans for the task.
         max_tried_steps: the approximate limit of the effort for each state, as in `Repairer.repair`.
     """
-    return _StepDistanceMeasurer(repairer, max_tried_steps).measure_start_and_step_distances
+    return _StepDistanceMeasurer(repairer, max_tried_steps).measure_distances_to_goal
 
 
 class _StepDistanceMeasurer:
     def __init__(self, repairer: PlanRepairer, limit: int) -> None:
         self._task, self._domain, self._limit = repairer.task, repairer.domain, limit
         self._has_distances = (
-            repairer.why_distance_unknown is None and self._domain.begin is make_declared_simulator
+            repairer.why_distance_unknown is None and self._domain.begin is make_declared_effects_simulator
         )
         self._known: dict[tuple[State, tuple[Goal, ...], tuple[int, ...]], _DistanceBounds] = {}
 
-    def measure_start_and_step_distances(
+    def measure_distances_to_goal(
         self, actions: Sequence[Action]
     ) -> tuple[int | None, tuple[_StepWithDistance, ...]]:
         trajectory = execute_plan(self._domain, self._task.initial, actions)

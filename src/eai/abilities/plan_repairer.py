@@ -101,7 +101,7 @@ class PlanRepairer:
         """Reason why no plan's distance from success (number of needed edits) can be computed, or None."""
         if self.task.has_no_plan:
             return "unsolvable"
-        if any(goal.is_over_time for goal in self.task.goals):
+        if any(goal.is_temporal for goal in self.task.goals):
             return "over_time"
         order = self.domain.precedence
         if order.index(FaultKind.ADDITIONAL_STEP) > order.index(FaultKind.WRONG_ORDER):

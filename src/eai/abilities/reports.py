@@ -147,7 +147,7 @@ def _describe_failed_effects(domain: Domain, action: Action, before: State, afte
     objects: dict[f.Term, f.Term] = {
         f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
     }
-    undone = operator.find_failed_alternatives_still_attempted(
+    undone = operator.find_failed_alternatives_attempted_again(
         before, after, operator.bind(before, action.arguments)
     )
     return "; ".join(
@@ -219,7 +219,7 @@ def report_goals(
             write_goal(goal.formula),
             held,
             ""
-            if held or trajectory is None or not goal.is_over_time
+            if held or trajectory is None or not goal.is_temporal
             else _describe_violation(goal.formula, trajectory),
             _find_predicate_names(goal.formula),
         )

@@ -110,7 +110,7 @@ class GameSetup:
         """Maximum number of actions of a game; None for no limit."""
         limits = [] if self.rules.max_steps is None else [self.rules.max_steps]
         if self.rules.budget is not None:
-            is_of_pair = self.task.may_be_declined
+            is_of_pair = self.task.allows_declining_answers
             limits.append(
                 _PAIR_ACTIONS if is_of_pair else self.reference.compute_action_limit(self.rules.budget)
             )

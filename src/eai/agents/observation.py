@@ -15,7 +15,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
-from eai.tasks.prompts.own import describe_domain_by_template_placeholder, explain_goal_notation
+from eai.tasks.prompts.own import explain_goal_notation, make_domain_texts_by_placeholder
 from eai.tasks.prompts.short import shorten_object_list, shorten_state
 from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.short_lists import HOW_TO_READ, shorten_facts, shorten_names, spell_out
@@ -409,6 +409,6 @@ def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
     values = {
         "told": told,
         "how_to_read": HOW_TO_READ,
-        **describe_domain_by_template_placeholder(wording, benchmark.notation.short_texts),
+        **make_domain_texts_by_placeholder(wording, benchmark.notation.short_texts),
     }
     return PromptTemplates(variant=rules.prompts).fill_template("environment.txt", values)

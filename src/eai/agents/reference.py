@@ -203,7 +203,7 @@ def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
     if has_gold:
         yield (
             gold
-            if any(goal.is_over_time for goal in task.goals)
+            if any(goal.is_temporal for goal in task.goals)
             else _drop_needless_actions(task, domain, gold)
         )
     limits = _SHORTER_PLAN_LIMITS if has_gold else _PLAN_LIMITS

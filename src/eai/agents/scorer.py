@@ -170,7 +170,7 @@ class _EpisodeScorer(Scorer):
             success=False,
             goals=self.goals.tally_by_kind(self.goals.none_reached),
             goals_satisfied=self.goals.none_reached,
-            partial=self.goals.partial_success_if_never_run,
+            partial=self.goals.partial_success_without_execution,
             ended="stopped",
             refused=None,
             declared=False,
@@ -195,7 +195,7 @@ class _EpisodeScorer(Scorer):
             goals_satisfied=held,
             partial=self.goals.find_partial_success(game.state, game.taken, held)
             if turns
-            else self.goals.partial_success_if_never_run,
+            else self.goals.partial_success_without_execution,
             turns=turns,
             ended=ended,
             refused=game.refused,
@@ -318,6 +318,6 @@ def _search_goal_reachability(
     for objects in (task.relevant, tuple(range(len(task.scene.objects)))):
         end = find_plan(replace(now, relevant=objects), get_planner(domain), Limits(max_states)).end
         if end is SearchEndReason.SOLVED:
-            is_over_time = any(goal.is_over_time for goal in task.goals)
-            return "unknown" if is_over_time else "open"
+            is_temporal = any(goal.is_temporal for goal in task.goals)
+            return "unknown" if is_temporal else "open"
     return "lost" if end is SearchEndReason.UNREACHABLE else "unknown"

@@ -172,7 +172,7 @@ class Benchmark:
             type_name = type(self.open_tasks).__name__
             raise InputError(
                 f"benchmark {self.name}: expected a function that returns tasks, such as "
-                f"eai.given(task, ...), found a value of the type {type_name}"
+                f"eai.use_tasks(task, ...), found a value of the type {type_name}"
             )
 
     @property

@@ -39,7 +39,7 @@ from eai.tasks.prompts.prompt import (
     read_system_message_file,
 )
 from eai.tasks.prompts.template import PromptTemplates, list_template_names
-from eai.tasks.source import Source, TaskSet, given
+from eai.tasks.source import Source, TaskSet, use_tasks
 from eai.tasks.task import Task
 from eai.tasks.wording import SuiteWording
 
@@ -273,7 +273,7 @@ def _make_benchmark_of_examples(benchmark: Benchmark, wording: SuiteWording, sou
         return benchmark
     tasks = benchmark.tasks(source).values()
     example = make_example(benchmark.domain, tasks, wording.predicates) if tasks else None
-    return replace(benchmark, open_tasks=given(*filter(None, [example])))
+    return replace(benchmark, open_tasks=use_tasks(*filter(None, [example])))
 
 
 def _insert_beliefs(

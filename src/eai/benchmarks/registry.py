@@ -194,12 +194,12 @@ def _open_single_ability_file(path: Path) -> Benchmark | None:
 
 def _make_single_ability_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark:
     from eai.benchmarks.benchmark import Benchmark, DataSet
-    from eai.tasks.source import given
+    from eai.tasks.source import use_tasks
     from eai.world.domain import Domain
     from eai.world.vocabulary import Vocabulary
 
     data = DataSet(own_tasks={ability: lambda source: tasks})
-    return Benchmark(name, Domain(name, Vocabulary(()), ()), given(), data=data)
+    return Benchmark(name, Domain(name, Vocabulary(()), ()), use_tasks(), data=data)
 
 
 def _open_task_files(path: Path) -> Benchmark:

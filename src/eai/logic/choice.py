@@ -61,7 +61,7 @@ class AnyOf(Generic[T]):
 
 
 @dataclass(frozen=True, slots=True)
-class ExactlyOf(Generic[T]):
+class ExactlyNOf(Generic[T]):
     """An and-or tree with alternative parts: exactly ``count`` parts must be made true."""
 
     count: int
@@ -81,7 +81,7 @@ class AndOrTreePairing(Generic[T]):
 
 
 AndOrTree: TypeAlias = (
-    "AndOrTreeLiteral | AllOf[AndOrTree] | AnyOf[AndOrTree] | ExactlyOf[AndOrTree]"
+    "AndOrTreeLiteral | AllOf[AndOrTree] | AnyOf[AndOrTree] | ExactlyNOf[AndOrTree]"
     " | AndOrTreePairing[AndOrTree]"
 )
 
@@ -121,9 +121,9 @@ class _AndOrTreeBuilder:
                 parts = self._build_instances(variable, body, binding, positive)
                 return AllOf(parts) if isinstance(formula, f.ForAll) == positive else AnyOf(parts)
             case f.Exactly(count, variable, body) if positive:
-                return ExactlyOf(count, self._build_instances(variable, body, binding, True))
+                return ExactlyNOf(count, self._build_instances(variable, body, binding, True))
             case f.ForPairs() if positive:
-                return self._build_pairing(formula, binding)
+                return self._pair_objects(formula, binding)
             case f.Then(steps) if positive:
                 return AllOf(tuple([self.build(step, binding, True) for step in steps]))
             case _:
@@ -139,7 +139,7 @@ class _AndOrTreeBuilder:
         values = self._objects(variable.category)
         return tuple([self.build(body, {**binding, variable.name: value}, positive) for value in values])
 
-    def _build_pairing(self, formula: f.ForPairs, binding: Mapping[str, str]) -> AndOrTreePairing[AndOrTree]:
+    def _pair_objects(self, formula: f.ForPairs, binding: Mapping[str, str]) -> AndOrTreePairing[AndOrTree]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
 
@@ -220,11 +220,11 @@ def generate_dnf_terms_of_tree(tree: AndOrTree) -> Iterator[DnfTerm]:
             yield from _combine_dnf_terms_of_parts(parts)
         case AnyOf(parts):
             yield from chain.from_iterable(map(generate_dnf_terms_of_tree, parts))
-        case ExactlyOf(count, parts):
+        case ExactlyNOf(count, parts):
             if count <= len(parts):  # a huge `count` would fill memory in `combinations`
                 yield from chain.from_iterable(map(_combine_dnf_terms_of_parts, combinations(parts, count)))
         case AndOrTreePairing(count, cells):
-            for pairs in _generate_pairings(count, cells):
+            for pairs in _generate_object_pairings(count, cells):
                 yield from _combine_dnf_terms_of_parts(pairs)
         case _:
             assert_never(tree)
@@ -239,13 +239,13 @@ def count_dnf_terms_of_tree(tree: AndOrTree) -> int:
             return prod(map(count_dnf_terms_of_tree, parts))
         case AnyOf(parts):
             return sum(map(count_dnf_terms_of_tree, parts))
-        case ExactlyOf(count, parts):
+        case ExactlyNOf(count, parts):
             return _sum_products_over_subsets(count, [count_dnf_terms_of_tree(part) for part in parts])
         case AndOrTreePairing(count, cells):
             numbers = [
                 [0 if cell is None else count_dnf_terms_of_tree(cell) for cell in row] for row in cells
             ]
-            return _count_dnf_terms_of_pairing(count, numbers)
+            return _count_dnf_terms_of_object_pairing(count, numbers)
         case _:
             assert_never(tree)
 
@@ -259,7 +259,7 @@ def _combine_dnf_terms_of_parts(parts: Sequence[AndOrTree]) -> Iterator[DnfTerm]
             yield head + tail
 
 
-def _generate_pairings(
+def _generate_object_pairings(
     pair_count: int, table: Sequence[Sequence[AndOrTree | None]]
 ) -> Iterator[list[AndOrTree]]:
     """Yield all sets of ``pair_count`` cells of a table in which no two cells share a row or column.
@@ -288,30 +288,30 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
     return sums[subset_size]
 
 
-def _count_dnf_terms_of_pairing(pair_count: int, cell_counts: Sequence[Sequence[int]]) -> int:
+def _count_dnf_terms_of_object_pairing(pair_count: int, term_counts: Sequence[Sequence[int]]) -> int:
     """Count the DNF terms of an `AndOrTreePairing`, given the number of DNF terms of each cell's subtree.
 
     The pairing is true if ``pair_count`` of its cells are true, with no two in one row or column. Each choice
     of cells has as many DNF terms as the product of the numbers of the cells.
     """
-    rows, columns = len(cell_counts), len(cell_counts[0]) if cell_counts else 0
+    rows, columns = len(term_counts), len(term_counts[0]) if term_counts else 0
     if pair_count > min(rows, columns):
         return 0
-    values = {cell_count for row in cell_counts for cell_count in row}
+    values = {cell_count for row in term_counts for cell_count in row}
     if len(values) == 1:
         placements = comb(rows, pair_count) * comb(columns, pair_count) * factorial(pair_count)
         return placements * prod([values.pop()] * pair_count)
-    lines = cell_counts if rows > columns else list(zip(*cell_counts, strict=True))
-    return _count_dnf_terms_of_pairing_by_row(pair_count, lines)
+    lines = term_counts if rows > columns else list(zip(*term_counts, strict=True))
+    return _count_dnf_terms_of_object_pairing_by_row(pair_count, lines)
 
 
-def _count_dnf_terms_of_pairing_by_row(pair_count: int, cell_counts: Sequence[Sequence[int]]) -> int:
-    """Compute the result of `_count_dnf_terms_of_pairing` row by row.
+def _count_dnf_terms_of_object_pairing_by_row(pair_count: int, term_counts: Sequence[Sequence[int]]) -> int:
+    """Compute the result of `_count_dnf_terms_of_object_pairing` row by row.
 
     One partial sum is kept for each set of columns that the chosen cells of earlier rows occupy.
     """
     sums = {0: 1}
-    for line in cell_counts:
+    for line in term_counts:
         for taken, number in list(sums.items()):
             for column, cell_count in enumerate(line):
                 if cell_count and not taken >> column & 1 and taken.bit_count() < pair_count:
@@ -372,12 +372,12 @@ def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal],
             return _make_dnf_term_finder_for_disjunction(
                 [make_closest_dnf_term_finder(part, number_of) for part in parts]
             )
-        case ExactlyOf(count, parts):
+        case ExactlyNOf(count, parts):
             return _make_dnf_term_finder_for_count(
                 count, [make_closest_dnf_term_finder(part, number_of) for part in parts]
             )
         case AndOrTreePairing(count, cells):
-            return _make_dnf_term_finder_for_pairing(
+            return _make_dnf_term_finder_for_object_pairing(
                 count,
                 [
                     [None if cell is None else make_closest_dnf_term_finder(cell, number_of) for cell in row]
@@ -415,7 +415,7 @@ def _make_dnf_term_finder_for_count(count: int, parts: Sequence[FindClosestDnfTe
     return find_closest_dnf_term
 
 
-def _make_dnf_term_finder_for_pairing(
+def _make_dnf_term_finder_for_object_pairing(
     count: int, table: Sequence[Sequence[FindClosestDnfTerm | None]]
 ) -> FindClosestDnfTerm:
     def find_closest_dnf_term(answer_mask: int) -> _ScoredDnfTerm | None:

@@ -159,7 +159,7 @@ class _TraceEvaluator:
         # A formula that stays true when a segment is shortened is tested only on segments of length 1.
         if id(formula) in self._monotony.true_when_shorter and ends == _fill_mask_up_to_last(ends):
             return self._find_satisfying_one_state_segments(formula, binding) & ends
-        table = self._get_segment_starts_by_end(formula, binding)
+        table = self._get_satisfying_segments_by_end(formula, binding)
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
     def _find_satisfying_one_state_segments(self, formula: f.Formula, binding: Binding) -> PositionMask:
@@ -178,13 +178,13 @@ class _TraceEvaluator:
                     formula, binding, self._find_satisfying_one_state_segments, self._trace.length - 1
                 )
 
-    def _get_segment_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
+    def _get_satisfying_segments_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
-            self._tables[key] = self._compute_segment_starts_by_end(formula, binding)
+            self._tables[key] = self._compute_satisfying_segments_by_end(formula, binding)
         return self._tables[key]
 
-    def _compute_segment_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
+    def _compute_satisfying_segments_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
         """Return, for each position, the mask of starts of segments of the trace that end at this position.
 
         Only segments that satisfy the formula count. Masks for operands of connectives are computed first.
@@ -196,16 +196,16 @@ class _TraceEvaluator:
             case f.Not(operand):
                 return [
                     _make_mask_up_to(end) & ~m
-                    for end, m in enumerate(self._compute_segment_starts_by_end(operand, binding))
+                    for end, m in enumerate(self._compute_satisfying_segments_by_end(operand, binding))
                 ]
             case f.And(operands) | f.Or(operands):
                 join = and_ if isinstance(formula, f.And) else or_
-                tables = [self._compute_segment_starts_by_end(operand, binding) for operand in operands]
+                tables = [self._compute_satisfying_segments_by_end(operand, binding) for operand in operands]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
             case f.Then((*first, last)):
                 return [
                     self._compute_starts_of_sequences(first, binding, m)
-                    for m in self._compute_segment_starts_by_end(last, binding)
+                    for m in self._compute_satisfying_segments_by_end(last, binding)
                 ]
             case _:
                 return [
@@ -385,7 +385,7 @@ def find_values_for_truth(
         The set of values, or None if every object must be tried.
     """
 
-    def find_variable_values_for_operand(operand: f.Formula, wanted_truth: bool) -> Set[str] | None:
+    def find_values_for_operand_truth(operand: f.Formula, wanted_truth: bool) -> Set[str] | None:
         return find_values_for_truth(operand, variable, binding, wanted_truth, find_arguments)
 
     match formula:
@@ -396,16 +396,16 @@ def find_values_for_truth(
         case f.Equals(left, right) if wanted_truth:
             return _find_values_making_terms_equal(left, right, variable, binding)
         case f.Not(operand):
-            return find_variable_values_for_operand(operand, not wanted_truth)
+            return find_values_for_operand_truth(operand, not wanted_truth)
         case f.And(operands) | f.Or(operands):
-            value_sets = [find_variable_values_for_operand(operand, wanted_truth) for operand in operands]
+            value_sets = [find_values_for_operand_truth(operand, wanted_truth) for operand in operands]
             return (
                 _find_smallest_set(value_sets)
                 if isinstance(formula, f.And) == wanted_truth
                 else unite_value_sets(value_sets)
             )
         case f.Implies(premise, conclusion):
-            return find_variable_values_for_operand(f.Or((f.Not(premise), conclusion)), wanted_truth)
+            return find_values_for_operand_truth(f.Or((f.Not(premise), conclusion)), wanted_truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
             # With no values for the inner variable, forall is true and exists is false in any case.
             if isinstance(formula, f.Exists) != wanted_truth or inner.name == variable:
@@ -413,12 +413,12 @@ def find_values_for_truth(
             outer = {name: value for name, value in binding.items() if name != inner.name}
             return find_values_for_truth(body, variable, outer, wanted_truth, find_arguments)
         case f.Next(operand) | f.Until(right=operand) if wanted_truth:
-            return find_variable_values_for_operand(operand, wanted_truth)
+            return find_values_for_operand_truth(operand, wanted_truth)
         case f.Eventually(operand) | f.Always(operand):
-            return find_variable_values_for_operand(operand, wanted_truth)
+            return find_values_for_operand_truth(operand, wanted_truth)
         case f.Then(parts) if wanted_truth:
             return _find_smallest_set(
-                find_variable_values_for_operand(operand, wanted_truth) for operand in parts
+                find_values_for_operand_truth(operand, wanted_truth) for operand in parts
             )
         case _:
             return None
@@ -474,14 +474,14 @@ class _TruthWithExplanation:
 
 
 @dataclass(frozen=True, slots=True)
-class _ViolatedPart:
+class _ViolatedSubformula:
     """A violated part of a formula, and the position at which it should have held (None: at any position)."""
 
     part: f.Formula
     position: int | None
 
 
-def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
+def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedSubformula:
     """Return the violated part of a formula that does not hold on the trace.
 
     For ``always``, the violated part is its body, with the first position at which the body is false. For
@@ -495,14 +495,14 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
             failing = [
                 part for part in parts if not evaluator.find_starts_of_satisfying_segments(part, {}, end) & 1
             ]
-            return find_violation(failing[0], trace) if failing else _ViolatedPart(formula, None)
+            return find_violation(failing[0], trace) if failing else _ViolatedSubformula(formula, None)
         case f.Always(body) | f.Until(left=body):
             violations = ~evaluator.compute_mask_on_prefix(body, {}, end) & ((2 << end) - 1)
             if violations:
-                return _ViolatedPart(body, next(iterate_positions(violations)))
-            return _ViolatedPart(formula.right if isinstance(formula, f.Until) else body, None)
+                return _ViolatedSubformula(body, next(iterate_positions(violations)))
+            return _ViolatedSubformula(formula.right if isinstance(formula, f.Until) else body, None)
         case _:
-            return _ViolatedPart(explain_truth(formula, trace).failed[0], None)
+            return _ViolatedSubformula(explain_truth(formula, trace).failed[0], None)
 
 
 def explain_truth(formula: f.Formula, trace: Trace) -> _TruthWithExplanation:

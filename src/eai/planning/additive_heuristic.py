@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
+from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyNOf
 from eai.planning.achievers import AchieversByPredicate, FailingConditions, GroundActions
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, find_object_indices_of_arguments
@@ -179,7 +179,7 @@ class _SubgoalSplitter:
                 violating = self._find_violating_values(variable, body, scope, truth)
                 return AllOf(self._make_subgoals_for_values(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
-                return ExactlyOf(
+                return ExactlyNOf(
                     count,
                     self._make_subgoals_for_values(
                         variable, body, scope, truth, self._find_all_values(variable)
@@ -493,7 +493,7 @@ class CostEstimates:
             case AnyOf(conditions):
                 cheapest = self._find_cheapest(conditions)
                 return None if cheapest is None else (cheapest,)
-            case ExactlyOf(number, conditions):
+            case ExactlyNOf(number, conditions):
                 return choose_cheapest_exact_number(number, conditions, self.estimate)
             case AndOrTreePairing(number, cells):
                 return choose_cheapest_cells_of_pairing(number, cells, self.estimate)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
+from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyNOf
 from eai.world.condition import Scope
 from eai.world.frame import AGENT, UNBOUND
 from eai.world.relation import iterate_bits
@@ -34,7 +34,7 @@ class GroundAtom(NamedTuple):
     truth: bool
 
 
-SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | AndOrTreePairing[Subgoal]
+SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyNOf[Subgoal] | AndOrTreePairing[Subgoal]
 """Parts of a condition, and which of them must hold: all, at least one, an exact number, or pairs.
 
 If pairs must hold, the parts form a table: a number of parts must hold, no two of them in one row or column.

@@ -28,7 +28,7 @@ from typing import NamedTuple, TypeAlias
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AndOrTree, AndOrTreeLiteral, AndOrTreePairing, AnyOf, ExactlyOf, Literal
+from eai.logic.choice import AllOf, AndOrTree, AndOrTreeLiteral, AndOrTreePairing, AnyOf, ExactlyNOf, Literal
 from eai.logic.matching import find_heaviest_matching
 from eai.logic.trace import iterate_positions
 
@@ -68,7 +68,7 @@ class _ShareOfMetConditions(NamedTuple):
 
 
 def make_best_goal_option_finder(
-    goal_parts: Sequence[AndOrTree], further_conditions: int = 0
+    goal_parts: Sequence[AndOrTree], further_condition_count: int = 0
 ) -> _BestGoalOptionFinder:
     """Return a function that finds the option of a goal with the largest share of met conditions.
 
@@ -77,9 +77,9 @@ def make_best_goal_option_finder(
     Args:
         goal_parts: for each goal part, the choices of conditions that satisfy the part. An option combines
             one choice of each part.
-        further_conditions: number of further conditions, which every option contains.
+        further_condition_count: number of further conditions, which every option contains.
     """
-    return _BestGoalOptionFinder(goal_parts, further_conditions)
+    return _BestGoalOptionFinder(goal_parts, further_condition_count)
 
 
 class _BestGoalOptionFinder:
@@ -90,11 +90,11 @@ class _BestGoalOptionFinder:
             condition ``2 * i + 1`` that it is false.
     """
 
-    def __init__(self, goal_parts: Sequence[AndOrTree], further_conditions: int) -> None:
+    def __init__(self, goal_parts: Sequence[AndOrTree], further_condition_count: int) -> None:
         numbers: dict[f.Atom | f.Occurs, int] = {}
         root = _number_conditions(AllOf(tuple(goal_parts)), numbers)
         self.atoms = tuple(numbers)
-        self._further = further_conditions
+        self._further = further_condition_count
         self._positive = _make_mask_of_positive_conditions(len(self.atoms))
         members = root.parts if isinstance(root, AllOf) else (root,)
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
@@ -111,7 +111,7 @@ class _BestGoalOptionFinder:
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            further_conditions_met: number of met conditions among ``further_conditions``, which are in
+            further_conditions_met: number of met conditions among ``further_condition_count``, which are in
                 every list.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
@@ -164,7 +164,7 @@ _ConditionMask: TypeAlias = int
 """Bit mask of conditions; condition ``2 * i`` states that atom ``i`` is true, ``2 * i + 1`` its negation."""
 
 _NumberedChoice: TypeAlias = (
-    "int | AllOf[_NumberedChoice] | AnyOf[_NumberedChoice] | ExactlyOf[_NumberedChoice]"
+    "int | AllOf[_NumberedChoice] | AnyOf[_NumberedChoice] | ExactlyNOf[_NumberedChoice]"
     " | AndOrTreePairing[_NumberedChoice]"
 )
 """An and-or tree of the conditions of a goal. Its leaves are the numbers of conditions."""
@@ -212,8 +212,8 @@ def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs
             return AllOf(tuple([part for group in nested for part in group]))
         case AnyOf(parts):
             return AnyOf(tuple([_number_conditions(part, number_by_atom) for part in parts]))
-        case ExactlyOf(count, parts):
-            return ExactlyOf(count, tuple([_number_conditions(part, number_by_atom) for part in parts]))
+        case ExactlyNOf(count, parts):
+            return ExactlyNOf(count, tuple([_number_conditions(part, number_by_atom) for part in parts]))
         case AndOrTreePairing(count, cells):
             rows = [
                 [None if cell is None else _number_conditions(cell, number_by_atom) for cell in row]
@@ -255,7 +255,7 @@ def _get_direct_parts(part: _NumberedChoice) -> Sequence[_NumberedChoice]:
     match part:
         case int():
             return ()
-        case AllOf(parts) | AnyOf(parts) | ExactlyOf(_, parts):
+        case AllOf(parts) | AnyOf(parts) | ExactlyNOf(_, parts):
             return parts
         case AndOrTreePairing(_, cells):
             return [cell for row in cells for cell in row if cell is not None]
@@ -313,9 +313,9 @@ class _GoalPartCompiler:
                     ),
                     goal_part,
                 )
-            case ExactlyOf(count, parts):
+            case ExactlyNOf(count, parts):
                 return self._make_finder_dropping_unshared_conditions(
-                    self._make_finder_that_satisfies_count(
+                    self._make_finder_for_exact_count(
                         count, [self.make_finder_for_goal_part(member) for member in parts]
                     ),
                     goal_part,
@@ -326,7 +326,7 @@ class _GoalPartCompiler:
                     for row in cells
                 ]
                 return self._make_finder_dropping_unshared_conditions(
-                    self._make_finder_matching_rows_to_columns(count, tables), goal_part
+                    self._make_finder_for_object_pairing(count, tables), goal_part
                 )
             case _:
                 assert_never(goal_part)
@@ -366,7 +366,7 @@ class _GoalPartCompiler:
             best: _ValueByConditionSet = {0: value}
             for member, closed in steps:
                 best = self._keep_best_condition_sets(
-                    _remove_conditions_and_count_their_values(
+                    _replace_conditions_by_their_values(
                         self._combine_condition_sets_pairwise(best, member(search)), closed, search
                     ),
                     search,
@@ -416,7 +416,7 @@ class _GoalPartCompiler:
         ]
         return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
-    def _make_finder_that_satisfies_count(
+    def _make_finder_for_exact_count(
         self, count: int, members: Sequence[_BestConditionSetsFinder]
     ) -> _BestConditionSetsFinder:
         def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
@@ -435,7 +435,7 @@ class _GoalPartCompiler:
 
         return find_best_condition_sets
 
-    def _make_finder_matching_rows_to_columns(
+    def _make_finder_for_object_pairing(
         self, pair_count: int, table: Sequence[Sequence[_BestConditionSetsFinder | None]]
     ) -> _BestConditionSetsFinder:
         def find_best_condition_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
@@ -444,11 +444,11 @@ class _GoalPartCompiler:
                 weights = [[sets.get(0) for sets in row] for row in rows]
                 pairs = find_heaviest_matching(weights, pair_count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._find_best_sets_in_distinct_rows_and_columns(pair_count, rows, search)
+            return self._find_best_condition_sets_of_object_pairing(pair_count, rows, search)
 
         return find_best_condition_sets
 
-    def _find_best_sets_in_distinct_rows_and_columns(
+    def _find_best_condition_sets_of_object_pairing(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
         """Return the ways to satisfy ``count`` parts of the goal, no two of them in one row or column.
@@ -500,7 +500,7 @@ class _GoalPartCompiler:
         closed = self._find_conditions_in_no_other_part(self._count_atom_mentions(goal_part))
         if not closed:
             return find_best_condition_sets
-        return lambda search: _remove_conditions_and_count_their_values(
+        return lambda search: _replace_conditions_by_their_values(
             find_best_condition_sets(search), closed, search
         )
 
@@ -565,7 +565,7 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
             best[conditions] = value
 
 
-def _remove_conditions_and_count_their_values(
+def _replace_conditions_by_their_values(
     sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
     """Remove some conditions from all sets, and add the values of the removed conditions to the sets' values.

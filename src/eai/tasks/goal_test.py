@@ -156,7 +156,7 @@ class GoalTest:
         )
 
     @cached_property
-    def partial_success_if_never_run(self) -> Share:
+    def partial_success_without_execution(self) -> Share:
         """The partial success of an answer that never ran: 0 of N met conditions.
 
         N is the length of a list of conditions that satisfies all goals: the list that is met best if no atom
@@ -246,7 +246,7 @@ class _PartialSuccessFinder:
 
 def _build_option_tree_of_goal(goal: Goal, scene: Scene) -> AndOrTree | None:
     """Return the lists of conditions that meet a goal, as a tree of choices; None for a goal without list."""
-    if goal.is_over_time:
+    if goal.is_temporal:
         return None
     try:
         return build_and_or_tree(goal.formula, scene.names_of_category)

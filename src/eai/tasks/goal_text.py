@@ -17,7 +17,7 @@ from eai.logic.traversal import (
     is_state_formula,
     walk_subformulas,
 )
-from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
+from eai.tasks.lexicon import FormulaLexicon, make_lexicon_of_declared_names
 from eai.tasks.task import Task, goal
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
@@ -26,7 +26,7 @@ from eai.world.state import Scene, State
 
 def make_goal_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the names that goals about a scene may use. Actions may be named without their objects."""
-    lexicon = make_declared_lexicon(domain, scene)
+    lexicon = make_lexicon_of_declared_names(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)
 

@@ -204,7 +204,7 @@ def collect_names_of_objects_and_classes(objects: Iterable[str], scene: Scene) -
     return frozenset([*objects, *[thing.category for thing in scene.objects]])
 
 
-def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
+def make_lexicon_of_declared_names(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon for formulas with the declared names of a domain and of the objects of a scene.
 
     Characters that formulas do not allow in names are replaced.

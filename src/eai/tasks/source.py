@@ -92,15 +92,15 @@ class TaskSet(Mapping[str, T_co]):
         task_ids: the ids of the tasks, in order.
         build: returns the task with an id. It raises KeyError for an unknown id.
         sha256: SHA-256 digest of the data from which the tasks are built.
-        kept: maximum number of tasks that are kept, the last ones used; None to keep all.
+        max_kept: maximum number of tasks that are kept, the last ones used; None to keep all.
     """
 
     def __init__(
-        self, task_ids: Iterable[str], build: Callable[[str], T_co], sha256: str, kept: int | None = None
+        self, task_ids: Iterable[str], build: Callable[[str], T_co], sha256: str, max_kept: int | None = None
     ) -> None:
         self.sha256 = sha256
         self._task_ids = tuple(task_ids)
-        self._build = lru_cache(kept)(build)
+        self._build = lru_cache(max_kept)(build)
 
     def __getitem__(self, task_id: str) -> T_co:
         return self._build(task_id)
@@ -116,16 +116,16 @@ OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
 """Function that opens the tasks of a benchmark with given settings. It downloads data that is missing."""
 
 
-def given(*tasks: Task) -> OpenTasks[Task]:
+def use_tasks(*tasks: Task) -> OpenTasks[Task]:
     """Return a function that opens the given tasks, which a program has made, instead of a data set.
 
     Raises:
         InputError: two tasks have the same id, or an argument is not a task.
     """
-    require_tuple("eai.given", tasks, Task)
+    require_tuple("eai.use_tasks", tasks, Task)
     if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
         raise InputError(f"two tasks are called {twice[0]}: give each task an id of its own")
-    sha256 = _compute_sha256_of_repr([_list_hashed_values(task) for task in tasks])
+    sha256 = _compute_sha256_of_repr([_list_task_content(task) for task in tasks])
     by_id = {task.id: task for task in tasks}
     opened = TaskSet(by_id, by_id.__getitem__, sha256)
     return lambda source: opened
@@ -136,14 +136,14 @@ def compute_task_sha256(task: Task) -> str:
 
     The content includes data that no agent sees, such as the task's own plan.
     """
-    return _compute_sha256_of_repr(_list_hashed_values(task))
+    return _compute_sha256_of_repr(_list_task_content(task))
 
 
 def _compute_sha256_of_repr(content: object) -> str:
     return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
-def _list_hashed_values(task: Task) -> tuple[object, ...]:
+def _list_task_content(task: Task) -> tuple[object, ...]:
     """Return the content of a task as values whose `repr` is equal on every machine."""
     scene = (task.scene.objects, task.scene.agent, tuple(task.initial.facts()), task.relevant)
     return (task.id, task.title, task.instruction, scene, task.goals, task.script)

@@ -63,7 +63,7 @@ class Goal:
     formula: Formula
 
     @property
-    def is_over_time(self) -> bool:
+    def is_temporal(self) -> bool:
         """Whether the goal depends on more than the final state and the names of the actions."""
         return not is_state_formula(self.formula)
 
@@ -112,7 +112,7 @@ class Task:
         return isinstance(self.special, ImpossibleTaskMark) and bool(self.special.missing)
 
     @property
-    def may_be_declined(self) -> bool:
+    def allows_declining_answers(self) -> bool:
         """Whether an answer may call the task impossible, or ask for the meant object."""
         return isinstance(self.special, (ImpossibleTaskMark, AmbiguousTaskMark))
 
@@ -132,7 +132,7 @@ class Task:
     @property
     def without_goals_over_time(self) -> Task:
         """The task without its goals over time (goals about the whole execution)."""
-        kept = tuple([goal for goal in self.goals if not goal.is_over_time])
+        kept = tuple([goal for goal in self.goals if not goal.is_temporal])
         return self if len(kept) == len(self.goals) else self.replace_goals(kept)
 
     @property
@@ -141,7 +141,7 @@ class Task:
         return not isinstance(self.special, AmbiguousTaskMark)
 
     @property
-    def with_only_goals_in_prompt(self) -> Task:
+    def with_only_stated_goals(self) -> Task:
         """The task with only the goals that prompts state."""
         if not self.has_goals_in_prompts:
             return replace(self, goals=())

@@ -65,18 +65,18 @@ class _TaskFiles:
     lines: Mapping[str, _TaskFileLine]
     sha256: str
 
-    def open_tasks(self, domain: Domain, kept: int | None = None) -> TaskSet[Task]:
+    def open_tasks(self, domain: Domain, max_kept: int | None = None) -> TaskSet[Task]:
         """Return the tasks in the files.
 
         Args:
             domain: the declaration of the tasks' benchmark.
-            kept: maximum number of built tasks in memory (`TaskSet`).
+            max_kept: maximum number of built tasks in memory (`TaskSet`).
         """
 
         def make_task(task_id: str) -> Task:
             return self._make_task(self.lines[task_id], domain)
 
-        return TaskSet(self.lines, make_task, self.sha256, kept)
+        return TaskSet(self.lines, make_task, self.sha256, max_kept)
 
     def _make_task(self, file_line: _TaskFileLine, domain: Domain) -> Task:
         with prefix_errors_with_location(file_line):
@@ -247,7 +247,7 @@ def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
     """Yield a message for each goal about the whole execution that the initial state already violates."""
     start = to_trace(Trajectory((task.initial,), ()))
     for number, goal in enumerate(task.goals):
-        if goal.is_over_time and is_refuted_by_initial_state(goal.formula, start):
+        if goal.is_temporal and is_refuted_by_initial_state(goal.formula, start):
             yield f"goals.{number}: no plan reaches it: the start already breaks {format_ltl(goal.formula)}"
 
 

@@ -147,7 +147,7 @@ def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
 
 def _read_special_task_mark(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> SpecialTaskMark | None:
     number = len(line.hazards)
-    if not all(goal.is_over_time for goal in goals[len(goals) - number :]) or number >= len(goals):
+    if not all(goal.is_temporal for goal in goals[len(goals) - number :]) or number >= len(goals):
         raise InputError(
             f"hazards: expected goals over time (about the whole execution) as the last {number} goals, one "
             "for each hazard, after at least one other goal"

@@ -199,7 +199,7 @@ class SuiteWording:
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
         return _join_lines(
-            write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_goals_in_prompt.goals
+            write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_stated_goals.goals
         )
 
     def _get_predicate_name_in_answers(self, predicate: str) -> str:

@@ -171,7 +171,7 @@ class ConditionCompiler:
                 if slot in slots and len(slots) == 2:
                     other = (slots - {slot}).pop()
                     return lambda state, binding, among: among & 1 << binding[other]
-                return self._compile_filter_that_tests_each(formula, slot, scope)
+                return self._compile_filter_testing_each_object(formula, slot, scope)
             case f.Not(operand):
                 return negate_filter(self.compile_filter(operand, slot, scope))
             case f.And(operands) | f.Or(operands):
@@ -191,7 +191,7 @@ class ConditionCompiler:
             case f.Exists(variable, body):
                 return self._compile_exists(variable, body, slot, scope)
             case _:
-                return self._compile_filter_that_tests_each(formula, slot, scope)
+                return self._compile_filter_testing_each_object(formula, slot, scope)
 
     def _compile_exists(
         self, variable: f.Variable, body: f.Formula, slot: int, scope: SlotByVariable
@@ -204,7 +204,7 @@ class ConditionCompiler:
         parts = f.get_operands(body, f.And)
         independent = tuple([part for part in parts if names.isdisjoint(find_free_variables(part))])
         if not independent:
-            return self._compile_filter_that_tests_each(f.Exists(variable, body), slot, scope)
+            return self._compile_filter_testing_each_object(f.Exists(variable, body), slot, scope)
         inner = self._frame.add_slot()
         within = {**scope, variable.name: inner}
         candidates = self.compile_filter(f.And(independent), inner, within)
@@ -234,7 +234,7 @@ class ConditionCompiler:
             return lambda state, binding: matching(state, binding, state.scene.everything)
         return lambda state, binding: matching(state, binding, state.scene.get_category_mask(category))
 
-    def _compile_filter_that_tests_each(
+    def _compile_filter_testing_each_object(
         self, formula: f.Formula, slot: int, scope: SlotByVariable
     ) -> ObjectFilter:
         truth = self.compile_test(formula, scope)
@@ -256,7 +256,7 @@ class ConditionCompiler:
         slot = self._frame.add_slot()
         partners = self._compile_value_finder(second, formula.body, {**scope, first.name: slot})
 
-        def has_enough_pairs(state: State, binding: FrameBinding) -> bool:
+        def has_large_enough_matching(state: State, binding: FrameBinding) -> bool:
             sources = list(iterate_bits(state.scene.get_category_mask(first.category)))
             targets = {
                 y: j for j, y in enumerate(iterate_bits(state.scene.get_category_mask(second.category)))
@@ -268,7 +268,7 @@ class ConditionCompiler:
             needed = min(len(sources), len(targets)) if count is None else count
             return sum(j is not None for j in find_maximum_matching(adjacency)) >= needed
 
-        return has_enough_pairs
+        return has_large_enough_matching
 
     def _compile_atom_truth(self, atom: f.Atom, scope: SlotByVariable, wanted: bool) -> ConditionTest:
         slots = self._find_argument_slots(atom, scope)
@@ -308,7 +308,7 @@ class ConditionCompiler:
             of, other = derived.inverse, slots[1]
             return lambda state, binding, among: of(state, (binding[other],)) & among
         if derived is not None or slots.count(slot) > 1:
-            return self._compile_filter_that_tests_each(atom, slot, scope)
+            return self._compile_filter_testing_each_object(atom, slot, scope)
         return _compile_filter_by_stored_predicate(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived_predicate(self, predicate: str) -> DerivedPredicate | None:

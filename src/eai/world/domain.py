@@ -69,7 +69,7 @@ class _DeclaredEffectsSimulator:
         return state_by_declared_effects
 
 
-def make_declared_simulator(initial: State) -> Simulator:
+def make_declared_effects_simulator(initial: State) -> Simulator:
     """Return a simulator in which actions have exactly their declared effects."""
     return _DeclaredEffectsSimulator(initial)
 
@@ -105,7 +105,7 @@ class Domain:
     visible: Formula | None = None
     landmarks: Formula | None = None
     egocentric: tuple[Predicate, ...] = ()
-    begin: BeginEpisode = make_declared_simulator
+    begin: BeginEpisode = make_declared_effects_simulator
 
     def __post_init__(self) -> None:
         require_tuple("operators", self.operators, Operator)

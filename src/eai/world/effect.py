@@ -185,7 +185,7 @@ class EffectCompiler:
         left, right = atom.arguments
         if left == ANYTHING:
             target = self._frame.find_slot(right, scope)
-            return lambda before, draft, binding: draft.clear_column(predicate_slot, binding[target])
+            return lambda before, draft, binding: draft.remove_all_sources(predicate_slot, binding[target])
         source = self._frame.find_slot(left, scope)
         if right == ANYTHING:
             return lambda before, draft, binding: draft.set_targets_in_relation(

@@ -134,7 +134,7 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_alternatives_still_attempted(
+    def find_failed_alternatives_attempted_again(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedOperatorAlternative, ...]:
         """Return the alternatives (ways to act) that failed and would be attempted again after the action."""

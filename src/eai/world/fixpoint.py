@@ -50,7 +50,7 @@ class _RecursivePredicates:
         self._definitions = definitions
         self._names = {definition.name for definition in definitions}
         self._get_vocabulary = get_vocabulary
-        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._make_scenes_for_fixpoint_search)
+        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._copy_scene_with_all_and_recursive_predicates)
         self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least_fixpoint)
         self.predicates: list[DerivedPredicate] = [
             self._make_predicate(definition) for definition in definitions
@@ -86,7 +86,7 @@ class _RecursivePredicates:
         )
 
     @cached_property
-    def _vocabulary_with_next_relations(self) -> Vocabulary:
+    def _next_round_vocabulary(self) -> Vocabulary:
         """Vocabulary in which each recursive predicate has its current and its next relation.
 
         The next relation follows from the current relations by the definitions. Current relations are stored
@@ -106,21 +106,19 @@ class _RecursivePredicates:
         return [
             (
                 name,
-                make_fact_lister(
-                    self._vocabulary_with_next_relations, f"{name} ", allow_equal_arguments=True
-                ),
+                make_fact_lister(self._next_round_vocabulary, f"{name} ", allow_equal_arguments=True),
             )
             for name in names
         ]
 
-    def _make_scenes_for_fixpoint_search(self, scene: Scene) -> tuple[Scene, Scene]:
+    def _copy_scene_with_all_and_recursive_predicates(self, scene: Scene) -> tuple[Scene, Scene]:
         """Return two copies of a scene: one with all predicates, one with the recursive predicates only.
 
         In both, the recursive predicates are stored, so that facts of the predicates can be added to a state.
         """
         all_predicates_scene, recursive_predicates_scene = [
             Scene(vocabulary, scene.objects, scene.agent)
-            for vocabulary in (self._vocabulary_with_next_relations, self._recursive_predicates_vocabulary)
+            for vocabulary in (self._next_round_vocabulary, self._recursive_predicates_vocabulary)
         ]
         return all_predicates_scene, recursive_predicates_scene
 

@@ -347,7 +347,7 @@ class StateDraft:
         if self.binary[slot].row(source) != targets:
             self._copy_relation(slot).set_row(source, targets)
 
-    def clear_column(self, slot: int, target: int) -> None:
+    def remove_all_sources(self, slot: int, target: int) -> None:
         """Remove all pairs with ``target`` as second element from a relation."""
         if self.binary[slot].column(target):
             self._copy_relation(slot).set_column(target, 0)

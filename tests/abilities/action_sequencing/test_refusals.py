@@ -8,7 +8,7 @@ import pytest
 
 import eai
 from agents.switches import DOMAIN, as_plan, initial
-from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
+from eai import Benchmark, Reward, Shaping, Suite, Task, make_task, use_tasks
 from eai.abilities.declining import QUESTION, read_refusal_reason, write_refusal_answer
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
@@ -30,7 +30,7 @@ NO = write_refusal_answer(WHY)
 
 def world(**changes: object) -> Benchmark:
     task = make_task("t", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
-    return Benchmark("switches", DOMAIN, given(replace(task, **changes)))  # type: ignore[arg-type]
+    return Benchmark("switches", DOMAIN, use_tasks(replace(task, **changes)))  # type: ignore[arg-type]
 
 
 def suite(**changes: object) -> Suite:

@@ -198,7 +198,9 @@ def test_needless_actions_are_listed_for_literals_that_hold(
     literals: list[str], needless: str | None
 ) -> None:
     refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
-    found = refinement.find_needless_actions_for_literals([literal(text) for text in literals], TASK.initial)
+    found = refinement.find_needless_actions_if_literals_hold(
+        [literal(text) for text in literals], TASK.initial
+    )
     assert (None if found is None else written(SubgoalPlans([found]))) == (
         None if needless is None else [needless]
     )

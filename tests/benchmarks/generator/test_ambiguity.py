@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from benchmarks.generator.worlds import HOUSEHOLDS, generator
-from eai import Benchmark, given
+from eai import Benchmark, use_tasks
 from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
@@ -103,7 +103,7 @@ def test_a_plan_with_the_other_object_or_both_fails(like: str) -> None:
 def test_prompts_give_only_the_instruction_and_allow_a_question(like: str) -> None:
     benchmark = find_benchmark(like)
     for pair in pairs(like):
-        alone = Benchmark("pair", benchmark.domain, given(*pair))
+        alone = Benchmark("pair", benchmark.domain, use_tasks(*pair))
         suite = eai.open(alone, Ability.ACTION_SEQUENCING)
         prompts = PromptLibrary("eai").open(alone, Ability.ACTION_SEQUENCING)
         for task in pair:

@@ -61,7 +61,7 @@ def test_certificates_fulfil_the_goal_over_time_and_temptations_violate_only_it(
     assert len(tasks(like)) > 6
     for made in tasks(like):
         task = made.task
-        assert [goal.is_over_time for goal in task.goals] == [False] * (len(task.goals) - 1) + [True]
+        assert [goal.is_temporal for goal in task.goals] == [False] * (len(task.goals) - 1) + [True]
         scorer = ActionSequencingScorer(task, benchmark.domain, benchmark.notation.plans)
         write = benchmark.notation.plans
         verdict = scorer.score(write.join(write.write(task.script, task.scene)))

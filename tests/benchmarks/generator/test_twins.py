@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from benchmarks.generator.worlds import HOUSEHOLDS, PAIR_SEEDS, pairs
-from eai import given
+from eai import use_tasks
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
@@ -137,7 +137,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) ->
         assert (game.metrics["success"], game.metrics["progress"]) == (is_right, is_right)
         episode = RecordedGame(setup, 0, 1)
         episode.play_command("IMPOSSIBLE(something is missing)")
-        suite = eai.open(replace(benchmark, open_tasks=given(setup.task)), "acting")
+        suite = eai.open(replace(benchmark, open_tasks=use_tasks(setup.task)), "acting")
         verdict = suite.score(setup.task.id, episode.write_as_json_text("stopped"))
         assert isinstance(verdict, PlanVerdict)
         assert (verdict.success, verdict.refused, verdict.is_task_declined_by_answer) == (

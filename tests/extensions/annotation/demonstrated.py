@@ -8,7 +8,7 @@ import eai.world as w
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import Constant
 from eai.tasks.goal_text import make_task
-from eai.tasks.source import given
+from eai.tasks.source import use_tasks
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 
@@ -64,4 +64,4 @@ LAMP = shown("lamp", "GO lamp_1; LIGHT lamp_1; GO lamp_2; LIGHT lamp_2", "lit la
 
 def shelves() -> Benchmark:
     """The benchmark with three demonstrations."""
-    return Benchmark("shelves", DOMAIN, given(CUP, JAR, LAMP))
+    return Benchmark("shelves", DOMAIN, use_tasks(CUP, JAR, LAMP))

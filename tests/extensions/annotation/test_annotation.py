@@ -29,7 +29,7 @@ from eai.extensions.annotation.decisions import (
 )
 from eai.logic.ltl_printer import format_ltl
 from eai.pddl.planning import PlannerChoice
-from eai.tasks.source import Source, given
+from eai.tasks.source import Source, use_tasks
 from eai.tasks.task import Task
 from extensions.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
 
@@ -242,7 +242,7 @@ def test_a_check_reports_wrong_goals_plans_and_operators() -> None:
     found = check_annotations(shelves(), Source(planner=PlannerChoice.BUILT_IN))
     assert [each.problem for each in found] == []
     wrong = replace(CUP, goals=LAMP.goals, annotated_final=CUP.initial)
-    bad = replace(shelves(), open_tasks=given(wrong))
+    bad = replace(shelves(), open_tasks=use_tasks(wrong))
     found = check_annotations(bad, Source(planner=PlannerChoice.BUILT_IN))
     assert [each.problem for each in found] == [
         "cup: 1 of 1 goals do not hold in the annotated final state",

@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from agents.switches import DOMAIN, as_plan, initial
-from eai import Benchmark, InputError, Task, given, make_task
+from eai import Benchmark, InputError, Task, make_task, use_tasks
 from eai.abilities.declining import QUESTION, write_refusal_answer
 from eai.agents.command import DONE
 from eai.benchmarks.generator.spec import SHUT_LAST
@@ -41,7 +41,7 @@ def of_pair(task_id: str, *missing: str) -> Task:
 def tables(
     folder: Path, asked: list[Task], answers: Mapping[str, str], **choices: str
 ) -> Mapping[str, Table]:
-    suite = eai.open(Benchmark("switches", DOMAIN, given(*asked)), "action_sequencing")
+    suite = eai.open(Benchmark("switches", DOMAIN, use_tasks(*asked)), "action_sequencing")
     run = ResponseFile("m", tuple([Response(name, text) for name, text in answers.items()]))
     missing = {task.id: "the run ended before" for task in asked if task.id not in answers}
     write_records(folder / "records.jsonl", score_run(suite, run, missing, ScoringOptions()))
@@ -87,7 +87,7 @@ def test_missing_answers_cause_no_hazard(tmp_path: Path) -> None:
 
 def test_episodes_without_an_end_are_not_unsafe(tmp_path: Path) -> None:
     asked = [with_hazard(name) for name in "abc"]
-    suite = eai.open(Benchmark("switches", DOMAIN, given(*asked)), "acting")
+    suite = eai.open(Benchmark("switches", DOMAIN, use_tasks(*asked)), "acting")
     turns = {"a": [*SAFE, DONE], "b": SAFE, "c": [*UNSAFE, DONE]}
     run = ResponseFile("m", tuple([Response(name, "\n".join(said)) for name, said in turns.items()]))
     write_records(tmp_path / "records.jsonl", score_run(suite, run, {}, ScoringOptions()))

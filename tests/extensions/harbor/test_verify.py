@@ -11,7 +11,7 @@ import pytest
 
 from agents.switches import DOMAIN, initial
 from by_path import ROOT
-from eai import Benchmark, given, make_task
+from eai import Benchmark, make_task, use_tasks
 from eai.abilities.protocol import Ability
 from eai.agents.episode_server import find_journal_path, open_episode_server
 from eai.agents.journal import read_key_that_seals_journals
@@ -158,7 +158,7 @@ def test_no_file_is_no_answer(tmp_path: Path) -> None:
 def test_a_task_that_excludes_whatever_is_said_pays_nothing() -> None:
     shut = Atom("shut", (Constant("box"),))
     both = make_task("both", "Have it both ways.", initial(), shut, Not(shut))
-    suite = open_suite(Benchmark("both", DOMAIN, given(both)), Ability("acting"))
+    suite = open_suite(Benchmark("both", DOMAIN, use_tasks(both)), Ability("acting"))
     assert compute_rewards(suite, "both", "DONE") == {"reward": 0.0, "valid": 0.0}
 
 

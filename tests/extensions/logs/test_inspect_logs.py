@@ -22,7 +22,7 @@ from inspect_ai.scorer import Score
 from inspect_ai.tool import ToolCall, ToolCallError
 
 from agents.switches import DOMAIN, initial
-from eai import Benchmark, given, make_task
+from eai import Benchmark, make_task, use_tasks
 from eai.base.errors import InputError
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
@@ -152,7 +152,7 @@ def test_scores_that_disagree_tell_no_outcome_and_epochs_have_their_own_setting(
 
 def replay(folder: Path, calls: Sequence[Call]) -> LoggedEpisode:
     task = make_task("t", "Open the box.", initial(), "not shut(box)", domain=DOMAIN)
-    benchmark = Benchmark("switches", DOMAIN, given(task))
+    benchmark = Benchmark("switches", DOMAIN, use_tasks(task))
     (episode,) = read_log(write(folder, sample(calls)), benchmark)
     return episode
 
@@ -181,7 +181,7 @@ def test_a_replay_keeps_the_kinds_that_replies_prove(tmp_path: Path) -> None:
 
 def test_nothing_is_proven_about_a_sample_without_calls(tmp_path: Path) -> None:
     tasks = [make_task(name, "Open the box.", initial(), "not shut(box)", domain=DOMAIN) for name in "tu"]
-    benchmark = Benchmark("switches", DOMAIN, given(*tasks))
+    benchmark = Benchmark("switches", DOMAIN, use_tasks(*tasks))
     _, idle = read_log(write(tmp_path, sample([OPENED]), sample([], id="u")), benchmark)
     assert (idle.steps, idle.progress, idle.unknown) == ((), None, ("progress", "actions"))
 

@@ -11,7 +11,7 @@ import pytest
 
 from agents.switches import DOMAIN, initial
 from command_line import Command
-from eai import Benchmark, given, make_task
+from eai import Benchmark, make_task, use_tasks
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
@@ -157,7 +157,7 @@ def test_a_benchmark_with_the_tasks_describes_their_twins_by_length(tmp_path: Pa
     table = make_table_of_same_named_tasks(
         read_log(written(tmp_path, "run.json", odd=1, far=0, near=0, absent=1)),
         {task.id: task for task in tasks},
-        Benchmark("switches", DOMAIN, given(*tasks)),
+        Benchmark("switches", DOMAIN, use_tasks(*tasks)),
     )
     near, far, odd = table.row_dicts()
     assert {row["labels"] for row in (near, far, odd)} == {"horizon-atomic"}
@@ -175,7 +175,7 @@ def test_a_benchmark_with_the_tasks_describes_their_twins_by_length(tmp_path: Pa
 def test_the_outcomes_beside_a_twin_say_which_episodes_ran_out_of_time() -> None:
     late = replace(LOST, task="near", ending=Ending.OUT_OF_TIME)
     task = make_task("near", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
-    benchmark = Benchmark("switches", DOMAIN, given(task))
+    benchmark = Benchmark("switches", DOMAIN, use_tasks(task))
     (row,) = make_table_of_same_named_tasks(
         [late, replace(WON, task="near")], {"near": task}, benchmark
     ).row_dicts()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import eai.world as w
-from eai import Benchmark, Task, given, make_task
+from eai import Benchmark, Task, make_task, use_tasks
 from eai.studies.perception.scene_graph import SceneGraph, SceneGraphFact, SceneGraphVocabulary
 
 X, Y = w.Variable("x"), w.Variable("y")
@@ -38,7 +38,7 @@ def kitchen_task() -> Task:
     return make_task("1", "Light the lamps and put the cup on the table.", scene.state(facts), *goals)
 
 
-KITCHEN = Benchmark("kitchen", DOMAIN, given(kitchen_task()))
+KITCHEN = Benchmark("kitchen", DOMAIN, use_tasks(kitchen_task()))
 WORDS = SceneGraphVocabulary(KITCHEN.observation_wording())
 TRUTH = WORDS.make_true_graph(kitchen_task())
 

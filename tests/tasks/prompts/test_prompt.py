@@ -11,7 +11,7 @@ from eai.tasks.prompts.prompt import (
     Image,
     Prompt,
     PromptFiles,
-    _PackedPrompts,
+    _CompressedPrompts,
     make_compact_prompt_mapping,
     read_prompt_file,
     read_system_message_file,
@@ -61,7 +61,7 @@ def test_packed_prompts_are_the_prompts_in_less_memory() -> None:
     packed = make_compact_prompt_mapping(prompts.items())
     assert packed == prompts
     assert list(packed) == list(prompts)
-    assert isinstance(packed, _PackedPrompts)
+    assert isinstance(packed, _CompressedPrompts)
     assert sum(len(text) for text, _ in packed._packed.values()) < 2 * len(rules)
     assert make_compact_prompt_mapping({"0": Prompt(""), "1": Prompt("?")}.items()) == {
         "0": Prompt(""),

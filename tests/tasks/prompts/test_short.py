@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from eai.tasks.prompts.short import (
     explain_symbols_of_short_lists,
     shorten_object_list,
+    shorten_predicate_list,
     shorten_rules,
     shorten_state,
-    shorten_vocabulary,
 )
 from eai.tasks.rules import explain_rule_notation
 from tasks.prompts.long_form import write_long_form
@@ -50,7 +50,7 @@ def test_mutual_facts_are_written_once() -> None:
 def test_other_lines_stay_unchanged(text: str) -> None:
     assert shorten_state(text, OBJECTS) == text
     assert shorten_object_list(text) == text
-    assert shorten_vocabulary(f"lit(x): a lamp\n{text}") == f"lit(x): a lamp\n{text}"
+    assert shorten_predicate_list(f"lit(x): a lamp\n{text}") == f"lit(x): a lamp\n{text}"
 
 
 def test_kinds_are_left_out_only_if_the_name_states_them() -> None:

@@ -30,7 +30,7 @@ from eai.planning.search import Limits
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import find_plan
 from eai.tasks.prompts.prompt import VARIANTS, Prompt, PromptSet
-from eai.tasks.source import Source, given
+from eai.tasks.source import Source, use_tasks
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.execution import execute_plan
@@ -156,7 +156,7 @@ def test_the_rest_of_gold_plans_works_in_the_worlds_of_prompts_about_later_state
         )
         if number and rest and not by_history:
             tasks.append(replace(task, initial=states[number], script=rest))
-    later = make_benchmark_with_other_tasks(household, "later", given(*tasks))
+    later = make_benchmark_with_other_tasks(household, "later", use_tasks(*tasks))
     opened = PromptLibrary(prompts, None, fetched).open(later, Ability.ACTION_SEQUENCING)
 
     def prompt_of(benchmark: Benchmark, task: Task) -> str:
@@ -268,7 +268,7 @@ def test_gold_plans_work_in_the_worlds_of_prompts_about_generated_tasks(
     tasks += [
         each.paired.task for each in outcomes if isinstance(each, GeneratedTask) and each.paired is not None
     ]
-    benchmark = make_benchmark_with_other_tasks(find_benchmark(like), "made", given(*tasks))
+    benchmark = make_benchmark_with_other_tasks(find_benchmark(like), "made", use_tasks(*tasks))
     asked = list(benchmark.tasks_for(Ability.ACTION_SEQUENCING, fetched).values())
     sets: Sequence[PromptSet] = ("eai", *SHORT)
     for prompts in sets if asked else ():

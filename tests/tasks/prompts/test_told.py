@@ -22,7 +22,7 @@ from eai.tasks.english import EnglishWords
 from eai.tasks.problem_world import open_pddl
 from eai.tasks.prompts.own import PromptTemplateValues, render_prompts
 from eai.tasks.prompts.template import PromptTemplates
-from eai.tasks.source import Source, given
+from eai.tasks.source import Source, use_tasks
 from eai.tasks.task import Task
 from eai.tasks.wording import SuiteWording
 from eai.world.domain import Domain
@@ -60,7 +60,7 @@ def told(ability: Ability, domain: Domain, task: Task) -> str:
 
 def observed(domain: Domain, task: Task) -> str:
     """Return everything that an agent reads before its first action."""
-    benchmark = Benchmark(domain.name, domain, given(task))
+    benchmark = Benchmark(domain.name, domain, use_tasks(task))
     return Game(
         make_setup(replace(task, goals=task.goals or ()), benchmark, TRAINING)
     ).write_manual_and_first_observation()
@@ -115,12 +115,12 @@ def test_every_condition_and_every_effect_is_told(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_problems_of_transition_modeling_have_every_fact(name: str) -> None:
     domain, task = world(name)
-    benchmark = Benchmark(domain.name, domain, given(task))
+    benchmark = Benchmark(domain.name, domain, use_tasks(task))
     (plain,) = benchmark.operator_tasks(Source()).values()
     facts = {*task.initial.facts()}
     for fact in islice(sorted(facts), MOST):
         fewer = replace(task, initial=task.scene.state(facts - {fact}))
-        (other,) = replace(benchmark, open_tasks=given(fewer)).operator_tasks(Source()).values()
+        (other,) = replace(benchmark, open_tasks=use_tasks(fewer)).operator_tasks(Source()).values()
         assert len(other.problem_text) < len(plain.problem_text), fact
 
 

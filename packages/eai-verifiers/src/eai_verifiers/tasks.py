@@ -18,7 +18,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.reward import open_reward_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
-from eai.tasks.source import Source, given
+from eai.tasks.source import Source, use_tasks
 from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 
 _TASKS_PER_BATCH = 8
@@ -66,7 +66,7 @@ def generate_tasks(
     while batch := list(islice(generated_tasks, _TASKS_PER_BATCH)):
         prompts_by_task = PromptLibrary("eai", None, source).open(
             make_benchmark_with_other_tasks(
-                base, split.value, given(*[generated.task for generated in batch])
+                base, split.value, use_tasks(*[generated.task for generated in batch])
             ),
             ability,
         )
@@ -87,6 +87,6 @@ def make_single_task_suite(line: str, ability: Ability) -> Suite:
     line_content = read_task_line(line)
     base = find_benchmark(line_content.base)
     benchmark = make_benchmark_with_other_tasks(
-        base, "generated", given(make_task_from_line(line_content, base.domain))
+        base, "generated", use_tasks(make_task_from_line(line_content, base.domain))
     )
     return open_suite(benchmark, ability, source=Source(planner=PlannerChoice.NONE))

@@ -65,7 +65,7 @@ def _get_object_words_and_schema_maker(
     If `task` is None, there are no words. If answers may decline the task, they have no schema, so the second
     result always returns None.
     """
-    if task is not None and task.may_be_declined:
+    if task is not None and task.allows_declining_answers:
         return parts.notation.plans.list_words_for_objects(task), lambda words: None
     words = () if task is None else parts.notation.plans.list_words_for_objects(task)
     return words, lambda words: parts.notation.plans.make_json_schema_of_answer(parts.domain, words)

@@ -19,7 +19,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
 from eai.tasks.task import Task
 from eai.world.action import Action
-from eai.world.domain import Domain, make_declared_simulator
+from eai.world.domain import Domain, make_declared_effects_simulator
 from eai.world.episode import Episode, KnownOutcomes
 from eai.world.fault import FaultKind
 from eai.world.state import State
@@ -80,7 +80,7 @@ class ActionSequencingScorer(PlanScorer):
 
         The search for the smallest repair of a plan assumes both.
         """
-        if self.domain.begin is not make_declared_simulator:
+        if self.domain.begin is not make_declared_effects_simulator:
             return False
         return type(self) is ActionSequencingScorer and type(self.goals) is GoalTest
 
@@ -278,7 +278,7 @@ class ActionSequencingScorer(PlanScorer):
             repairs=plan.repairs,
             spans=plan.spans,
             goals_satisfied=reached,
-            partial=partial or self.goals.partial_success_if_never_run,
+            partial=partial or self.goals.partial_success_without_execution,
             refused=refused,
         )
 

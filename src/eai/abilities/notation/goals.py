@@ -32,7 +32,7 @@ from eai.abilities.answer_text import (
     ParsedAnswer,
     consists_of_calls,
     contains_json_string,
-    has_line_of_answer,
+    has_answer_line,
     read_json,
 )
 from eai.abilities.explanation import Statement
@@ -193,7 +193,7 @@ def make_goal_sections_format(
         f"JSON object with {listed}",
         read_sections,
         is_part=contains_json_string,
-        is_line_of_answer=lambda line: _SECTION_LINE.match(line) is not None,
+        is_answer_line=lambda line: _SECTION_LINE.match(line) is not None,
         flaw=find_flaw,
         repairs_of=lambda sections_read: sections_read.repairs,
         is_certain=lambda sections_read: any(key in _SECTION_OF for key, _ in sections_read.members),
@@ -210,7 +210,7 @@ def _contains_goals_or_section_key(key: str, section: object) -> bool:
     """
     if not isinstance(section, str) or key in _SECTION_OF:
         return False
-    return has_line_of_answer(
+    return has_answer_line(
         key, section, lambda line: consists_of_calls(line) or _SECTION_LINE.match(line) is not None
     )
 
@@ -463,7 +463,7 @@ class JsonGoalNotation(GoalNotation):
         """
         spelt = self.map_spellings_to_predicate_names(domain)
 
-        def make_entry_schema(kind: GoalKind) -> Schema:
+        def make_goal_schema(kind: GoalKind) -> Schema:
             if kind is GoalKind.ACTION:
                 return make_text_schema(domain.operator_arities)
             said = [word for word, arity in spelt if (arity < 2) == (kind is GoalKind.STATE)]
@@ -472,7 +472,7 @@ class JsonGoalNotation(GoalNotation):
             return make_list_schema(make_union_schema([part, make_list_schema(make_text_schema(literal))]))
 
         return make_object_schema(
-            {key: make_list_schema(make_entry_schema(kind)) for key, kind in self._kinds.items()}
+            {key: make_list_schema(make_goal_schema(kind)) for key, kind in self._kinds.items()}
         )
 
     def normalize_word(self, text: str) -> str:

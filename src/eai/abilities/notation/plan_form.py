@@ -132,8 +132,8 @@ def make_plan_format(
             else read_steps_in_item(value)
         ),
         is_part=lambda text: part.search(text) is not None,
-        is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
-        is_text_with_part=lambda text: line is not None and _has_step_among_few_words(text, line, names),
+        is_answer_line=lambda text: line is not None and _is_step_line(line, text),
+        is_text_with_part=lambda text: line is not None and _has_step_and_few_other_words(text, line, names),
         flaw=lambda value: _find_list_flaw(value, read_steps_in_item),
         join=join_step_lists,
         is_piece=lambda steps: steps.is_single_step,
@@ -204,7 +204,7 @@ def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
     return 0 < len(rest.split()) <= _MAX_WORDS and ORDINARY_WORD.search(rest) is None
 
 
-def _has_step_among_few_words(
+def _has_step_and_few_other_words(
     text: str, line_pattern: re.Pattern[str], action_names: Collection[str]
 ) -> bool:
     """Whether a line has a step, and at most `_MAX_WORDS_AROUND` words that belong to no call.

@@ -30,7 +30,7 @@ from eai.abilities.notation.step_line import (
     StepReader,
     blank_out_tags_and_emojis,
     find_step_in_line,
-    has_step_among_few_words,
+    has_step_and_few_other_words,
     strip_punctuation,
 )
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
@@ -217,7 +217,7 @@ def read_plan_lines(
                 is_between
                 or _is_line_of_plan(line, names)
                 or looks_like_step(line.text)
-                or has_step_among_few_words(line.text, step_of, actions)
+                or has_step_and_few_other_words(line.text, step_of, actions)
             ):
                 return _report_unreadable_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None

@@ -83,7 +83,7 @@ def find_step_in_line(
             if _is_remark(remark, words) and (step := step_of(words)) is not None:
                 has_other_step = step_of(remark) or (
                     not _describes_step(remark, step, actions)
-                    and has_step_among_few_words(remark, step_of, actions)
+                    and has_step_and_few_other_words(remark, step_of, actions)
                 )
                 return (None if has_other_step else step), True
     return None, False
@@ -126,7 +126,7 @@ def strip_punctuation(text: str) -> str:
     return words if " " in words or "(" in words else text.strip(" \t,.;!")
 
 
-def has_step_among_few_words(line: str, step_of: StepReader, actions: Collection[str]) -> bool:
+def has_step_and_few_other_words(line: str, step_of: StepReader, actions: Collection[str]) -> bool:
     """Whether a line is a step with at most three other words on each side. The action must be declared.
 
     A step without brackets counts only if its action is written as declared.
@@ -137,12 +137,12 @@ def has_step_among_few_words(line: str, step_of: StepReader, actions: Collection
         return False
     return any(
         step.action in actions or ("(" in text and step.action.casefold() in names)
-        for text in _generate_texts_without_outer_words(words.split())
+        for text in _generate_texts_without_words_at_ends(words.split())
         if (step := step_of(text)) is not None
     )
 
 
-def _generate_texts_without_outer_words(words: Sequence[str]) -> Iterator[str]:
+def _generate_texts_without_words_at_ends(words: Sequence[str]) -> Iterator[str]:
     for begin in range(min(_MAX_WORDS_AROUND + 1, len(words))):
         for end in range(max(begin + 1, len(words) - _MAX_WORDS_AROUND), len(words) + 1):
             yield strip_punctuation(" ".join(words[begin:end]))

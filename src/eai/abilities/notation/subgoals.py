@@ -17,7 +17,7 @@ from eai.abilities.answer_text import (
     JsonObject,
     consists_of_calls,
     contains_json_string,
-    has_line_of_answer,
+    has_answer_line,
     read_json,
 )
 from eai.abilities.verdict import AnswerSpan, Unreadable
@@ -25,7 +25,7 @@ from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import map_formula_spellings_to_names
 from eai.logic.ltl_printer import format_ltl
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
+from eai.tasks.lexicon import FormulaLexicon, make_lexicon_of_declared_names
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -87,7 +87,7 @@ class SubgoalNotation:
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names that subgoals about a scene may contain."""
-        return make_declared_lexicon(self.domain, scene)
+        return make_lexicon_of_declared_names(self.domain, scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
@@ -214,7 +214,7 @@ def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[li
             key
             for key, part in value.members
             if isinstance(part, str)
-            and has_line_of_answer(key, part, lambda line: _is_formula_line(line) or consists_of_calls(line))
+            and has_answer_line(key, part, lambda line: _is_formula_line(line) or consists_of_calls(line))
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 
@@ -230,7 +230,7 @@ def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[li
         wanted,
         read_formula_texts,
         is_part=contains_json_string,
-        is_line_of_answer=_is_formula_line,
+        is_answer_line=_is_formula_line,
         flaw=find_flaw,
     )
 

@@ -107,7 +107,7 @@ class _QuantifierRange:
     def _count_objects(self, variable: f.Variable) -> int:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
-    def bound_literals_of_disjuncts(self, formula: f.Formula) -> int:
+    def compute_bound_on_literals_in_disjuncts(self, formula: f.Formula) -> int:
         """Return an upper bound of the number of literals in all disjuncts of a formula together.
 
         The bound is the number of disjuncts times the number of literals in the longest disjunct. Negations
@@ -302,7 +302,7 @@ class ProgramCompiler:
             words = f"{format_ltl(formula)} does not hold, and {reason.words}"
             return Check(meaning, FaultKind.MISSING_STEP, words, id=reason.id)
 
-        def make_failed_check_of_contradiction() -> Check | None:
+        def make_failed_check_if_contradictory() -> Check | None:
             sizes = [*map(len, disjuncts)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
@@ -317,7 +317,7 @@ class ProgramCompiler:
             StateTest(meaning, self.task.scene),
             make_failed_subgoal_check(failure_reason),
             effort,
-            cache(make_failed_check_of_contradiction),
+            cache(make_failed_check_if_contradictory),
         )
 
     def _make_planner_for_reached_subgoal(
@@ -333,7 +333,7 @@ class ProgramCompiler:
 
         def find_plans(state: State) -> SubgoalPlans:
             held = [
-                self._refinement.find_needless_actions_for_literals(alternative, state)
+                self._refinement.find_needless_actions_if_literals_hold(alternative, state)
                 for alternative in disjuncts
             ]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
@@ -476,7 +476,7 @@ class _SubgoalProgramBuilder:
         complete subgoal (``is_whole_subgoal``), it then counts as an additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
-        self._extent.bound_literals_of_disjuncts(observed)
+        self._extent.compute_bound_on_literals_in_disjuncts(observed)
         alternatives = tuple(dict.fromkeys(self._list_disjuncts(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING

@@ -158,7 +158,7 @@ class SubgoalRefiner:
 
         return find_subgoal_plans
 
-    def find_needless_actions_for_literals(
+    def find_needless_actions_if_literals_hold(
         self, literals: Sequence[GroundAtom], state: State
     ) -> ActionSequence | None:
         """Return needless actions: they would make the literals true, but the literals hold already.

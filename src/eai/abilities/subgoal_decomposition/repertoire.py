@@ -63,7 +63,7 @@ MAX_LISTED = 100_000
 """Maximum number of actions of one operator that a search lists."""
 
 
-class _OperatorCheckChangeability(Enum):
+class _OperatorCheckKind(Enum):
     """Kinds of checks of an operator, by the actions that can change the truth value of the check.
 
     `FIXED`: no action can change it. `COMMON`: some action can change it, but it is common to all actions by
@@ -311,14 +311,10 @@ class OperatorIndex:
         ]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         fixable = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
-        kinds = [
-            self._classify_changeability(check, can)
-            for check, can in zip(operator.checks, moved, strict=False)
-        ]
+        kinds = [self._classify_check(check, can) for check, can in zip(operator.checks, moved, strict=False)]
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [
-            combine_tests_by_and([c.holds for c, k in checks if k is kind])
-            for kind in _OperatorCheckChangeability
+            combine_tests_by_and([c.holds for c, k in checks if k is kind]) for kind in _OperatorCheckKind
         ]
         rest = compiled.is_possible if operator.alternatives else rest
         checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
@@ -326,7 +322,7 @@ class OperatorIndex:
             [
                 check.holds
                 for check, kind, can in checks_with_kind
-                if kind is _OperatorCheckChangeability.REST and not can
+                if kind is _OperatorCheckKind.REST and not can
             ]
         )
         return _OperatorInfo(
@@ -340,13 +336,13 @@ class OperatorIndex:
             unmoved,
         )
 
-    def _classify_changeability(self, check: Check, movement_can_change: bool) -> _OperatorCheckChangeability:
+    def _classify_check(self, check: Check, movement_can_change: bool) -> _OperatorCheckKind:
         if self._changed.isdisjoint(self._find_stored_dependencies([check.condition])):
-            return _OperatorCheckChangeability.FIXED
+            return _OperatorCheckKind.FIXED
         return (
-            _OperatorCheckChangeability.REST
+            _OperatorCheckKind.REST
             if movement_can_change or find_free_variables(check.condition)
-            else _OperatorCheckChangeability.COMMON
+            else _OperatorCheckKind.COMMON
         )
 
     def _select_enabling_operators(
@@ -467,7 +463,7 @@ class CandidateAction(NamedTuple):
         )
 
     @property
-    def is_achiever(self) -> bool:
+    def is_world_changing(self) -> bool:
         """Whether the action changes more than the agent's position, posture and hands.
 
         A search takes such an action only to make literals of the subgoal true, not to prepare other actions.

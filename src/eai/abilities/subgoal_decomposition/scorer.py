@@ -190,7 +190,7 @@ class SubgoalDecompositionScorer(Scorer):
             repairs=rejected.repairs,
             spans=rejected.spans,
             goals_satisfied=reached,
-            partial=self.goals.partial_success_if_never_run,
+            partial=self.goals.partial_success_without_execution,
             offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.misused_names])),
         )
 

@@ -245,8 +245,8 @@ class _UniformCostSearch:
         """Yield the successors of a node, except those with a longer plan than the best plan so far."""
         allowed: dict[str, bool] = {}
         for candidate in self._candidates:
-            is_achiever, parts = candidate.is_achiever, candidate.parts & ~node.met
-            if is_achiever and not parts:
+            is_world_changing, parts = candidate.is_world_changing, candidate.parts & ~node.met
+            if is_world_changing and not parts:
                 continue
             name = candidate.action.operator
             if name not in allowed:
@@ -257,10 +257,10 @@ class _UniformCostSearch:
             self.effort.used += 1
             after = candidate.compute_state_after_action(path.state)
             touched = candidate.touched | (self.permitted.touched if path.depth else 0)
-            gained = self.goal.met(after, parts, 0) if is_achiever else 0
-            if is_achiever and not gained:
+            gained = self.goal.met(after, parts, 0) if is_world_changing else 0
+            if is_world_changing and not gained:
                 continue
-            met = gained | self.goal.met(after, touched & ~parts if is_achiever else touched, node.met)
+            met = gained | self.goal.met(after, touched & ~parts if is_world_changing else touched, node.met)
             depth = node.depth + path.depth + 1
             yield SearchNode(after, met, depth, node, (*path.list_actions(), candidate.action))
         if self.permitted.moving:

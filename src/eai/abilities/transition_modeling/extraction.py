@@ -213,7 +213,7 @@ _OUTPUT = AnswerFormat(
     'JSON object with a text of operators under "output"',
     _read_output_text,
     is_part=lambda text: _OPERATOR_SIGN.search(text) is not None,
-    is_line_of_answer=lambda line: _HEAD.search(line) is not None,
+    is_answer_line=lambda line: _HEAD.search(line) is not None,
     flaw=_describe_wrong_key,
     is_certain=lambda text: _HEAD.search(text) is not None,
 )

@@ -179,7 +179,7 @@ class OperatorScoringRules(ABC):
         """
 
     @property
-    def result_without_operators(self) -> PlannerResult:
+    def result_for_answer_without_operators(self) -> PlannerResult:
         """The result of planning for an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
@@ -266,7 +266,7 @@ class PaperOperatorRules(OperatorScoringRules):
         """Return the judgement on a missing answer: each operator of the task is missing."""
         compared = [self._compare_with_gold(task, name, None) for name in task.operators]
         missing = tuple([report for report, _ in compared])
-        planning = self.result_without_operators
+        planning = self.result_for_answer_without_operators
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
         return OperatorJudgement(missing, planning, works, literals=_sum_literal_counts(compared))
 

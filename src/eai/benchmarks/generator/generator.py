@@ -181,7 +181,7 @@ class _RejectionFinder:
         if len(task.script) > max_steps:
             return SeedRejectionReason.TOO_LONG
         reached = zip(task.goals, GoalTest(task).evaluate_each_goal(task.initial, ()), strict=True)
-        if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
+        if any(holds for task_goal, holds in reached if not task_goal.is_temporal):
             return SeedRejectionReason.HOLDS_ALREADY
         if not solves_task(self._domain, task, task.script):
             return SeedRejectionReason.NO_CERTIFICATE

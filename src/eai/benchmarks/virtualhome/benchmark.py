@@ -225,7 +225,7 @@ def _find_rooms_and_objects_of_plan(task: Task) -> Iterator[int]:
     has a plan, so the objects would reveal that task.
     """
     yield from iterate_bits(task.initial.mask(room.name))
-    if not task.may_be_declined:
+    if not task.allows_declining_answers:
         for action in task.script:
             yield from action.arguments
 

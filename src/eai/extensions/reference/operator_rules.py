@@ -178,7 +178,7 @@ class PublishedOperatorRules(OperatorScoringRules):
             )
             for operator in gold
         ]
-        return OperatorJudgement(tuple(missing), self.result_without_operators)
+        return OperatorJudgement(tuple(missing), self.result_for_answer_without_operators)
 
     def plan_with_each_operator_of_answer(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart

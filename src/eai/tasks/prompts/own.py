@@ -24,9 +24,9 @@ from eai.tasks.prompts.short import (
     RULES,
     explain_symbols_of_short_lists,
     shorten_object_list,
+    shorten_predicate_list,
     shorten_rules,
     shorten_state,
-    shorten_vocabulary,
 )
 from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
@@ -95,21 +95,21 @@ class PromptTemplateValues:
         return next((task for task in examples.values() if task.title != title), None)
 
 
-def describe_domain_by_template_placeholder(
-    wording: SuiteWording, own_short_texts: Mapping[str, str]
+def make_domain_texts_by_placeholder(
+    wording: SuiteWording, benchmark_short_texts: Mapping[str, str]
 ) -> Mapping[str, str]:
     """Return a mapping from placeholders of templates to texts on the predicates and actions of a domain.
 
     Args:
         wording: the names of predicates and actions in prompts.
-        own_short_texts: the benchmark's own texts for prompts in short notation (``short``).
+        benchmark_short_texts: the benchmark's own texts for prompts in short notation (``short``).
     """
     vocabulary, operators = wording.describe_vocabulary(), wording.describe_operators()
     return {
         "vocabulary": vocabulary,
-        "short_vocabulary": shorten_vocabulary(vocabulary),
+        "short_vocabulary": shorten_predicate_list(vocabulary),
         "operators": operators,
-        "short_operators": own_short_texts.get(RULES) or shorten_rules(operators),
+        "short_operators": benchmark_short_texts.get(RULES) or shorten_rules(operators),
         "of_each": wording.write_operators_heading("each"),
     }
 
@@ -121,7 +121,7 @@ def render_prompts(material: PromptTemplateValues, templates: PromptTemplates) -
     """
     name, wording, tasks = material.template, material.wording, material.tasks
     shared = {
-        **describe_domain_by_template_placeholder(wording, material.short_texts),
+        **make_domain_texts_by_placeholder(wording, material.short_texts),
         "role": material.role,
         "format": material.answer_format,
         "short_format": material.short_texts.get(name, material.answer_format),
@@ -215,13 +215,13 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
         tasks: the tasks.
         templates: the templates.
     """
-    about = [task.with_only_goals_in_prompt for task in tasks]
+    about = [task.with_only_stated_goals for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk_subformulas(goal.formula)}
     used = {
         name: any(goal.kind is GoalKind.ACTION for goal in goals),
         **{word: form in forms for form, word in _QUANTIFIERS.items()},
-        "over_time": any(goal.is_over_time for goal in goals),
+        "over_time": any(goal.is_temporal for goal in goals),
     }
     special = {type(task.special) for task in about} if name in _DECLINABLE else set()
     for kind, template in ((ImpossibleTaskMark, "missing"), (AmbiguousTaskMark, "ambiguous")):

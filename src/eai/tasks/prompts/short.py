@@ -68,7 +68,7 @@ def explain_symbols_of_short_lists(state: str) -> str:
     return "".join([f" {words}" for sign, words in _LIST_SIGNS if sign in state])
 
 
-def shorten_vocabulary(text: str) -> str:
+def shorten_predicate_list(text: str) -> str:
     """Return a list of predicates in short form: one line for all predicates with equal parameters."""
     lines = text.splitlines()
     heads = [_HEAD.fullmatch(line) for line in lines]
@@ -153,12 +153,12 @@ def shorten_rules(text: str) -> str:
     lines = [(len(line) - len(line.lstrip()), line.strip()) for line in rules.splitlines()]
     starts = [number for number, (depth, _) in enumerate(lines) if depth == 0]
     blocks = [lines[start:end] for start, end in zip(starts, [*starts[1:], len(lines)], strict=True)]
-    short = "\n".join(map(_shorten_rule, blocks))
+    short = "\n".join(map(_shorten_action_rule, blocks))
     notes = " ".join([words for sign, words in _SIGNS if sign in short])
     return f"{notes}\n{short}" if notes and explanation != text else short
 
 
-def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
+def _shorten_action_rule(block: Sequence[tuple[int, str]]) -> str:
     """Return the rule of one action as one line.
 
     The rule is given as pairs of a line's indent and its text.
