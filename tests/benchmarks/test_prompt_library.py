@@ -58,7 +58,9 @@ def test_a_file_that_replaces_nothing_is_an_error(data_store: Store, tmp_path: P
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
     file.write_text("[]")
-    with pytest.raises(InputError, match=f"{name}: replaces nothing; expected <domain>_<ability>.json"):
+    with pytest.raises(
+        InputError, match=f"{name}: no prompt or template has this name; expected <domain>_<ability>.json"
+    ):
         make_library(data_store, tmp_path).open(*SUITE)
 
 

@@ -70,7 +70,7 @@ def test_a_mistake_in_a_goal_is_named(goal: Formula | str, problem: str) -> None
     [
         (
             "LIFT() and lit(lamp)",
-            "expected actions without objects, joined by 'or', without other conditions",
+            "a goal with actions may only join actions by 'or', without objects and other conditions",
         ),
         ("lit(lamp) then LIFT()", "LIFT takes 1 object, not 0"),
     ],

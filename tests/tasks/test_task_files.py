@@ -86,8 +86,8 @@ CASES = [
     ({**LINE, "goals": ["lit(lamp)"]}, "goals.0: there is no object lamp"),
     ({**LINE, "goals": ["forall x: lamp. (always lit(x))"]}, "goals.0: a temporal operator stands inside"),
     ({**LINE, "goals": ["eventually PRESS()"]}, "goals.0: PRESS takes 1 object, not 0"),
-    ({**LINE, "goals": ["PRESS(lamp_1)"]}, "goals.0: expected actions without objects"),
-    ({**LINE, "goals": ["PRESS() and lit(lamp_1)"]}, "goals.0: expected actions without objects"),
+    ({**LINE, "goals": ["PRESS(lamp_1)"]}, "goals.0: a goal with actions may only join actions"),
+    ({**LINE, "goals": ["PRESS() and lit(lamp_1)"]}, "goals.0: a goal with actions may only join actions"),
     ({**LINE, "plan": [["JUMP"]]}, "plan.0: expected an operator of the domain, found 'JUMP'"),
     ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
     (

@@ -100,7 +100,9 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
     lengths = [len(plan) for plan in plans]
     if task.reference_plan and _has_standard_view(setup.rules):
         for mistake in _find_mistakes_in_reference(setup):
-            raise InputError(f"{task.id}: the recorded reference does not win: {mistake}")
+            raise InputError(
+                f"{task.id}: correct the plan `reference`, or leave it out; it does not win: {mistake}"
+            )
         commands = tuple(map(setup.commands.write_command, task.reference_plan))
         return ReferenceSolution(min([*lengths, len(commands)]), commands)
     won = next(_find_games_won_by_agents(setup), None)

@@ -121,8 +121,8 @@ class PromptLibrary:
         for task_id in beliefs.keys() & prompts.keys():
             if replaced[task_id].user != prompts[task_id].user:
                 raise InputError(
-                    f"{self.folder}: a file replaces the prompt of {task_id}, but this prompt must state "
-                    "the goals or the scene of a model's answer; remove the file"
+                    f"{self.folder}: remove the file that replaces the prompt of {task_id}, because it "
+                    "leaves out the goals or the scene that a model stated"
                 )
         return replaced
 
@@ -308,6 +308,6 @@ def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
     for file in find_files_below(folder, "*.json", "*.txt"):
         if file.relative_to(folder).as_posix() not in expected_names:
             raise InputError(
-                f"{file}: replaces nothing; expected <domain>_<ability>.json, "
+                f"{file}: no prompt or template has this name; expected <domain>_<ability>.json, "
                 "<domain>_<ability>_system.json or the name of a template"
             )

@@ -104,7 +104,7 @@ class _BddlReader:
         keyword = self._tokens[self._next]
         if keyword not in _SECTIONS:
             raise self._make_error(
-                f"':domain', ':objects', ':init' or ':goal'{did_you_mean(keyword, _SECTIONS)}"
+                expected=f"':domain', ':objects', ':init' or ':goal'{did_you_mean(keyword, _SECTIONS)}"
             )
         self._next += 1
         return keyword
@@ -128,7 +128,7 @@ class _BddlReader:
         word = self._read_word(expected)
         if word.endswith("-"):
             self._next -= 1
-            raise self._make_error(f"a space before the hyphen, as in {word[:-1]} - CATEGORY")
+            raise self._make_error(expected=f"a space before the hyphen, as in {word[:-1]} - CATEGORY")
         return word
 
     def _read_category(self) -> str:
@@ -170,7 +170,7 @@ class _BddlReader:
     def _read_condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
         """Read a condition that is nested at most `levels` deep."""
         if levels == 0 and self._tokens[self._next] == "(":
-            raise self._make_error(f"a condition with at most {MAX_DEPTH} levels of nesting")
+            raise self._make_error(expected=f"a condition with at most {MAX_DEPTH} levels of nesting")
         self._read_token("(")
         keyword = self._tokens[self._next]
         if keyword in _CONNECTIVES:
@@ -208,9 +208,9 @@ class _BddlReader:
         self._read_token("(")
         digits = self._tokens[self._next]
         if not _COUNT.fullmatch(digits):
-            raise self._make_error("the number of objects")
+            raise self._make_error(expected="the number of objects")
         if len(digits) > MAX_COUNT_DIGITS:
-            raise self._make_error(f"a number of at most {MAX_COUNT_DIGITS} digits")
+            raise self._make_error(expected=f"a number of at most {MAX_COUNT_DIGITS} digits")
         self._next += 1
         self._read_token(")")
         return int(digits)
@@ -239,7 +239,7 @@ class _BddlReader:
     def _read_word(self, expected: str = "a name") -> str:
         token = self._tokens[self._next]
         if token in _ENDS_OF_WORDS:
-            raise self._make_error(expected)
+            raise self._make_error(expected=expected)
         self._next += 1
         return _strip_question_marks(token)
 
@@ -253,11 +253,11 @@ class _BddlReader:
     def _read_token(self, token: str, expected: str = "") -> None:
         """Read the expected token, or raise an error if another token stands here."""
         if self._tokens[self._next] != token:
-            raise self._make_error(expected or f"'{token}'")
+            raise self._make_error(expected=expected or f"'{token}'")
         self._next += 1
 
-    def _make_error(self, words: str) -> ParseError:
-        return make_parse_error(self._text, self._token_offsets[self._next], words)
+    def _make_error(self, *, expected: str) -> ParseError:
+        return make_parse_error(self._text, self._token_offsets[self._next], expected)
 
     @cached_property
     def _token_offsets(self) -> list[int]:

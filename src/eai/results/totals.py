@@ -108,7 +108,7 @@ class RunTotals:
             ValueError: there are no records.
         """
         if self.head is None:
-            raise ValueError("the totals have no record; add one first")
+            raise ValueError("no record was added yet, so there is no first one")
         return self.head
 
     @property

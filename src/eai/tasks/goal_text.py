@@ -53,7 +53,9 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
             if wanted != actual:
                 raise InputError(describe_wrong_arity(action.action, wanted, "object", actual))
     elif actions and not _is_action_choice(formula):
-        raise InputError("expected actions without objects, joined by 'or', without other conditions")
+        raise InputError(
+            "a goal with actions may only join actions by 'or', without objects and other conditions"
+        )
     check_goal_names(formula, scene)
     return formula
 

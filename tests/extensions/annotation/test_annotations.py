@@ -46,7 +46,10 @@ def test_a_task_rated_once_adds_to_the_mean_only(tmp_path: Path) -> None:
         (HEADER + "t,a,x,4.5\n", "line 2, column score"),
         (HEADER + "t,a,x,4\nt,,x,4\n", "line 3, column rater: expected a value"),
         (HEADER + "t,a,x\n", "line 2: expected 4 columns, found 3"),
-        (HEADER + "t,a,x,4\n\nt,a,x,5\n", "line 4, column rater: 'a' already rated 't' in 'x' in line 2"),
+        (
+            HEADER + "t,a,x,4\n\nt,a,x,5\n",
+            "line 4 rates task 't', attribute 'x', by rater 'a', as line 2 does",
+        ),
     ],
 )
 def test_errors_in_ratings_name_line_and_column(tmp_path: Path, text: str, message: str) -> None:

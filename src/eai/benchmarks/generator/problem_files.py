@@ -111,8 +111,8 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
         if not readings.holds(meant, {}, initial):
             line = _find_line_of_fact(file.text, each)
             raise InputError(
-                f"{file.path}: line {line}: expected facts that agree: with the others, "
-                f"{format_ltl(each)} does not hold"
+                f"{file.path}: line {line}: the facts contradict each other: "
+                f"{format_ltl(each)} is stated, but does not follow from all facts together"
             )
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)

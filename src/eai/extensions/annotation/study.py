@@ -158,8 +158,8 @@ def _parse_ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
         key = (fields["task"], fields["rater"], fields["attribute"])
         if key in seen:
             raise InputError(
-                f"{path}: line {line}, column rater: {key[1]!r} already rated {key[0]!r} in {key[2]!r} "
-                f"in line {seen[key]}"
+                f"{path}: line {line} rates task {key[0]!r}, attribute {key[2]!r}, by rater {key[1]!r}, as "
+                f"line {seen[key]} does; keep one of them"
             )
         seen[key] = line
         yield _Rating(*key, score=int(fields["score"]))

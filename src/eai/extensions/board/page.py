@@ -251,7 +251,7 @@ def _read_season_benchmark_and_html(folder: Path) -> tuple[Benchmark | None, str
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
         for problem in find_doubts_that_task_set_used_secret(folder, chosen.split, chosen.secret or None):
-            raise InputError(f"{folder}: expected the announced tasks: {problem}")
+            raise InputError(f"{folder}: these tasks are not those that the season announced: {problem}")
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:
             state = f"over: its secret is revealed, and {entry['tasks']} tasks follow from it"

@@ -202,7 +202,9 @@ def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None)
     """
     published = find_benchmark(domain).data.prompts
     if published is None:
-        raise InputError(f"{domain}: leave it out; a submission answers published prompts, and it has none")
+        raise InputError(
+            f"{domain} has no published prompts, which a submission answers; leave out this benchmark"
+        )
     rows = json.loads(published(ability, Source(store)).prompts)
     identifiers: list[str] = [row["identifier"] for row in rows]
     return tuple(i if i.startswith(SCENE_PREFIX) else convert_published_id(i) for i in identifiers)

@@ -98,7 +98,9 @@ def read_log(
         raise InputError(f"{path}: unknown log format; expected one of {known_formats}")
     if len(readers) > 1:
         formats = ", ".join([reader.format for reader in readers])
-        raise InputError(f"{path}: several log formats fit this file: {formats}")
+        raise InputError(
+            f"{path}: several log formats fit this file ({formats}); remove one of their readers"
+        )
     (reader,) = readers
     episodes = reader.read(path, content)
     if not episodes:

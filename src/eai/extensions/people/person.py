@@ -67,8 +67,8 @@ def begin_or_resume_episode(
     is_same = (saved.rules, saved.seed, saved.turns) == (game_setup.rules, seed, tuple(play.turns))
     if not is_same or saved.harness not in (HARNESS, PROMPTED):
         raise InputError(
-            f"{game_setup.task.id}: the answer file has an episode of a model, or one with other settings or "
-            "data; give the same settings, or another file as --out"
+            f"{game_setup.task.id}: the answer file has another episode, by a model or under other settings "
+            "or data; give the settings of this episode, or another file as --out"
         )
     return play, observations
 
