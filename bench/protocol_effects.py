@@ -18,7 +18,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
 from eai.benchmarks.errata import load_errata
-from eai.benchmarks.reference_wheel import convert_published_id
+from eai.benchmarks.reference_wheel import get_task_id_of_published_id
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import make_operators
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlanNotation
@@ -267,7 +267,7 @@ def main() -> None:
     """Print the tables for some response files."""
     tasks = load_errata("virtualhome").correct_tasks(open_tasks())
     files = [file for path in sys.argv[1:] for file in find_response_files(Path(path))]
-    models = [make_answers(read_responses(file, tasks, convert_published_id), tasks) for file in files]
+    models = [make_answers(read_responses(file, tasks, get_task_id_of_published_id), tasks) for file in files]
     for model in models:
         model.check()
     print("\n".join((*format_rates(models), "", *format_effects(models))))

@@ -19,7 +19,7 @@ def virtualhome_subgoals(
     limits: ExplorationLimits | None = None,
 ) -> Callable[[Task], SubgoalDecompositionScorer]:
     """Return a function that makes the scorer of a VirtualHome task."""
-    domain, notation = virtualhome.make_domain_with_hand_switch(), VirtualHomeSubgoalNotation()
+    domain, notation = virtualhome.make_domain_with_switch_hands_action(), VirtualHomeSubgoalNotation()
     refinement = SubgoalRefiner(domain)
     return lambda task: SubgoalDecompositionScorer(task, domain, notation, refinement, limits=limits)
 

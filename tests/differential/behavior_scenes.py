@@ -33,9 +33,9 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
         marks = [
             m for m, a in (("Slicer", "slicer"), ("CleaningTool", "cleaningTool")) if a in thing.abilities
         ]
-        states = {spelt(state): (state, thing.name) in true for state in thing.states} | dict.fromkeys(
-            marks, True
-        )
+        states = {
+            spelt(state): (state, thing.name) in true for state in thing.possible_states
+        } | dict.fromkeys(marks, True)
         mine = [(predicate, target) for predicate, source, target in relations if source == thing.name]
         volume = evidence.volumes.get_volume(record.scene, thing.name, thing.model)
         for name in (thing.name, *thing.sliced_half_names):

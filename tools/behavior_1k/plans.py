@@ -20,7 +20,7 @@ from eai.benchmarks.behavior_1k.challenge import PLANS_2026, load_amendments, op
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK, PLANS
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.scene import SceneBuilder
-from eai.benchmarks.behavior_1k.tasks import DefinitionSupplement, open_scene_builder, split_by_activity
+from eai.benchmarks.behavior_1k.tasks import DataForAmendedDefinitions, open_scene_builder, split_by_activity
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk_subformulas
 from eai.planning.planner import drop_needless_actions
@@ -326,7 +326,7 @@ def _place(formula: f.Formula) -> float:
 def opened(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
     """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
-    nothing = DefinitionSupplement({}, {}, {})
+    nothing = DataForAmendedDefinitions({}, {}, {})
     return list(split_by_activity(pack.read(ACTIVITIES))), open_scene_builder(pack, {}, nothing)[0]
 
 

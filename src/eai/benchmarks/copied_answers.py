@@ -227,14 +227,14 @@ def _make_plan_from_goal_conditions(benchmark: Benchmark, task: Task) -> Iterabl
     """
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
-        _apply_first_matching_schema(_find_achieving_actions(literal, task, achievers), task)
+        _ground_first_matching_schema(_find_achieving_actions(literal, task, achievers), task)
         for literal in _list_goal_conditions(task)
     ]
     actions = [
         achievers.get_achievers_for_executing_operators(list_actions_that_meet_goal(goal))
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
-    plan += [_apply_first_matching_schema([(achiever, {}) for achiever in ways], task) for ways in actions]
+    plan += [_ground_first_matching_schema([(achiever, {}) for achiever in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
     return benchmark.notation.plans.write(tuple(steps), task.scene)
 
@@ -274,7 +274,7 @@ def _find_achieving_actions(
                     yield achiever, scope
 
 
-def _apply_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
+def _ground_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
     """Return the first action schema applied to the first fitting objects, or None if no objects fit.
 
     The action need not be possible.
@@ -468,12 +468,12 @@ def _find_task_with_most_similar_texts(
     """Return the other task that has the largest share of texts in common with the given texts, if any."""
     others = [(task, task_texts) for task, task_texts in tasks_and_texts if task.id != excluded_task.id]
     nearest = max(
-        others, key=lambda entry: _compute_millionths_of_shared_texts(texts, entry[1]), default=None
+        others, key=lambda entry: _compute_text_overlap_in_millionths(texts, entry[1]), default=None
     )
     return None if nearest is None else nearest[0]
 
 
-def _compute_millionths_of_shared_texts(texts: Counter[str], others: Counter[str]) -> int:
+def _compute_text_overlap_in_millionths(texts: Counter[str], others: Counter[str]) -> int:
     """Return the share of texts that two tasks have in common, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 

@@ -177,10 +177,10 @@ class PromptLibrary:
                 tasks, templates, has_example=not benchmark.has_declared_prompt_names
             )
         if interaction.make_question is not None:
-            return self._make_prompts_of_own_questions(interaction.make_question, benchmark, ability, beliefs)
+            return self._make_prompts_by_ability_code(interaction.make_question, benchmark, ability, beliefs)
         return render_prompts(self._make_prompt_template_values(benchmark, ability, beliefs), templates)
 
-    def _make_prompts_of_own_questions(
+    def _make_prompts_by_ability_code(
         self,
         make_question: QuestionMaker,
         benchmark: Benchmark,

@@ -33,7 +33,7 @@ _CORRECTED_IDS = {
 """Wrong task id in the published prompts of BEHAVIOR's goal interpretation -> right id."""
 
 
-def convert_published_id(published_id: str) -> str:
+def get_task_id_of_published_id(published_id: str) -> str:
     """Return the task id in the data set for an identifier in a file of answers or prompts."""
     task_id = published_id.removeprefix(SCENE_PREFIX)
     return _CORRECTED_IDS.get(task_id, task_id)
@@ -41,7 +41,7 @@ def convert_published_id(published_id: str) -> str:
 
 def find_task_id(published_id: str) -> str | None:
     """Return the task id in the data set for an identifier, or None for a task in an unpublished scene."""
-    return None if _OTHER_SCENE.match(published_id) else convert_published_id(published_id)
+    return None if _OTHER_SCENE.match(published_id) else get_task_id_of_published_id(published_id)
 
 
 @cache

@@ -132,7 +132,7 @@ def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) 
         )
     if is_path_of_task_files(reference):
         path = Path(reference)
-        return replace(_open_single_ability_file(path) or _open_task_files(path), reference=reference)
+        return replace(_open_file_for_single_ability(path) or _open_task_files(path), reference=reference)
     if separator or reference.endswith(".py"):
         return _require_benchmark(load_object(reference), reference)
     names = list_benchmarks()
@@ -181,7 +181,7 @@ def open_pddl_benchmark(files: str) -> Benchmark:
     return Benchmark(declared.name, declared, lambda source: tasks, notation, data)
 
 
-def _open_single_ability_file(path: Path) -> Benchmark | None:
+def _open_file_for_single_ability(path: Path) -> Benchmark | None:
     """Return the benchmark of a file with tasks that are made for one ability, or None for other files."""
     from eai.abilities.declaration import get_declaration
 

@@ -20,7 +20,7 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _map_supports_to_containment(
+def _map_supports_to_container_flags(
     state: State, relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
     """Return a mapping: direct or indirect support of an object -> whether the support is a container.
@@ -56,11 +56,11 @@ def make_support_and_containment_predicates(
 
     def find_all_supporting_objects(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return all direct and indirect supports of an object, as a bit mask."""
-        return reduce(or_, _map_supports_to_containment(state, names, arguments[0]), 0)
+        return reduce(or_, _map_supports_to_container_flags(state, names, arguments[0]), 0)
 
     def find_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _map_supports_to_containment(state, names, arguments[0])
+        chain = _map_supports_to_container_flags(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
     carries = DefinedPredicate("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
@@ -103,7 +103,7 @@ def make_floor_lookup(
     def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_map_supports_to_containment(state, supports, root)):
+        for support in (1 << root, *_map_supports_to_container_flags(state, supports, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1

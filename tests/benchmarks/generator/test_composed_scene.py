@@ -15,7 +15,7 @@ from benchmarks.generator.worlds import tasks
 from eai.base.store import Store
 from eai.benchmarks.benchmark import TaskObject
 from eai.benchmarks.generator.composed_scene import (
-    add_relations_between_tasks,
+    add_relations_of_task_objects,
     compose_scene_from_tasks,
     list_mentioned_objects_by_category,
 )
@@ -185,7 +185,7 @@ def test_objects_of_two_tasks_get_the_relations_that_the_benchmark_tells() -> No
         compared.append(list(objects))
         return [Fact("part_of", (0, 1)), Fact("clean", (0,))]
 
-    state = add_relations_between_tasks(both.initial, {"tray.2": (home, 1), "cup.1": (here, 0)}, compare)
+    state = add_relations_of_task_objects(both.initial, {"tray.2": (home, 1), "cup.1": (here, 0)}, compare)
     assert compared == [[(here, 0), (home, 1)]]
     assert told(state.facts(), state.scene) == {"clean cup.1", "part_of cup.1 tray.2"}
 

@@ -23,7 +23,7 @@ from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.measures import TaskMeasure
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
-    add_objects_of_present_categories,
+    add_similar_portable_objects,
     make_hiding_place_finder,
     make_reduced_scene,
 )
@@ -109,7 +109,7 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
         rng, theme = random.Random(number), prior.themes[task.title]
         scene = make_reduced_scene(task, prior, rng, 30, leaves_room=number % 2 > 0)
         kinds = {thing.category for thing in scene.scene.objects}
-        scene = add_objects_of_present_categories(scene, prior, rng, 34, kinds)
+        scene = add_similar_portable_objects(scene, prior, rng, 34, kinds)
         scene = add_objects_of_other_tasks(scene, tasks, prior, rng, 40)
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")

@@ -17,7 +17,7 @@ from eai.benchmarks.generator.sets import (
     MANIFEST,
     compute_set_statistics,
     estimate_number_of_tasks,
-    find_doubts_that_task_set_used_secret,
+    find_contradictions_to_seed_secret,
     find_other_task_sets,
     make_manifest_entry,
     make_seeds,
@@ -152,7 +152,7 @@ def test_false_claims_about_a_secret_are_reported(
     write_set(tmp_path, lamps, [seeds[number] for number in chosen])
     file = tmp_path / "test.jsonl"
     file.write_bytes(file.read_bytes().replace(b"Switch", b"Turn") if content else file.read_bytes())
-    problems = list(find_doubts_that_task_set_used_secret(tmp_path, "test", secret))
+    problems = list(find_contradictions_to_seed_secret(tmp_path, "test", secret))
     assert len(problems) == len(found)
     assert all(problem.startswith(start) for problem, start in zip(problems, found, strict=True))
 
@@ -162,10 +162,10 @@ def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_
     write_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
         with pytest.raises(InputError, match="that was generated with --secret"):
-            list(find_doubts_that_task_set_used_secret(tmp_path, split, SECRET))
+            list(find_contradictions_to_seed_secret(tmp_path, split, SECRET))
     (tmp_path / "test.jsonl").unlink()
     with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):
-        list(find_doubts_that_task_set_used_secret(tmp_path, "test", SECRET))
+        list(find_contradictions_to_seed_secret(tmp_path, "test", SECRET))
 
 
 def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:

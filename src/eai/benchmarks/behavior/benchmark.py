@@ -22,7 +22,7 @@ from eai.benchmarks.behavior.activities import make_activity_problem_reader, wri
 from eai.benchmarks.behavior.domain import make_domain_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoalNotation, BehaviorSubgoalNotation
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
-from eai.benchmarks.behavior.tasks import compare_objects_of_tasks, get_object_model
+from eai.benchmarks.behavior.tasks import get_model_category, yield_size_facts_across_tasks
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
 from eai.benchmarks.errata import load_errata
@@ -256,7 +256,7 @@ def behavior() -> Benchmark:
             open_bddl=lambda source: make_activity_problem_reader(open_tasks(source)),
             planner_seconds=200,
             labels=GOAL_LABELS,
-            compare_objects=compare_objects_of_tasks,
-            model_of=get_object_model,
+            compare_objects=yield_size_facts_across_tasks,
+            model_of=get_model_category,
         ),
     )

@@ -26,13 +26,13 @@ def make_related_objects_lookup(relation: str) -> LookupFunction:
     return find_related_objects
 
 
-def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
+def make_lookup_for_sliced_objects(lookup: LookupFunction) -> LookupFunction:
     """Return a copy of a lookup function that also finds the related objects of sliced objects.
 
     For a sliced object, the copy returns the objects to which both halves are related.
     """
 
-    def find_objects_related_to_both_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_objects_related_to_object_or_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         halves = state.relation("part_of").column(x) if state.mask("is_sliced") >> x & 1 else 0
         if not halves:
@@ -42,7 +42,7 @@ def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
             common &= lookup(state, (half,))
         return common
 
-    return find_objects_related_to_both_halves
+    return find_objects_related_to_object_or_halves
 
 
 def _find_floor_under(state: State, unsupported_object: int) -> ObjectMask:
@@ -167,7 +167,7 @@ def _make_predicate_for_relation_goals(
         name,
         (X, Y),
         seen,
-        make_lookup_over_sliced_halves(values or make_related_objects_lookup(stored_relation.name)),
+        make_lookup_for_sliced_objects(values or make_related_objects_lookup(stored_relation.name)),
     )
 
 

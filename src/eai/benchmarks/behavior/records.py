@@ -70,7 +70,7 @@ class BehaviorObject:
         return self.model == FLOOR
 
     @property
-    def states(self) -> tuple[str, ...]:
+    def possible_states(self) -> tuple[str, ...]:
         """Names of the state predicates that can hold for this object."""
         return tuple(state for ability, state in STATE_OF_ABILITY.items() if ability in self.abilities)
 

@@ -162,13 +162,13 @@ def yield_initial_predicates_and_objects(
         if len(fact.arguments) == 1:
             yield fact.predicate, name_of[fact.arguments[0].name]
     for obj in record.objects:
-        if obj.model in evidence.initially_open and "open" in obj.states:
+        if obj.model in evidence.initially_open and "open" in obj.possible_states:
             yield "open", obj.name
 
 
-def list_volumes(record: BehaviorRecord, evidence: FactsMissingInDataSet) -> list[float]:
+def estimate_object_volumes(record: BehaviorRecord, missing_facts: FactsMissingInDataSet) -> list[float]:
     """Return the estimated volume in cubic metres of each object in the scene of a task."""
-    estimates = evidence.volumes
+    estimates = missing_facts.volumes
     volumes = [estimates.get_volume(record.scene, obj.name, obj.model) for obj in record.objects]
     for obj, volume in zip(record.objects, tuple(volumes), strict=True):
         volumes += [estimates.ratio_of_half * volume] * len(obj.sliced_half_names)
@@ -187,7 +187,7 @@ def _compare_volumes(volumes: Sequence[float]) -> Iterator[Fact]:
                     yield Fact(p.much_larger.name, (i, j))
 
 
-def compare_objects_of_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
+def yield_size_facts_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
     """Yield the facts about sizes for objects of several tasks, by the rule for objects of one task.
 
     Facts name objects by their positions in `objects`, which has the task and the index of each object.
@@ -197,14 +197,14 @@ def compare_objects_of_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fa
     """
     evidence = load_unpublished_facts()
     records = [_get_record(task) for task, _ in objects]
-    volumes = {record.id: list_volumes(record, evidence) for record in records}
+    volumes = {record.id: estimate_object_volumes(record, evidence) for record in records}
     return _compare_volumes(
         [volumes[record.id][index] for record, (_, index) in zip(records, objects, strict=True)]
     )
 
 
-def get_object_model(task: Task, index: int) -> str:
-    """Return the model of an object, such as `coffee_table`. The model of a floor names its room.
+def get_model_category(task: Task, index: int) -> str:
+    """Return the category of an object's 3D model, such as `coffee_table`. That of a floor names its room.
 
     Raises:
         TypeError: the task is not a task of the data set.
@@ -240,7 +240,7 @@ class _BehaviorTaskBuilder:
         return self.scene.state(
             (
                 *self._yield_object_property_facts(),
-                *_compare_volumes(list_volumes(self._record, self._evidence)),
+                *_compare_volumes(estimate_object_volumes(self._record, self._evidence)),
                 *self._yield_start_state_facts(relations),
             )
         )

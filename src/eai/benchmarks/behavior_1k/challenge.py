@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from eai.base.errors import DataError
 from eai.base.files import parse_toml
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK
-from eai.benchmarks.behavior_1k.tasks import DefinitionSupplement, read_plans, split_by_activity
+from eai.benchmarks.behavior_1k.tasks import DataForAmendedDefinitions, read_plans, split_by_activity
 from eai.benchmarks.packs import open_pack
 from eai.tasks.source import Source
 
@@ -42,7 +42,7 @@ class _ActivityAmendment(BaseModel):
     goal: str = ""
 
 
-class _Amendments(BaseModel):
+class _ChallengeAmendments(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     order: Sequence[str]
@@ -52,33 +52,33 @@ class _Amendments(BaseModel):
 
 
 @cache
-def load_amendments() -> _Amendments:
+def load_amendments() -> _ChallengeAmendments:
     """Return the changes that make activities of the challenge of 2026 from activities of bddl 3.6.0."""
     text = (files("eai.benchmarks.behavior_1k") / AMENDMENTS).read_text(encoding="utf-8")
-    return _Amendments.model_validate(parse_toml(text))
+    return _ChallengeAmendments.model_validate(parse_toml(text))
 
 
-def open_challenge_2026(source: Source | None) -> tuple[Definitions, DefinitionSupplement]:
+def open_challenge_2026(source: Source | None) -> tuple[Definitions, DataForAmendedDefinitions]:
     """Return the definitions of the challenge's activities, and facts on amended ones, such as plans."""
     amendments = load_amendments()
     packed = split_by_activity(open_pack(PACK, source).read(ACTIVITIES))
-    supplement = DefinitionSupplement(amendments.kinds, read_plans(PLANS_2026), amendments.left_out)
-    return amend_definitions(packed), supplement
+    supplement = DataForAmendedDefinitions(amendments.kinds, read_plans(PLANS_2026), amendments.left_out)
+    return amend_definitions_for_challenge(packed), supplement
 
 
-def amend_definitions(packed: Definitions) -> Definitions:
+def amend_definitions_for_challenge(original: Definitions) -> Definitions:
     """Return the definitions of the challenge's 100 activities, in the order of the challenge.
 
-    Each definition is that of bddl 3.6.0 (`packed`), changed by its amendment if it has one.
+    Each definition is that of bddl 3.6.0 (`original`), changed by its amendment if it has one.
 
     Raises:
         DataError: a definition lacks a fact that its amendment removes.
     """
     amendments = load_amendments()
     amended = {
-        name: _amend_activity_definition(name, packed, each) for name, each in amendments.activities.items()
+        name: _amend_activity_definition(name, original, each) for name, each in amendments.activities.items()
     }
-    return {name: amended.get(name) or packed[name] for name in amendments.order}
+    return {name: amended.get(name) or original[name] for name in amendments.order}
 
 
 def _amend_activity_definition(activity: str, definitions: Definitions, amendment: _ActivityAmendment) -> str:

@@ -100,7 +100,7 @@ def describe_substance_sources_and_floors(task: Task) -> str:
     Each source or floor has a line under a heading. Without sources and floors, the text is empty.
     """
     return _format_list_with_heading(
-        SITUATION, _SubstanceSourceAndFloorWriter(task.initial).write_source_and_floor_lines()
+        SITUATION, _SubstanceSourceAndFloorWriter(task.initial).write_substance_source_and_room_floor_lines()
     )
 
 
@@ -112,7 +112,7 @@ def _format_list_with_heading(heading: str, lines: Iterable[str]) -> str:
 class _SubstanceSourceAndFloorWriter(SceneFactReader):
     """Describes the substances that each source gives, and the floor under each object without support."""
 
-    def write_source_and_floor_lines(self) -> Iterator[str]:
+    def write_substance_source_and_room_floor_lines(self) -> Iterator[str]:
         """Yield a line for each source of substances (such as a sink) and each floor below objects."""
         for source in self._names:
             given = self._find_targets_of(p.gives, source)

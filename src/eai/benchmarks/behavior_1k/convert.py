@@ -45,7 +45,7 @@ def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     Raises:
         DataError: the distribution lacks a file, or a file has an unexpected form.
     """
-    texts = dict(_yield_names_and_definitions(files))
+    texts = dict(_yield_activity_names_and_definitions(files))
     rules = _read_transition_rules(files)
     mentioned = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
     annotated = _read_json(files, "bddl/generated_data/propagated_annots_params.json")
@@ -87,7 +87,7 @@ def _read_json(files: ArchiveFiles, path: str) -> Any:
         ) from error
 
 
-def _yield_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
+def _yield_activity_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
     """Yield the name and the definition of each activity, in alphabetical order. A definition is one line."""
     for path in sorted(files.names):
         match = _DEFINITION.fullmatch(path)
@@ -192,7 +192,7 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
         "cook_in_water": _map_kinds_to_products(read_rule_file("substance_watercooking")),
         "wash": read_rule_file("washer"),
         "fits": sorted(ast.literal_eval(match[1])),
-        "recipes": [_read_recipe(by, rule) for by, rule in mixed],
+        "recipes": [_convert_recipe_rule_to_json(by, rule) for by, rule in mixed],
     }
 
 
@@ -209,7 +209,7 @@ def _map_kinds_to_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]
     }
 
 
-def _read_recipe(method: str, rule: Mapping[str, Any]) -> dict[str, object]:
+def _convert_recipe_rule_to_json(method: str, rule: Mapping[str, Any]) -> dict[str, object]:
     """Return the JSON value of a recipe: ingredients, method, vessel, heat source and products."""
     states = rule.get("input_states") or {}
     result = [

@@ -93,7 +93,7 @@ class ProductionMethod:
 
 
 @dataclass(frozen=True)
-class _KindRules:
+class _ObjectKindRules:
     """The rules that turn objects into other kinds.
 
     Mappings are from a kind to the kind of the product, if not stated otherwise.
@@ -152,7 +152,7 @@ class ObjectKinds:
     def __init__(self, values: Mapping[str, Any], rules: object) -> None:
         self._kinds: Mapping[str, Mapping[str, Any]] = values["kinds"]
         self._removers: Sequence[Mapping[str, Any] | None] = values["removers"]
-        self.rules = TypeAdapter(_KindRules).validate_python(rules)
+        self.rules = TypeAdapter(_ObjectKindRules).validate_python(rules)
 
     def has_ability(self, synset: str, *abilities: str) -> bool:
         """Whether objects of a kind have any of the abilities."""

@@ -238,7 +238,7 @@ class _SceneMaker:
             self._kinds.has_ability(kind, kind_or_ability) for kind in self._declared_kinds.values()
         )
 
-    def _can_be_made(self, kind: str, present_kinds: set[str], visited_kinds: tuple[str, ...]) -> bool:
+    def _is_kind_available(self, kind: str, present_kinds: set[str], visited_kinds: tuple[str, ...]) -> bool:
         """Whether the scene has an object of a kind, or objects from which such an object can be made."""
         if kind in present_kinds:
             return True
@@ -251,7 +251,7 @@ class _SceneMaker:
         self, method: k.ProductionMethod, present_kinds: set[str], visited_kinds: tuple[str, ...]
     ) -> bool:
         return all(self._has_equipment(need, present_kinds) for need in method.equipment) and all(
-            self._can_be_made(ingredient, present_kinds, visited_kinds) for ingredient in method.takes
+            self._is_kind_available(ingredient, present_kinds, visited_kinds) for ingredient in method.takes
         )
 
     def _add_recipes_and_products(self, wanted_kinds: Sequence[str], present_kinds: set[str]) -> None:

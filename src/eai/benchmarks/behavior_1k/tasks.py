@@ -51,7 +51,7 @@ def load_activity_subsets() -> Mapping[str, tuple[str, ...]]:
     }
 
 
-class DefinitionSupplement(NamedTuple):
+class DataForAmendedDefinitions(NamedTuple):
     """Facts about definitions of activities that differ from those of bddl 3.6.0.
 
     Attributes:
@@ -66,7 +66,7 @@ class DefinitionSupplement(NamedTuple):
 
 
 def open_scene_builder(
-    pack: PackFile, definitions: Mapping[str, str], supplement: DefinitionSupplement
+    pack: PackFile, definitions: Mapping[str, str], supplement: DataForAmendedDefinitions
 ) -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
     """Return the function that makes an activity's scene, and the object kinds with known abilities."""
     values = pack.read_json(KINDS)
@@ -79,7 +79,7 @@ def open_tasks(
     english: EnglishWords,
     source: Source | None = None,
     definitions: Mapping[str, str] | None = None,
-    supplement: DefinitionSupplement = DefinitionSupplement({}, {}, {}),  # noqa: B008 - a frozen value
+    supplement: DataForAmendedDefinitions = DataForAmendedDefinitions({}, {}, {}),  # noqa: B008 - a frozen value
 ) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 

@@ -219,7 +219,7 @@ def _compute_pattern_weights_from_plans(
 
     A pattern is a literal with categories in place of objects. In each task, goals with
     a pattern add `_GOAL_WEIGHT` each to its weight, and effects of the plan add `_EFFECT_WEIGHT`. The initial
-    facts of all tasks together add `_FACT_WEIGHT`, unless `_count_surplus_facts_by_relation` is positive.
+    facts of all tasks together add `_FACT_WEIGHT`, unless `_count_facts_above_max_mean_targets` is positive.
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
@@ -228,7 +228,7 @@ def _compute_pattern_weights_from_plans(
         objects = _find_mentioned_or_used_objects(task)
         before = _find_fact_patterns(task.initial, objects, fact_listers)
         initial_patterns |= before
-        crowds.update(_count_surplus_facts_by_relation(task.initial, objects, fact_listers))
+        crowds.update(_count_facts_above_max_mean_targets(task.initial, objects, fact_listers))
         afterwards = [course.final_state, *([] if task.annotated_final is None else [task.annotated_final])]
         came_about = [
             _find_changed_patterns(before, _find_fact_patterns(state, objects, fact_listers))
@@ -333,7 +333,7 @@ def _find_fact_patterns(
     }
 
 
-def _count_surplus_facts_by_relation(
+def _count_facts_above_max_mean_targets(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
     """Return, for each relation, its number of facts minus the maximum for relations that state places.

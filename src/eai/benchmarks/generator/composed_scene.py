@@ -82,7 +82,7 @@ def compose_scene_from_tasks(
     return scene.make_state()
 
 
-def add_relations_between_tasks(
+def add_relations_of_task_objects(
     state: State, origins: Mapping[str, TaskObject], compare_objects: CompareObjects
 ) -> State:
     """Return the state with the static facts about objects of different tasks, such as relations of size.
@@ -193,7 +193,7 @@ class _ComposedScene:
         self._excluded.add(thing.category)  # places may form a circle, such as a curtain in a curtain
         places = self._find_equal_places_in_this_scene(other_task, other_object)
         self._excluded.remove(thing.category)
-        parts = list(self._list_parts(other_state, other_object))
+        parts = list(self._list_relations_and_object_parts(other_state, other_object))
         if places is None or len(self._objects) + len(parts) >= self._size:
             return None
         index = self._add_object(other_task, other_object, make_free_name(thing.name, self._objects))
@@ -207,12 +207,10 @@ class _ComposedScene:
             self._facts[Fact(name, (self._add_object(other_task, part, part_name), index))] = None
         return index
 
-    def _list_parts(self, other_state: State, other_object: int) -> Iterator[tuple[str, int]]:
+    def _list_relations_and_object_parts(self, state: State, index: int) -> Iterator[tuple[str, int]]:
         """Yield the parts of an object of another scene, each with its relation to the object."""
         for name in self._prior.part_relations:
-            yield from (
-                (name, part) for part in iterate_bits(other_state.relation(name).column(other_object))
-            )
+            yield from ((name, part) for part in iterate_bits(state.relation(name).column(index)))
 
     def _add_object(self, other_task: Task, other_object: int, name: str) -> int:
         """Add an object with its states. Return its index."""

@@ -24,7 +24,7 @@ from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.census import DomainOfActionsSeenInPlans, count_usual_goals
 from eai.benchmarks.generator.composed_scene import (
-    add_relations_between_tasks,
+    add_relations_of_task_objects,
     compose_scene_from_tasks,
     list_mentioned_objects_by_category,
 )
@@ -40,7 +40,7 @@ from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model,
 from eai.benchmarks.generator.scene import (
     MIN_OBJECTS,
     add_objects_of_other_tasks,
-    add_objects_of_present_categories,
+    add_similar_portable_objects,
     hide_object,
     make_hiding_place_finder,
     make_reduced_scene,
@@ -60,7 +60,7 @@ from eai.benchmarks.generator.spec import (
     get_tier_of_length,
 )
 from eai.benchmarks.generator.twins import (
-    ImpossibleTaskSurplus,
+    ImpossibleTaskExcess,
     TaskPairChooser,
     make_clear_and_ambiguous_pair,
     make_task_pair_chooser,
@@ -315,8 +315,8 @@ class TaskGenerator:
         The result is equal on every machine. A task is rejected as a copy if its
         fingerprints (digests of goals and scene) are in ``known_fingerprints``.
         """
-        return self.make_task_from_seed(seed, known_fingerprints).compare_with_earlier_tasks(
-            known_fingerprints, ImpossibleTaskSurplus()
+        return self.make_task_from_seed(seed, known_fingerprints).decide_outcome_given_earlier_tasks(
+            known_fingerprints, ImpossibleTaskExcess()
         )
 
     def make_task_from_seed(
@@ -333,10 +333,10 @@ class TaskGenerator:
             compared.append(fingerprint)
             return fingerprint in known_fingerprints
 
-        outcome = self._make_task(seed, is_copy)
+        outcome = self._make_outcome_or_pair_chooser(seed, is_copy)
         return TaskSeedOutcome(outcome, compared[0] if compared else None)
 
-    def _make_task(
+    def _make_outcome_or_pair_chooser(
         self, seed: str, is_copy: Callable[[tuple[str, str]], bool]
     ) -> GenerationOutcome | TaskPairChooser:
         self._made += 1
@@ -522,7 +522,7 @@ class TaskGenerator:
         origins = {thing.name: (base, base.scene.index[thing.name]) for thing in scene.scene.objects}
         if self._is_composed:
             kinds = self.prior.themes[base.title].categories
-            scene = add_objects_of_present_categories(scene, self.prior, rng, most, kinds, origins)
+            scene = add_similar_portable_objects(scene, self.prior, rng, most, kinds, origins)
             guests = (rng.choice(self._tasks_by_title[title]) for title in titles[1:])
             model_of = self.benchmark.data.model_of
             scene = compose_scene_from_tasks(
@@ -531,7 +531,7 @@ class TaskGenerator:
         if rich:
             scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most, origins)
         if self._compare_objects is not None:
-            scene = add_relations_between_tasks(scene, origins, self._compare_objects)
+            scene = add_relations_of_task_objects(scene, origins, self._compare_objects)
             present = {task.title for task, _ in origins.values()}
             titles = [title for title in titles if title in present]
         closed = self._usage.make_state(scene.scene, scene.facts())

@@ -279,11 +279,11 @@ def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: Usual
     A pattern is a literal with categories in place of objects. The scene has several objects of the category.
     """
 
-    def has_several_objects_to_count(pattern: LiteralPattern) -> bool:
+    def has_several_quantifiable_objects(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
         return any(_may_be_quantified(c, prior) and scene.get_category_mask(c).bit_count() > 1 for c in first)
 
-    return filter_patterns(patterns, has_several_objects_to_count)
+    return filter_patterns(patterns, has_several_quantifiable_objects)
 
 
 def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bool:

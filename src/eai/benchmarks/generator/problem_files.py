@@ -76,7 +76,7 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
             line and the expected text.
     """
     endings = dict.fromkeys(path.suffix for path in paths)
-    worlds = {ending: _open_world(ending, benchmark, source) for ending in endings}
+    worlds = {ending: _open_problem_reader(ending, benchmark, source) for ending in endings}
     files = read_items_or_raise_all(paths, lambda path: _read_problem_file(path, worlds[path.suffix][0]))
     times = Counter(file.problem.name for file in files)
     tasks: dict[str, Path] = {}
@@ -92,9 +92,9 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     return made
 
 
-def _open_world(ending: str, benchmark: Benchmark, source: Source) -> DomainAndProblemReader:
+def _open_problem_reader(suffix: str, benchmark: Benchmark, source: Source) -> DomainAndProblemReader:
     tasks = benchmark.tasks(source).values()
-    if ending == PDDL:
+    if suffix == PDDL:
         return make_pddl_domain_and_reader(benchmark.domain, tasks)
     if benchmark.data.open_bddl is not None:
         return benchmark.data.open_bddl(source)

@@ -204,8 +204,8 @@ def add_objects_of_other_tasks(
     return Scene(reduced_state.scene.vocabulary, objects, reduced_state.scene.agent).state(facts)
 
 
-def add_objects_of_present_categories(
-    reduced_state: State,
+def add_similar_portable_objects(
+    state: State,
     prior: UsualGoals,
     rng: random.Random,
     max_objects: int,
@@ -217,22 +217,22 @@ def add_objects_of_present_categories(
     A category is used only if a task has several objects of it. Each added object has the category and
     the place of an object of the scene. If `origins` has the origin of that object, it gets that of its copy.
     """
-    objects, facts = list(reduced_state.scene.objects), list(reduced_state.facts())
+    objects, facts = list(state.scene.objects), list(state.facts())
     usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
     hosts = [
         i
         for i, thing in enumerate(objects)
-        if thing.category in usual and find_place_relations_and_categories(i, reduced_state, prior)
+        if thing.category in usual and find_place_relations_and_categories(i, state, prior)
     ]
     number = rng.randint(1, _MAX_SIMILAR_OBJECTS)
     for _ in range(min(number, max_objects - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
         facts += _append_similar_object(
-            objects, objects[host], find_states_of_object(host, reduced_state), host, reduced_state, prior
+            objects, objects[host], find_states_of_object(host, state), host, state, prior
         )
         if origins is not None and objects[host].name in origins:
             origins[objects[-1].name] = origins[objects[host].name]
-    return Scene(reduced_state.scene.vocabulary, objects, reduced_state.scene.agent).state(facts)
+    return Scene(state.scene.vocabulary, objects, state.scene.agent).state(facts)
 
 
 def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -> State:

@@ -21,7 +21,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
-from eai.benchmarks.generator.twins import ImpossibleTaskSurplus, TaskPairChooser
+from eai.benchmarks.generator.twins import ImpossibleTaskExcess, TaskPairChooser
 
 _MAX_FAILED_SEEDS = 300
 """Number of seeds in a row without an accepted task after which generation fails.
@@ -57,21 +57,21 @@ class TaskSeedOutcome:
     outcome: GenerationOutcome | TaskPairChooser
     fingerprint: tuple[str, str] | None = None
 
-    def compare_with_earlier_tasks(
-        self, known_fingerprints: Collection[tuple[str, str]], surplus: ImpossibleTaskSurplus
+    def decide_outcome_given_earlier_tasks(
+        self, known_fingerprints: Collection[tuple[str, str]], impossible_excess: ImpossibleTaskExcess
     ) -> GenerationOutcome:
         """Return the task of the seed, or the reason why the seed is rejected.
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            surplus: impossible minus possible tasks in earlier pairs, by property and category of the removed
-                fact. A new pair is added to these counts.
+            impossible_excess: impossible minus possible tasks in earlier pairs, by property and category of
+                the removed fact. A new pair is added to these counts.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY
         if isinstance(self.outcome, GeneratedTask | SeedRejectionReason):
             return self.outcome
-        return self.outcome(surplus) or SeedRejectionReason.NO_TWIN
+        return self.outcome(impossible_excess) or SeedRejectionReason.NO_TWIN
 
 
 def select_tasks(
@@ -94,7 +94,7 @@ def select_tasks(
         InputError: too many seeds in a row give no task.
     """
     generated = failures = 0
-    reasons, goals, surplus = Counter[str](), Counter[str](), ImpossibleTaskSurplus()
+    reasons, goals, impossible_excess = Counter[str](), Counter[str](), ImpossibleTaskExcess()
     fingerprint_log = [] if fingerprint_log is None else fingerprint_log
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if spec.kind is TaskKind.PAIRS else 1)
     if spec.split is not TaskSplit.ALL:
@@ -109,7 +109,7 @@ def select_tasks(
             message = f"only {generated} of {number} tasks generated; {given}"
             raise InputError(message + few * has_few_goals)
         seed = next(seeds)
-        outcome = seed.compare_with_earlier_tasks(known_fingerprints, surplus)
+        outcome = seed.decide_outcome_given_earlier_tasks(known_fingerprints, impossible_excess)
         if seed.fingerprint is not None:
             goals[seed.fingerprint[0]] += 1
         if isinstance(outcome, GeneratedTask):

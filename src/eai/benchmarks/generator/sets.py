@@ -350,7 +350,7 @@ def find_task_file_of_split(folder: Path, split: str) -> Path | None:
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
 
-def find_doubts_that_task_set_used_secret(folder: Path, split: str, secret: str | None) -> Iterator[str]:
+def find_contradictions_to_seed_secret(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
     The checks are about the content of the file, the secret, and seeds that must follow from the secret. If

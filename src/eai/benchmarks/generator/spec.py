@@ -68,9 +68,9 @@ _VERSIONS = {"behavior": 9}
 """Benchmark -> version of the generator, if the latest change of the generator changed only its tasks."""
 
 
-def get_generator_version(like: str) -> int:
+def get_generator_version(benchmark_reference: str) -> int:
     """Return the version of the generator for a reference to a benchmark, such as `rules:behavior`."""
-    return _VERSIONS.get(like.rpartition(":")[2], VERSION)
+    return _VERSIONS.get(benchmark_reference.rpartition(":")[2], VERSION)
 
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"

@@ -54,10 +54,10 @@ _HALF = 0.5
 _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the added copy of an object instead of the object."""
 
-ImpossibleTaskSurplus: TypeAlias = Counter[tuple[str, str]]
+ImpossibleTaskExcess: TypeAlias = Counter[tuple[str, str]]
 """Property and object category of a removed fact -> number of impossible tasks minus possible tasks."""
 
-TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskSurplus], "GeneratedTask | None"]
+TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskExcess], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
 
 In each task of a pair, one object lacks a property. The object's category must not reveal which task is
@@ -83,11 +83,11 @@ class _TaskPairCandidate:
     similar: Sequence[Fact]
 
 
-def _choose_pair(
+def _choose_task_pair(
     made: GeneratedTask,
     candidates: Sequence[_TaskPairCandidate],
     rng: random.Random,
-    surplus: ImpossibleTaskSurplus,
+    impossible_excess: ImpossibleTaskExcess,
 ) -> GeneratedTask | None:
     """Return a pair of tasks, or None if every pair would unbalance the counts of categories."""
     for candidate in candidates:
@@ -95,12 +95,12 @@ def _choose_pair(
         partners = candidate.same or [
             other
             for other in candidate.similar
-            if surplus[kind] <= 0 <= surplus[_get_property_and_category(other, made.task)]
+            if impossible_excess[kind] <= 0 <= impossible_excess[_get_property_and_category(other, made.task)]
         ]
         if partners:
             other = rng.choice(partners)
-            surplus[kind] += 1
-            surplus[_get_property_and_category(other, made.task)] -= 1
+            impossible_excess[kind] += 1
+            impossible_excess[_get_property_and_category(other, made.task)] -= 1
             return _make_possible_and_impossible_copy(made, candidate.fact, other, rng)
     return None
 
@@ -110,7 +110,7 @@ def make_task_pair_chooser(
 ) -> TaskPairChooser:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
-    The function takes the counts of earlier pairs (`ImpossibleTaskSurplus`). Candidates are facts without
+    The function takes the counts of earlier pairs (`ImpossibleTaskExcess`). Candidates are facts without
     which the task has no plan. The search for candidates stops at the first fact that the function can choose
     independently of the counts.
 
@@ -139,7 +139,7 @@ def make_task_pair_chooser(
         candidates.append(_TaskPairCandidate(fact, same, [] if same else similar))
         if same:
             break
-    return partial(_choose_pair, made, candidates, rng)
+    return partial(_choose_task_pair, made, candidates, rng)
 
 
 def _looks_solvable(task: Task, planner: Planner) -> bool:

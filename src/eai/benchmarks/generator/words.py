@@ -340,7 +340,7 @@ class _InstructionReader:
             return self._read_goal_with_time_word(over_time, one, other)
         is_choice = text.startswith("either ")
         return _require_one_meaning(
-            self._read_disjunction(text.removeprefix("either ")) if is_choice else self._find_meanings(text),
+            self._read_disjunction(text.removeprefix("either ")) if is_choice else self._parse_goals(text),
             text,
         )
 
@@ -351,7 +351,7 @@ class _InstructionReader:
                 f.Not(
                     f.And(
                         (
-                            _require_one_meaning(self._find_meanings(first_clause, never=True), first_clause),
+                            _require_one_meaning(self._parse_goals(first_clause, forbids=True), first_clause),
                             self._read_statement(second_clause),
                         )
                     )
@@ -367,19 +367,19 @@ class _InstructionReader:
 
     def _read_disjunction(self, text: str) -> Iterator[f.Formula]:
         for place in re.finditer(" or ", text):
-            for first in self._find_meanings(text[: place.start()]):
-                yield from (f.Or((first, second)) for second in self._find_meanings(text[place.end() :]))
+            for first in self._parse_goals(text[: place.start()]):
+                yield from (f.Or((first, second)) for second in self._parse_goals(text[place.end() :]))
 
-    def _find_meanings(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
+    def _parse_goals(self, text: str, *, forbids: bool = False) -> Iterator[f.Formula]:
         """Yield all goals that a sentence may mean.
 
-        If `never` is true, the sentence states a forbidden fact.
+        If `forbids` is true, the sentence forbids a fact.
         """
-        forms = ((False, False),) if never else ((False, False), (True, False), (False, True))
+        forms = ((False, False),) if forbids else ((False, False), (True, False), (False, True))
         for predicate in self._words.arities:
             for sentence in self._words.get_sentences(predicate):
                 for negated, several in forms:
-                    form = e.inflect_sentence(sentence, negated=negated, plural=several, never=never)
+                    form = e.inflect_sentence(sentence, negated=negated, plural=several, never=forbids)
                     for words in _find_words_filling_sentence(form, text):
                         yield from self._interpret_sentence(
                             predicate, words, negated=negated, several=several

@@ -18,7 +18,7 @@ def make_domain_in_paper_order() -> Domain:
 
 
 @cache
-def make_domain_with_hand_switch() -> Domain:
+def make_domain_with_switch_hands_action() -> Domain:
     """Return the domain for subgoals. Subgoals name hands, but the action GRAB chooses the hand itself.
 
     Only this domain has the action SWITCH_HANDS, which moves an object to the other hand.

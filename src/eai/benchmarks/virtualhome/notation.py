@@ -209,7 +209,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
 
     def domain_for_execution(self) -> Domain:
         """Return the domain for subgoals, which has an additional action for switching hands."""
-        return virtualhome.make_domain_with_hand_switch()
+        return virtualhome.make_domain_with_switch_hands_action()
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names in formulas about a scene: objects as the data set names them, or by class."""

@@ -88,7 +88,7 @@ class VirtualHomePlanNotation(PlanNotation):
         It returns None for unknown names.
         """
         index = task.scene.index
-        by_class_or_id = make_name_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
+        by_class_or_id = make_index_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
 
         def find_object(word: object) -> int | None:
             return index.get(word) if isinstance(word, str) and word in index else by_class_or_id(word)
@@ -125,23 +125,23 @@ class VirtualHomePlanNotation(PlanNotation):
         return make_object_schema({_STEPS: make_list_schema(make_union_schema(steps))})
 
 
-def make_name_lookup(
-    by_class: Mapping[str, int], by_name: Mapping[str, int], joint: str = "."
+def make_index_lookup(
+    index_by_class: Mapping[str, int], index_by_name: Mapping[str, int], sep: str = "."
 ) -> Callable[[object], int | None]:
     """Return the function that finds the index of an object by its class, or by its class and id.
 
     It returns None for unknown names.
 
     Args:
-        by_class: class -> index of the object that the class means.
-        by_name: name of an object -> its index.
-        joint: text between class and id in names of objects.
+        index_by_class: class -> index of the object that the class means.
+        index_by_name: name of an object -> its index.
+        sep: text between class and id in names of objects.
     """
 
     def find_object_of_word(word: object) -> int | None:
         if isinstance(word, str):
-            return by_class.get(word)
-        return by_name.get(f"{word.name}{joint}{word.id}") if isinstance(word, ObjectWithId) else None
+            return index_by_class.get(word)
+        return index_by_name.get(f"{word.name}{sep}{word.id}") if isinstance(word, ObjectWithId) else None
 
     return find_object_of_word
 

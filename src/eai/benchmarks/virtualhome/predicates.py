@@ -31,7 +31,7 @@ SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench":
 BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
 """Class of a bed -> number of objects that fit; 1 otherwise (``LieExecutor`` of the paper's package)."""
 
-ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
+GRAB_ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
 """Relations that define the origin (former place) of a grabbed object. Only the first that holds counts.
 """
 
@@ -85,29 +85,29 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
     return state.relation(predicate).row(source) & candidates
 
 
-def make_origin_lookup(
-    origin_relation_index: int, choose: TargetChooser = find_related_candidates
+def make_grab_origin_lookup(
+    relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
     """Return a function that finds an object's origins (the places from which it is grabbed) by one relation.
 
-    Only the first of `ORIGIN_RELATIONS` that the object has to any place counts. So for each object, at most
-    one of the functions for these relations returns places. Rooms are never returned (as in
+    Only the first of `GRAB_ORIGIN_RELATIONS` that the object has to any place counts. So for each object, at
+    most one of the functions for these relations returns places. Rooms are never returned (as in
     ``_find_first_node_from`` of the paper's package).
 
     Args:
-        origin_relation_index: index of the relation in `ORIGIN_RELATIONS`.
+        relation_index: index of the relation in `GRAB_ORIGIN_RELATIONS`.
         choose: chooses among several places.
     """
 
-    def find_origins(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_grab_origins(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         no_room = ~state.mask("ROOM")
-        for earlier in ORIGIN_RELATIONS[:origin_relation_index]:
+        for earlier in GRAB_ORIGIN_RELATIONS[:relation_index]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
-        return choose(state, ORIGIN_RELATIONS[origin_relation_index], x, no_room)
+        return choose(state, GRAB_ORIGIN_RELATIONS[relation_index], x, no_room)
 
-    return find_origins
+    return find_grab_origins
 
 
 def find_objects_carried_along(state: State, arguments: tuple[int, ...]) -> ObjectMask:
@@ -225,18 +225,18 @@ in_same_room = DefinedPredicate("in_same_room", (X,), f.Exists(R, room_of(AGENT,
 somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _make_origin_predicate(origin_relation_index: int, name: str) -> LookupPredicate:
+def _make_grab_origin_predicate(relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate that relates an object to its origins (former places) by one relation.
 
-    The predicate is false if a relation that comes earlier in `ORIGIN_RELATIONS` gives the object an origin.
+    The predicate is false if an earlier relation of `GRAB_ORIGIN_RELATIONS` gives the object an origin.
     """
-    *earlier, relation = (ontop, inside, next_to)[: origin_relation_index + 1]
+    *earlier, relation = (ontop, inside, next_to)[: relation_index + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = DefinedPredicate(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
     return LookupPredicate(
         name,
         2,
-        make_origin_lookup(origin_relation_index),
+        make_grab_origin_lookup(relation_index),
         ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
         meaning,
     )
@@ -274,7 +274,7 @@ def _make_full_seat_predicate(name: str, capacities: Mapping[str, int]) -> Compu
 
 
 lies_on, lies_in, lies_next_to = (
-    _make_origin_predicate(position, name)
+    _make_grab_origin_predicate(position, name)
     for position, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
 seat_full = _make_full_seat_predicate("seat_full", SEAT_CAPACITIES)

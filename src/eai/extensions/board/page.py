@@ -30,7 +30,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
-    find_doubts_that_task_set_used_secret,
+    find_contradictions_to_seed_secret,
     find_task_file_of_split,
     read_manifest_entry_of_secret_set,
 )
@@ -250,7 +250,7 @@ def _read_season_benchmark_and_html(folder: Path) -> tuple[Benchmark | None, str
     )
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
-        for problem in find_doubts_that_task_set_used_secret(folder, chosen.split, chosen.secret or None):
+        for problem in find_contradictions_to_seed_secret(folder, chosen.split, chosen.secret or None):
             raise InputError(f"{folder}: these tasks are not those that the season announced: {problem}")
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:

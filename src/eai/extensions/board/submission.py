@@ -16,7 +16,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, require_file, write_files_atomically
 from eai.base.store import Store
-from eai.benchmarks.reference_wheel import SCENE_PREFIX, convert_published_id
+from eai.benchmarks.reference_wheel import SCENE_PREFIX, get_task_id_of_published_id
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.results.answer_files import UNREADABLE, list_zip_members
 from eai.results.responses import SUFFIX, find_response_files, read_responses
@@ -163,14 +163,14 @@ def _find_problems(
     if not isinstance(rows, list):
         yield 'is not a list of {"identifier", "llm_output"}'
         return
-    expected = {convert_published_id(identifier) for identifier in identifiers}
+    expected = {get_task_id_of_published_id(identifier) for identifier in identifiers}
     times: Counter[str] = Counter()
     for number, row in enumerate(rows, 1):
         identifier = row.get("identifier") if isinstance(row, dict) else None
         if not isinstance(identifier, str):
             yield f'row {number} has no text "identifier"'
             continue
-        task_id = convert_published_id(identifier)
+        task_id = get_task_id_of_published_id(identifier)
         times[task_id] += 1
         if times[task_id] == 2:
             yield f"{identifier} is repeated"
@@ -178,8 +178,8 @@ def _find_problems(
             yield f"{identifier} is unknown"
         yield from _find_answer_problems(identifier, row)
     for identifier in identifiers:
-        if convert_published_id(identifier) not in times:
-            yield f"{convert_published_id(identifier)} is missing"
+        if get_task_id_of_published_id(identifier) not in times:
+            yield f"{get_task_id_of_published_id(identifier)} is missing"
 
 
 def _find_answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str]:
@@ -207,7 +207,7 @@ def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None)
         )
     rows = json.loads(published(ability, Source(store)).prompts)
     identifiers: list[str] = [row["identifier"] for row in rows]
-    return tuple(i if i.startswith(SCENE_PREFIX) else convert_published_id(i) for i in identifiers)
+    return tuple(i if i.startswith(SCENE_PREFIX) else get_task_id_of_published_id(i) for i in identifiers)
 
 
 def _find_name_of_single_model(run: Path, files: Sequence[Path]) -> str:
@@ -219,10 +219,10 @@ def _find_name_of_single_model(run: Path, files: Sequence[Path]) -> str:
 
 def _make_submission_content(file: Path, identifiers: Sequence[str]) -> bytes:
     """Return the answers of a response file in the challenge's JSON form, in the order of the identifiers."""
-    ids = {convert_published_id(identifier): identifier for identifier in identifiers}
+    ids = {get_task_id_of_published_id(identifier): identifier for identifier in identifiers}
     texts = {
         response.task_id: response.text
-        for response in read_responses(file, ids, convert_published_id).responses
+        for response in read_responses(file, ids, get_task_id_of_published_id).responses
     }
     rows = [
         {"identifier": identifier, "llm_output": texts[task_id]}

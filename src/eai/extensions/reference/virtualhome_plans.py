@@ -30,7 +30,7 @@ from eai.benchmarks.virtualhome.plan_notation import (
     ObjectWithId,
     VirtualHomePlanNotation,
     has_object_ids,
-    make_name_lookup,
+    make_index_lookup,
     pair_names_with_ids,
 )
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
@@ -144,7 +144,7 @@ class _VirtualHomePlanNotation(VirtualHomePlanNotation):
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}
         by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
-        return make_name_lookup(by_class, by_name, joint="_")
+        return make_index_lookup(by_class, by_name, sep="_")
 
 
 class VirtualHomeActionSequencingScorer(ActionSequencingScorer):

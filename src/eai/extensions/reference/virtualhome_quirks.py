@@ -94,9 +94,9 @@ def _find_room(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _find_room,
-    "lies_on": p.make_origin_lookup(0, find_first_target_mask),
-    "lies_in": p.make_origin_lookup(1, find_first_target_mask),
-    "lies_next_to": p.make_origin_lookup(2, find_first_target_mask),
+    "lies_on": p.make_grab_origin_lookup(0, find_first_target_mask),
+    "lies_in": p.make_grab_origin_lookup(1, find_first_target_mask),
+    "lies_next_to": p.make_grab_origin_lookup(2, find_first_target_mask),
 }
 
 
