@@ -72,7 +72,7 @@ class _BddlReader:
         self._read_token("problem", "'problem', as this is a domain" if self._is_next_token("domain") else "")
         name = self._read_word()
         self._read_token(")")
-        while self._read_end_unless_list_opens():
+        while self._read_list_end_unless_sublist_opens():
             match self._read_section_keyword():
                 case ":domain":
                     domains.append(self._read_word())
@@ -146,7 +146,7 @@ class _BddlReader:
     def _read_facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
         """Read facts and the closing parenthesis; return the atoms and the negated atoms."""
         initial, denied = list[f.Atom](), list[f.Atom]()
-        while self._read_end_unless_list_opens():
+        while self._read_list_end_unless_sublist_opens():
             offset = self._token_offsets[self._next]
             match self._read_condition():
                 case f.Atom() as atom:
@@ -163,7 +163,7 @@ class _BddlReader:
     ) -> tuple[f.Formula, ...]:
         """Read conditions and the closing parenthesis."""
         conditions: list[f.Formula] = []
-        while self._read_end_unless_list_opens():
+        while self._read_list_end_unless_sublist_opens():
             conditions.append(self._read_condition(scope, levels))
         return tuple(conditions)
 
@@ -243,7 +243,7 @@ class _BddlReader:
         self._next += 1
         return _strip_question_marks(token)
 
-    def _read_end_unless_list_opens(self) -> bool:
+    def _read_list_end_unless_sublist_opens(self) -> bool:
         """Whether the next token opens a list. A closing parenthesis is consumed, an opening one is not."""
         if self._tokens[self._next] == "(":
             return True

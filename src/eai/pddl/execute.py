@@ -353,7 +353,7 @@ def _find_changes(
                 yield from _find_changes(part, evaluation, binding)
         case m.ForAllEffect(variable, part):
             for inner in evaluation.generate_bindings(
-                variable, _find_condition_of_any_change(part, {variable.name}), binding
+                variable, _find_necessary_change_condition(part, {variable.name}), binding
             ):
                 yield from _find_changes(part, evaluation, inner)
         case m.WhenEffect(condition, part):
@@ -361,13 +361,13 @@ def _find_changes(
                 yield from _find_changes(part, evaluation, binding)
 
 
-def _find_condition_of_any_change(effect: m.PddlEffect, bound_names: set[str]) -> f.Formula:
+def _find_necessary_change_condition(effect: m.PddlEffect, bound_names: set[str]) -> f.Formula:
     """Return a condition that must hold if an effect changes anything, or true if none is found."""
     match effect:
         case m.WhenEffect(condition, part):
-            return f.And((condition, _find_condition_of_any_change(part, bound_names)))
+            return f.And((condition, _find_necessary_change_condition(part, bound_names)))
         case m.ForAllEffect(variable, part) if variable.name not in bound_names:
-            return f.Exists(variable, _find_condition_of_any_change(part, bound_names | {variable.name}))
+            return f.Exists(variable, _find_necessary_change_condition(part, bound_names | {variable.name}))
         case m.Delete(atom):
             return atom
         case _:

@@ -49,7 +49,7 @@ def _list_object_names_in_formulas(scene: Scene) -> list[str]:
 
 def _get_object_order_predicate(glossary: PddlExportNames) -> str:
     """Return the PDDL predicate that compares two objects by their order in the scene."""
-    return glossary.make_object_order_atom(f.Variable("x"), f.Variable("y")).predicate
+    return glossary.make_lower_index_atom(f.Variable("x"), f.Variable("y")).predicate
 
 
 def _export_problem(

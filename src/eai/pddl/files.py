@@ -106,7 +106,7 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
     """
     with prefix_errors_with_location(path):
         group = _read_definition(text, "domain")
-        _check_supported(text, group, "domain", _read_declared_predicates(group))
+        _require_supported_pddl(text, group, "domain", _read_declared_predicates(group))
         domain = PddlReader(text, is_file=True).read_domain_definition(_remove_costs(group))
         findings = [
             finding for finding in check_domain(domain) if finding.offence is not VIOLATION_FIXABLE_BY_PROBLEM
@@ -141,7 +141,7 @@ def read_problem_text(
     """Read the problem in the text of a file. Errors are raised as by `read_problem_file`."""
     with prefix_errors_with_location(path):
         group = _read_definition(text, "problem")
-        _check_supported(text, group, "problem", [each.name for each in domain.predicates])
+        _require_supported_pddl(text, group, "problem", [each.name for each in domain.predicates])
         reader = PddlReader(text, is_file=True)
         problem = reader.read_problem_definition(_remove_costs(group))
         vocabulary = DeclaredNames.from_domain(domain, problem.objects)
@@ -306,7 +306,7 @@ def read_text(path: Path) -> str:
     return text
 
 
-def _check_supported(text: str, group: ExpressionList, kind: str, predicates: Collection[str]) -> None:
+def _require_supported_pddl(text: str, group: ExpressionList, kind: str, predicates: Collection[str]) -> None:
     """Raise an error for sections and expressions that are not supported. Action costs are ignored."""
     sections = _SECTIONS_OF[kind]
     for section in group.items[1:]:

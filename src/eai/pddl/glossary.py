@@ -225,7 +225,7 @@ class PddlExportNames:
         """Return the predicate without arguments which states that the operator was executed."""
         return self.execution_predicates.setdefault(operator, self.predicates[f"done-{operator}"])
 
-    def make_object_order_atom(self, first: f.Term, second: f.Term) -> f.Atom:
+    def make_lower_index_atom(self, first: f.Term, second: f.Term) -> f.Atom:
         """Return the atom which states that the first object has the lower index in the scene."""
         self.uses_object_order = True
         return f.Atom(self.predicates[f" {ORDER}"], (first, second))

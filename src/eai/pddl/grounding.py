@@ -474,7 +474,7 @@ class GroundProblem:
             if not literals & literal:
                 possible &= ~needing
         self._looks.used += self._price + _LOOKS_PER_SUCCESSOR * possible.bit_count()
-        for action in iterate_bit_masks(possible):
+        for action in iterate_one_bit_masks(possible):
             yield action, self.apply_action(action.bit_length() - 1, state, literals)
 
     def apply_action(self, number: int, state: StateMask, literals: LiteralMask) -> StateMask:
@@ -503,7 +503,7 @@ def map_bits_to_mask_indices(masks: Iterable[LiteralMask]) -> Mapping[_OneBitMas
     """Return a mapping from each bit to the indices of the masks that contain it."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
-        for bit in iterate_bit_masks(mask):
+        for bit in iterate_one_bit_masks(mask):
             numbers.setdefault(bit, []).append(number)
     return {bit: _make_mask(mask_numbers) for bit, mask_numbers in numbers.items()}
 
@@ -516,7 +516,7 @@ def _make_mask(numbers: Sequence[int]) -> int:
     return int.from_bytes(octets, "little")
 
 
-def iterate_bit_masks(mask: int) -> Iterator[int]:
+def iterate_one_bit_masks(mask: int) -> Iterator[int]:
     """Yield each set bit of a mask as a mask with only this bit, in ascending order."""
     while mask:
         bit = mask & -mask

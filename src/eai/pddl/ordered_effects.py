@@ -50,7 +50,7 @@ class _AtomChange:
 
 
 @dataclass(frozen=True, slots=True)
-class _EnclosingEffects:
+class _EffectContext:
     """The context of an effect: the terms that replace variables, and the conditions of enclosing effects."""
 
     scope: g.TermScope
@@ -58,10 +58,10 @@ class _EnclosingEffects:
     condition: f.Formula = f.TRUE
     position: _EffectPosition = ()
 
-    def add_condition(self, condition: f.Formula) -> _EnclosingEffects:
+    def add_condition(self, condition: f.Formula) -> _EffectContext:
         return replace(self, condition=g.conjoin((self.condition, condition)))
 
-    def extend_position_in_effect_order(self, *index_or_variable: int | f.Variable) -> _EnclosingEffects:
+    def extend_effect_position(self, *index_or_variable: int | f.Variable) -> _EffectContext:
         return replace(self, position=(*self.position, *index_or_variable))
 
 
@@ -89,26 +89,24 @@ class _OrderedEffectsConverter:
         self._hidden = hidden
 
     def convert_effects(self, operator: Operator) -> m.PddlEffect:
-        start = _EnclosingEffects(self._scope)
+        start = _EffectContext(self._scope)
         changes: list[_AtomChange] = []
         for number, attempt in enumerate(operator.alternatives):
             inside = start.add_condition(
                 self._convert_condition(f.And(attempt.conditions), start)
-            ).extend_position_in_effect_order(number)
+            ).extend_effect_position(number)
             changes += self._convert_sequence(attempt.effects, inside)
         changes += self._convert_sequence(
-            operator.effects, start.extend_position_in_effect_order(len(operator.alternatives))
+            operator.effects, start.extend_effect_position(len(operator.alternatives))
         )
         parts = [part for change in changes for part in self._write_change_unless_overridden(change, changes)]
         return parts[0] if len(parts) == 1 else m.AndEffect(tuple(parts))
 
-    def _convert_sequence(
-        self, effects: Iterable[Effect], context: _EnclosingEffects
-    ) -> Iterator[_AtomChange]:
+    def _convert_sequence(self, effects: Iterable[Effect], context: _EffectContext) -> Iterator[_AtomChange]:
         for number, effect in enumerate(effects):
-            yield from self._convert_effect(effect, context.extend_position_in_effect_order(number))
+            yield from self._convert_effect(effect, context.extend_effect_position(number))
 
-    def _convert_effect(self, effect: Effect, context: _EnclosingEffects) -> Iterator[_AtomChange]:
+    def _convert_effect(self, effect: Effect, context: _EffectContext) -> Iterator[_AtomChange]:
         match effect:
             case Add(atom) | Delete(atom):
                 if atom.predicate not in self._hidden:
@@ -116,44 +114,42 @@ class _OrderedEffectsConverter:
             case When(condition, effects, otherwise):
                 read = self._convert_condition(condition, context)
                 yield from self._convert_sequence(
-                    effects, context.add_condition(read).extend_position_in_effect_order(0)
+                    effects, context.add_condition(read).extend_effect_position(0)
                 )
                 yield from self._convert_sequence(
-                    otherwise, context.add_condition(g.negate(read)).extend_position_in_effect_order(1)
+                    otherwise, context.add_condition(g.negate(read)).extend_effect_position(1)
                 )
             case ForEach(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
                 matched = inside.add_condition(self._convert_condition(condition, inside))
                 for number, each in enumerate(effects):
-                    yield from self._convert_effect(
-                        each, matched.extend_position_in_effect_order(number, bound)
-                    )
+                    yield from self._convert_effect(each, matched.extend_effect_position(number, bound))
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._make_condition_of_first_object(variable, condition, bound, inside)
+                first = self._make_condition_of_first_object_by_index(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
 
     def _bind_variable(
-        self, variable: f.Variable, context: _EnclosingEffects
-    ) -> tuple[f.Variable, _EnclosingEffects]:
+        self, variable: f.Variable, context: _EffectContext
+    ) -> tuple[f.Variable, _EffectContext]:
         bound = self._conditions.make_unused_variable(variable.name)
         scope = {**context.scope, variable.name: bound}
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
-    def _convert_condition(self, condition: f.Formula, context: _EnclosingEffects) -> f.Formula:
+    def _convert_condition(self, condition: f.Formula, context: _EffectContext) -> f.Formula:
         """Return the PDDL condition of an effect; atoms that the export leaves out count as false."""
         return self._conditions.convert_formula(
             g.remove_hidden_predicates(condition, self._hidden, weaken=False), context.scope
         )
 
-    def _make_condition_of_first_object(
+    def _make_condition_of_first_object_by_index(
         self,
         variable: f.Variable,
         condition: f.Formula,
         pddl_variable: f.Variable,
-        context: _EnclosingEffects,
+        context: _EffectContext,
     ) -> f.Formula:
         """Return the condition that a variable has the first object, by index, that satisfies a condition."""
         meets = self._convert_condition(condition, context)
@@ -163,10 +159,10 @@ class _OrderedEffectsConverter:
         as_well = self._convert_condition(
             condition, replace(context, scope={**context.scope, variable.name: other})
         )
-        earlier = g.conjoin((self._conditions.glossary.make_object_order_atom(other, pddl_variable), as_well))
+        earlier = g.conjoin((self._conditions.glossary.make_lower_index_atom(other, pddl_variable), as_well))
         return g.conjoin((meets, g.negate(f.Exists(other, earlier))))
 
-    def _make_atom_change(self, atom: f.Atom, context: _EnclosingEffects, *, adds: bool) -> _AtomChange:
+    def _make_atom_change(self, atom: f.Atom, context: _EffectContext, *, adds: bool) -> _AtomChange:
         """Return the change that an effect makes to an atom. The argument `ANYTHING` means all objects."""
         stored = self._vocabulary.find_stored_predicate(atom.predicate)
         if stored is None:
@@ -243,7 +239,7 @@ class _OrderedEffectsConverter:
                 )
                 if theirs == mine:
                     return rest
-                precedes = self._conditions.glossary.make_object_order_atom(mine, theirs)
+                precedes = self._conditions.glossary.make_lower_index_atom(mine, theirs)
                 return g.disjoin((precedes, g.conjoin((f.Equals(mine, theirs), rest))))
             if isinstance(mine, int) and isinstance(other, int) and mine != other:
                 return f.TRUE if mine < other else f.FALSE

@@ -17,7 +17,7 @@ from eai.pddl.grounding import (
     LiteralMask,
     StateMask,
     estimate_cost_of_condition_lookup,
-    iterate_bit_masks,
+    iterate_one_bit_masks,
     map_bits_to_mask_indices,
 )
 from eai.planning.search import SearchEffort
@@ -94,7 +94,7 @@ class Relaxation:
         )
         self._asked = [
             _UnreachedLiteral(literal, needing.get(literal, 0), self._making.get(literal, 0))
-            for literal in iterate_bit_masks(asked)
+            for literal in iterate_one_bit_masks(asked)
         ]
 
     def find_relaxed_plan(self, state: StateMask, true_literals: LiteralMask) -> _RelaxedPlan | None:
@@ -117,11 +117,11 @@ class Relaxation:
         return lost & state
 
     def _build_relaxed_layers(
-        self, start_literals: LiteralMask, goal: int, atoms_made_again: int
+        self, start_literals: LiteralMask, goal: int, atoms_to_regain: int
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        The relaxed states also end if the budget is exceeded. Each atom of ``atoms_made_again`` must be made
+        The relaxed states also end if the budget is exceeded. Each atom of ``atoms_to_regain`` must be made
         true again. Its literal is true from the start, so a second literal states that it is true again.
         """
         literals = start_literals
@@ -130,7 +130,7 @@ class Relaxation:
         ]
         lacking += [
             _UnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0))
-            for bit in iterate_bit_masks(atoms_made_again)
+            for bit in iterate_one_bit_masks(atoms_to_regain)
         ]
         layers, waiting = _RelaxedLayers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
@@ -179,7 +179,7 @@ class Relaxation:
 
     def find_rules_making_literal_true(self, literal: int, rules_mask: int) -> Iterator[_RelaxedEffect]:
         """Yield the rules (conditional effects) among `rules_mask` that make a literal true, in order."""
-        for bit in iterate_bit_masks(self._making.get(literal, 0) & rules_mask):
+        for bit in iterate_one_bit_masks(self._making.get(literal, 0) & rules_mask):
             yield self._rules[bit.bit_length() - 1]
 
     def _find_first_rule_making_literals_true(
@@ -187,7 +187,7 @@ class Relaxation:
     ) -> _RelaxedEffect:
         """Return the first rule (conditional effect) that makes any of the missing literals true."""
         making = 0
-        for literal in iterate_bit_masks(missing_literals):
+        for literal in iterate_one_bit_masks(missing_literals):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
         making &= fired_rules
         return self._rules[(making & -making).bit_length() - 1]
@@ -204,7 +204,7 @@ def _map_goals_to_destroyed_goals(problem: GroundProblem) -> dict[int, int]:
             if not change.needs:
                 deletes |= change.delete
         lost = deletes & ~adds & goal
-        for bit in iterate_bit_masks(adds & goal):
+        for bit in iterate_one_bit_masks(adds & goal):
             prices[bit] = prices.get(bit, goal) & lost
     return {bit: price for bit, price in prices.items() if price}
 
@@ -326,9 +326,9 @@ class _RelaxedPlanFollower:
             list[int](),
         )
         for reached in self._layers.reached[max(depth, 0) :: -1]:
-            ordered += iterate_bit_masks(missing & ~reached)
+            ordered += iterate_one_bit_masks(missing & ~reached)
             missing &= reached
-        return [*ordered, *iterate_bit_masks(missing)]
+        return [*ordered, *iterate_one_bit_masks(missing)]
 
     def _get_current_lookahead_point(self) -> _LookaheadPoint:
         return len(self._taken), self._state, self._held

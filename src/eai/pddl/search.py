@@ -36,7 +36,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_predicates, map_subformulas
 from eai.pddl.execute import DerivedPredicates, PlanStep
-from eai.pddl.grounding import Grounder, GroundProblem, LiteralMask, StateMask, iterate_bit_masks
+from eai.pddl.grounding import Grounder, GroundProblem, LiteralMask, StateMask, iterate_one_bit_masks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
 from eai.pddl.relaxation import Relaxation, find_lookahead_actions_and_states
 from eai.planning.search import (
@@ -405,7 +405,7 @@ class _ReachableLiteralPairs:
         self._every_atom = (1 << self._atoms) - 1
         self._looks = looks
         self._reached = problem.initial | (~problem.initial & self._every_atom) << self._atoms
-        self._beside = dict.fromkeys(iterate_bit_masks(self._reached), self._reached)
+        self._beside = dict.fromkeys(iterate_one_bit_masks(self._reached), self._reached)
         rules = [
             rule
             for action in problem.actions
@@ -418,7 +418,7 @@ class _ReachableLiteralPairs:
         """Whether every two literals of a mask may hold together in a reachable state."""
         return (
             self._looks.is_limit_exceeded
-            or self._find_literals_compatible_with_all(self._drop_disjunction_bits(needed)) is not None
+            or self._find_literals_compatible_with_all(self._remove_disjunctions(needed)) is not None
         )
 
     def _make_conditional_effects(
@@ -432,7 +432,7 @@ class _ReachableLiteralPairs:
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
             yield _ConditionalEffect(
-                self._drop_disjunction_bits(precondition | also),
+                self._remove_disjunctions(precondition | also),
                 makes,
                 always,
                 perhaps,
@@ -455,12 +455,12 @@ class _ReachableLiteralPairs:
             return False
         together = companions & ~effect.lost | effect.makes | effect.always | effect.perhaps & self._reached
         grew = False
-        for literal in iterate_bit_masks(effect.makes):
+        for literal in iterate_one_bit_masks(effect.makes):
             new = together & ~self._beside.get(literal, 0) & ~self._negate_literals(literal)
             if new:
                 grew = True
                 self._beside[literal] = self._beside.get(literal, 0) | new
-                for other in iterate_bit_masks(new):
+                for other in iterate_one_bit_masks(new):
                     self._beside[other] = self._beside.get(other, 0) | literal
                 self._reached |= new
                 self._looks.used += new.bit_count()
@@ -473,13 +473,13 @@ class _ReachableLiteralPairs:
         """
         self._looks.used += 1 + needed_literals.bit_count()
         companions = self._reached
-        for literal in iterate_bit_masks(needed_literals):
+        for literal in iterate_one_bit_masks(needed_literals):
             companions &= self._beside.get(literal, 0)
         return None if needed_literals & ~companions else companions
 
-    def _drop_disjunction_bits(self, literals: LiteralMask) -> LiteralMask:
+    def _remove_disjunctions(self, mask: LiteralMask) -> LiteralMask:
         """Return a mask without the bits that stand for disjunctions, not for literals."""
-        return literals & (1 << 2 * self._atoms) - 1
+        return mask & (1 << 2 * self._atoms) - 1
 
     def _negate_literals(self, literals: LiteralMask) -> LiteralMask:
         return literals >> self._atoms | (literals & self._every_atom) << self._atoms

@@ -269,7 +269,7 @@ def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
     performed = {
         glossary.register_execution_predicate(operator.name): operator.name for operator in domain.operators
     }
-    order = glossary.make_object_order_atom(f.Variable("x"), f.Variable("y")).predicate
+    order = glossary.make_lower_index_atom(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
     predicates = (*declared.header.predicates, *make_domain_without_operators("", {}, {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)
