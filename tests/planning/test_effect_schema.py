@@ -4,7 +4,7 @@ from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
 from eai.planning.effect_schema import (
     find_predicates_changed_by_effects,
     make_effect_schemas,
-    make_execution_schema,
+    make_schema_without_effect,
 )
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing_step
@@ -50,7 +50,7 @@ def test_otherwise_means_that_the_condition_does_not_hold() -> None:
 
 
 def test_an_operator_can_be_taken_for_its_own_sake() -> None:
-    assert make_execution_schema(PLACE).checks == tuple(check.condition for check in PLACE.checks)
+    assert make_schema_without_effect(PLACE).checks == tuple(check.condition for check in PLACE.checks)
 
 
 def test_changed_predicates_include_effects_whose_variable_hides_another() -> None:

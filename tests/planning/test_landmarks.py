@@ -43,7 +43,7 @@ def repairer_and_gold(
 def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]:
     """Return the landmarks found for a plan, and the minimum number of steps that it lacks."""
     landmarks, least = repairer.make_landmarks(plan), -1
-    while (now := landmarks.count_min_actions_for_cuts(landmarks.find_missed_cuts_mask(plan))) > least:
+    while (now := landmarks.count_min_actions_for_cuts(landmarks.find_cuts_missed_by(plan))) > least:
         least = now
         landmarks.add_cuts_missed_by(frozenset(plan), SearchEffort(2_000))
     return landmarks, least

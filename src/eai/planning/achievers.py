@@ -13,7 +13,12 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
-from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_execution_schema, match_atom
+from eai.planning.effect_schema import (
+    EffectSchema,
+    make_effect_schemas,
+    make_schema_without_effect,
+    match_atom,
+)
 from eai.planning.search import SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, find_object, find_object_indices_of_arguments
 from eai.world.action import Action
@@ -284,7 +289,7 @@ class AchieversByPredicate:
         self.schemas = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
-        self._taking = {o.name: Achiever(make_execution_schema(o), vocabulary) for o in domain.operators}
+        self._taking = {o.name: Achiever(make_schema_without_effect(o), vocabulary) for o in domain.operators}
         self._matches: _AtomAchieverFinder | None = None
         for operator in domain.operators:
             for schema in self.schemas[operator.name]:
@@ -483,18 +488,18 @@ class _GroundAction:
         failing = [index for index, (_, holds) in tests if not holds(state, binding)]
         return [self._get_condition(index) for index in failing] if failing else ()
 
-    def keep_test_results(self, readers: _Readers) -> None:
-        """Keep test results of the action if each condition is about one stored fact.
+    def cache_condition_test_results(self, actions_by_fact: _Readers) -> None:
+        """Cache test results of the action if each condition is about one stored fact.
 
-        Keeping other results would cost more. ``readers`` maps a fact to the actions whose conditions read
-        the fact; this action is added to it.
+        Caching other results would cost more. ``actions_by_fact`` maps a fact to the actions whose conditions
+        read the fact; this action is added to it.
         """
         if self._achiever.reads_single_facts:
             self.is_test_kept = True
             for index in range(len(self._conditions)):
                 atom = self._get_condition(index).atom
                 if atom is not None:
-                    readers.setdefault(Fact(atom.predicate, atom.arguments), []).append(self)
+                    actions_by_fact.setdefault(Fact(atom.predicate, atom.arguments), []).append(self)
 
     def _get_condition(self, index: int) -> _GroundCondition:
         condition = self._conditions[index]
@@ -603,7 +608,7 @@ class _PartlyBoundAchiever:
 
     def _cache_action(self, binding: tuple[int, ...], scene: Scene) -> _GroundAction:
         action = self._actions[binding] = _GroundAction(self.achiever, binding, scene)
-        action.keep_test_results(self._readers)
+        action.cache_condition_test_results(self._readers)
         return action
 
 

@@ -41,15 +41,15 @@ def choose_cheapest_exact_number(
         return None
     opposites = [condition.negated for condition in conditions]
 
-    def make_key_of_extra_cost_over_opposite(condition_index: int) -> tuple[bool, float]:
+    def make_extra_cost_sort_key(condition_index: int) -> tuple[bool, float]:
         own_cost = cost(conditions[condition_index])
         return own_cost == float("inf"), own_cost - cost(opposites[condition_index])
 
-    order = sorted(range(len(conditions)), key=make_key_of_extra_cost_over_opposite)
+    order = sorted(range(len(conditions)), key=make_extra_cost_sort_key)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
-def choose_cheapest_cells_of_pairing(
+def choose_cells_in_distinct_rows_and_columns(
     number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost
 ) -> list[Subgoal] | None:
     """Choose ``number`` cells of a table, no two in one row or column, by a greedy choice.
@@ -289,7 +289,7 @@ class CostEstimates:
         self._matches = heuristic.achievers.get_atom_achiever_finder(state, self._usable)
         self._candidates: dict[object, GroundActions] = {}
         self._kept_tests: FailingConditions = (
-            {} if previous is None else self._take_over_valid_test_results(previous)
+            {} if previous is None else self._reuse_failing_conditions(previous)
         )
         self._other_tests: FailingConditions = {}
         self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
@@ -365,7 +365,7 @@ class CostEstimates:
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
             return cached
-        if cached.action is not None or tried_limit >= limit or self._is_computation_forbidden(atom):
+        if cached.action is not None or tried_limit >= limit or self._is_cyclic_or_too_deep(atom):
             return _NO_SUPPORTER
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
@@ -430,7 +430,7 @@ class CostEstimates:
         cached, tried_limit = self._costs.get(key, (INFINITE, 0.0))
         if cached < limit:
             return cached
-        if cached < INFINITE or tried_limit >= limit or self._is_computation_forbidden(key):
+        if cached < INFINITE or tried_limit >= limit or self._is_cyclic_or_too_deep(key):
             return INFINITE
         self._open.add(key)
         horizon = _round_up_cost_limit(limit)
@@ -439,7 +439,7 @@ class CostEstimates:
         self._costs[key] = (cost, horizon)
         return cost if cost < limit else INFINITE
 
-    def _is_computation_forbidden(self, key: _Key) -> bool:
+    def _is_cyclic_or_too_deep(self, key: _Key) -> bool:
         """Whether a cost must not be computed: its computation is under way, or is nested too deeply."""
         return key in self._open or len(self._open) >= _MAX_DEPTH
 
@@ -496,7 +496,7 @@ class CostEstimates:
             case ExactlyNOf(number, conditions):
                 return choose_cheapest_exact_number(number, conditions, self.estimate)
             case AndOrTreePairing(number, cells):
-                return choose_cheapest_cells_of_pairing(number, cells, self.estimate)
+                return choose_cells_in_distinct_rows_and_columns(number, cells, self.estimate)
 
     def _find_cheapest(self, conditions: Sequence[Subgoal]) -> Subgoal | None:
         for condition in conditions:
@@ -519,10 +519,10 @@ class CostEstimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _take_over_valid_test_results(self, previous: CostEstimates) -> FailingConditions:
-        """Take over the test results of earlier estimates, and return the results that hold in this state.
+    def _reuse_failing_conditions(self, previous: CostEstimates) -> FailingConditions:
+        """Take over the failing conditions of earlier estimates, and return those valid in this state.
 
-        The earlier estimates keep no results.
+        The earlier estimates keep none of them.
         """
         tests, previous._kept_tests = previous._kept_tests, {}
         if previous._matches is not self._matches:

@@ -129,7 +129,7 @@ class FactChangeFinder:
         if all_makers is None:
             unread = [
                 a
-                for name in self._find_operators_without_schema(change)
+                for name in self._get_operators_of_unread_effects(change)
                 for a in self.get_actions_of_operator(name)
             ]
             makers = [
@@ -146,7 +146,7 @@ class FactChangeFinder:
         Each group is a pair: the actions, and the conditions of the effect that makes the change.
         """
         yield from (
-            (self.get_actions_of_operator(name), []) for name in self._find_operators_without_schema(change)
+            (self.get_actions_of_operator(name), []) for name in self._get_operators_of_unread_effects(change)
         )
         for schema, scope, actions in self._find_schemas_making_change(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
@@ -160,8 +160,8 @@ class FactChangeFinder:
                 inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
                 yield group, _select_conditions_with_bound_variables(conditions, {**scope, **inner})
 
-    def _find_operators_without_schema(self, change: FactChange) -> list[str]:
-        """Return the names of operators that may change a fact by an effect without an effect schema.
+    def _get_operators_of_unread_effects(self, change: FactChange) -> list[str]:
+        """Return the names of operators that may change a fact by an unread effect (without effect schema).
 
         `make_effect_schemas` makes no schema if an effect reuses the name of an outer variable.
         """

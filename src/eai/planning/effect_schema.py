@@ -50,7 +50,7 @@ class EffectSchema(NamedTuple):
     read_variables: frozenset[str] = frozenset()
 
 
-def make_execution_schema(operator: Operator) -> EffectSchema:
+def make_schema_without_effect(operator: Operator) -> EffectSchema:
     """Return a schema that stands for the execution of an operator and has no fact as its effect.
 
     Its only condition is that the operator's checks pass. It serves for goals to execute the operator, and as
@@ -62,7 +62,7 @@ def make_execution_schema(operator: Operator) -> EffectSchema:
 
 def make_effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
     """Yield the schemas of an operator's additions and deletions, in the order in which they are written."""
-    operator_schema = make_execution_schema(operator)
+    operator_schema = make_schema_without_effect(operator)
     yield from _make_nested_schemas(operator.effects, operator_schema)
     for attempt in operator.alternatives:
         yield from _make_nested_schemas(

@@ -105,7 +105,7 @@ class _RelaxationGraph:
         """Number of nodes in the graph: conditions, and changes of facts."""
         return len(self._parts)
 
-    def find_cut_avoiding_actions(self, actions: Collection[Action]) -> list[Action] | None:
+    def find_cut_without_actions(self, actions: Collection[Action]) -> list[Action] | None:
         """Return a landmark (cut) without the given actions; None if these actions may reach the goals.
 
         A landmark is a set of actions; every plan that succeeds has at least one action of the set.
@@ -122,7 +122,7 @@ class _RelaxationGraph:
         is_apart = between.keys().isdisjoint
         for number in between:
             if number in self._changes:
-                for makers, conditions in self._group_actions_for_change(number):
+                for makers, conditions in self._group_actions_by_conditions(number):
                     if not conditions or is_apart(conditions):
                         cut_actions.update(makers)
                 cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers[number]]))
@@ -156,21 +156,21 @@ class _RelaxationGraph:
             pending += fresh
         return seen
 
-    def _group_actions_for_change(self, node_number: int) -> list[tuple[dict[Action, None], list[int]]]:
+    def _group_actions_by_conditions(self, change_node: int) -> list[tuple[dict[Action, None], list[int]]]:
         """Return the actions that make a change of a fact, in groups whose effects have equal conditions.
 
         Each group comes with the numbers of its conditions that do not hold at the start. The change is given
         by the number of its node in the graph.
         """
-        groups = self._grouped.get(node_number)
+        groups = self._grouped.get(change_node)
         if groups is None:
             makers = [
                 (actions, {self._get_condition_node(*condition, True) for condition in conditions})
                 for actions, conditions in self._change_finder.group_actions_making_change(
-                    self._changes[node_number]
+                    self._changes[change_node]
                 )
             ]
-            groups = self._grouped[node_number] = [
+            groups = self._grouped[change_node] = [
                 (dict.fromkeys(actions), [*(conditions - {_TRUE})])
                 for actions, conditions in makers
                 if _FALSE not in conditions
@@ -402,7 +402,7 @@ class Landmarks:
         """Return the landmarks (see `Cut`) that contain an action, as a bit mask; 0 for no action (None)."""
         return 0 if action is None else self._hits.get(action, 0)
 
-    def find_missed_cuts_mask(self, actions: Iterable[Action]) -> int:
+    def find_cuts_missed_by(self, actions: Iterable[Action]) -> int:
         """Return the landmarks (see `Cut`) that contain none of the given actions, as a bit mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
@@ -428,18 +428,18 @@ class Landmarks:
         """
         if plan_actions in self._done or effort.is_used_up:
             return
-        lacked = self.count_min_actions_for_cuts(self.find_missed_cuts_mask(plan_actions))
+        lacked = self.count_min_actions_for_cuts(self.find_cuts_missed_by(plan_actions))
         while (
             plan_actions not in self._done
             and not effort.is_used_up
-            and self.count_min_actions_for_cuts(self.find_missed_cuts_mask(plan_actions)) == lacked
+            and self.count_min_actions_for_cuts(self.find_cuts_missed_by(plan_actions)) == lacked
         ):
             actions, number = (
-                {*plan_actions, *self._get_min_hitting_set(self.find_missed_cuts_mask(plan_actions))[1]},
+                {*plan_actions, *self._get_min_hitting_set(self.find_cuts_missed_by(plan_actions))[1]},
                 len(self.cuts),
             )
             while not effort.is_used_up:
-                cut = self._relaxation_graph.find_cut_avoiding_actions(actions)
+                cut = self._relaxation_graph.find_cut_without_actions(actions)
                 effort.used += 1 + self._relaxation_graph.node_count // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break

@@ -191,7 +191,7 @@ def _search_plan(
             return SearchResult(SearchEndReason.STATES, states=effort.used)
         if further is not None:
             node, allowed = further, _FIRST_LIMITS
-        elif agenda.mark_failed_goals_as_hard():
+        elif agenda.prioritize_failed_goals():
             node, allowed = start, _FIRST_LIMITS
         else:
             allowed = Limits(_LIMIT_GROWTH * allowed.states)
@@ -236,33 +236,33 @@ class _ReasonableOrder:
         ]
 
     @property
-    def is_known(self) -> bool:
+    def has_ordered_goals(self) -> bool:
         """Whether any goal must come after another goal."""
         return any(self._must_precede.values())
 
-    def find_late_goals(self, pending: Sequence[int]) -> Set[int]:
+    def find_goals_to_postpone(self, pending_goals: Sequence[int]) -> Set[int]:
         """Return the goals that must come after pending goals; no goals if the order is circular."""
         late = set[int]()
-        waiting = [i for i in pending if i != _NEXT_ACTION] if self.is_known else []
+        waiting = [i for i in pending_goals if i != _NEXT_ACTION] if self.has_ordered_goals else []
         while waiting:
             earlier = waiting.pop()
             for later in self._related_goals[earlier]:
-                if later not in late and self._must_precede.get(self._make_key(earlier, later)):
+                if later not in late and self._must_precede.get(self._get_pair_key(earlier, later)):
                     late.add(later)
                     waiting.append(later)
-        return set() if late.issuperset(pending) else late
+        return set() if late.issuperset(pending_goals) else late
 
     def forget(self) -> None:
         """Give up the order, because a goal that should come first seems unreachable."""
         self._must_precede = dict.fromkeys(self._must_precede, False)
 
-    def learn(self, node: PlanNode, estimates: CostEstimates, held: Set[int]) -> None:
-        """Learn from a node in which the goals ``held`` hold, some of them for the first time."""
-        for later in sorted(held - self._held):
+    def learn_order(self, node: PlanNode, estimates: CostEstimates, held_goals: Set[int]) -> None:
+        """Learn the order from a node in which the ``held_goals`` hold, some of them for the first time."""
+        for later in sorted(held_goals - self._held):
             for earlier in self._related_goals[later]:
-                if earlier not in held and self._make_key(earlier, later) not in self._must_precede:
-                    self._test_pair(node, estimates, earlier, later)
-        self._held = held
+                if earlier not in held_goals and self._get_pair_key(earlier, later) not in self._must_precede:
+                    self._learn_goal_order(node, estimates, earlier, later)
+        self._held = held_goals
 
     def _make_literal(self, goal: Subgoal) -> GroundAtom:
         """Return a goal as a literal of a stored predicate; for another goal, a literal without objects."""
@@ -273,14 +273,14 @@ class _ReasonableOrder:
             formula.predicate, find_object_indices_of_arguments(formula, scope, self._scene), truth
         )
 
-    def _make_key(self, earlier: int, later: int) -> tuple[object, ...]:
-        pair = self._literals[earlier], self._literals[later]
+    def _get_pair_key(self, earlier_goal: int, later_goal: int) -> tuple[object, ...]:
+        pair = self._literals[earlier_goal], self._literals[later_goal]
         arguments = [index for literal in pair for index in literal.arguments]
         categories = [self._scene.objects[index].category for index in arguments]
         signature = [(literal.predicate, literal.truth) for literal in pair]
         return (*signature, *categories, *map(arguments.index, arguments))
 
-    def _test_pair(self, node: PlanNode, estimates: CostEstimates, earlier: int, later: int) -> None:
+    def _learn_goal_order(self, node: PlanNode, estimates: CostEstimates, earlier: int, later: int) -> None:
         """Find out whether one goal can be reached without undoing the other, which holds in a node.
 
         A pair stays open if only other objects of the same categories are the reason to undo a goal.
@@ -289,24 +289,24 @@ class _ReasonableOrder:
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
             return
         own = self._literals[earlier].arguments
-        undoing = self._find_undoing_actions(goal, own, self._goals[later], estimates)
+        undoing = self._find_kinds_of_undoing_actions(goal, own, self._goals[later], estimates)
         must_precede = False
         if True in undoing:
             kept = self._search.make_estimates(node, (self._goals[later],), keep_protected=True)
             must_precede = kept.estimate(goal, _MAX_KEPT_COST) == INFINITE
         if must_precede or False not in undoing:
-            self._must_precede[self._make_key(earlier, later)] = must_precede
+            self._must_precede[self._get_pair_key(earlier, later)] = must_precede
 
-    def _find_undoing_actions(
-        self, condition: Subgoal, own: tuple[int, ...], kept: Subgoal, estimates: CostEstimates
+    def _find_kinds_of_undoing_actions(
+        self, condition: Subgoal, own_objects: tuple[int, ...], kept_goal: Subgoal, estimates: CostEstimates
     ) -> set[bool]:
-        """Return which kinds of actions on the cheapest path to a condition undo the goal ``kept``.
+        """Return which kinds of actions on the cheapest path to a condition undo the goal ``kept_goal``.
 
-        The set has True if the conditions from such an action on are about the objects ``own``, or about
+        The set has True if the conditions from such an action on are about the ``own_objects``, or about
         objects of other categories. It has False if another action undoes the goal.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
-        own_categories = {objects[index].category for index in own}
+        own_categories = {objects[index].category for index in own_objects}
         undoing = set[bool]()
         seen = set[tuple[GroundAtom, bool]]()
         waiting = [(condition, True)]
@@ -316,7 +316,7 @@ class _ReasonableOrder:
                 if not isinstance(literal.formula, Atom) or estimates.holds(literal):
                     continue
                 atom = estimates.atom(literal.formula, literal)
-                others = {objects[index].category for index in atom.arguments if index not in own}
+                others = {objects[index].category for index in atom.arguments if index not in own_objects}
                 is_own = is_later_own and others.isdisjoint(own_categories)
                 if atom.predicate in heuristic.derived or (atom, is_own) in seen:
                     continue
@@ -324,7 +324,7 @@ class _ReasonableOrder:
                 action, prerequisites = estimates.find_supporter(atom)[1:]
                 if action is not None:
                     after = heuristic.domain.apply(estimates.state, action)
-                    if heuristic.readings.holds(*kept[:2], after) != kept.truth:
+                    if heuristic.readings.holds(*kept_goal[:2], after) != kept_goal.truth:
                         undoing.add(is_own)
                 waiting += [(prerequisite, is_own) for prerequisite in prerequisites]
         return undoing
@@ -357,8 +357,8 @@ class _GoalAgenda:
         estimates = self._search.make_estimates(node)
         held = {i for i, goal in enumerate(self._goals) if estimates.holds(goal)}
         pending = [i for i in range(len(self._goals)) if i not in held]
-        self._order.learn(node, estimates, held)
-        late = self._order.find_late_goals(pending)
+        self._order.learn_order(node, estimates, held)
+        late = self._order.find_goals_to_postpone(pending)
         reached = tuple([self._goals[i] for i in sorted(held - late)])
         if node.met < len(self._search.successors.goals):
             pending.append(_NEXT_ACTION)
@@ -374,7 +374,7 @@ class _GoalAgenda:
         self._order.forget()
         return None
 
-    def mark_failed_goals_as_hard(self) -> bool:
+    def prioritize_failed_goals(self) -> bool:
         """Mark the goals that the last searches failed to reach as hard, so that hard goals come first.
 
         Return False if all these goals were already marked.
@@ -385,7 +385,7 @@ class _GoalAgenda:
 
     def _must_undo_goals(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
         """Whether a goal seems unreachable without undoing reached goals; True at most once a goal."""
-        if not self._order.is_known or goal in self._undoing:
+        if not self._order.has_ordered_goals or goal in self._undoing:
             return False
         kept = self._search.make_estimates(node, reached, keep_protected=True)
         if kept.estimate(self._goals[goal]) < INFINITE:

@@ -23,7 +23,7 @@ from eai.planning.effect_schema import (
     find_changed_predicates,
     find_changes_for_literal,
     make_effect_schemas,
-    make_execution_schema,
+    make_schema_without_effect,
     match_atom,
 )
 from eai.planning.role import infer_operator_role
@@ -161,7 +161,7 @@ class OperatorIndex:
         self._compiled = cache(self._compile_literal_test)
         self._taking = cache(
             lambda name: Achiever(
-                make_execution_schema(self.operators[name].operator.operator), domain.vocabulary
+                make_schema_without_effect(self.operators[name].operator.operator), domain.vocabulary
             )
         )
 

@@ -317,7 +317,7 @@ class Repairer:
             if actions == (None,):
                 without = insert_or_delete_step(entries, position, None)[0]
                 path_without = self.states.compute_path(without, path, position)
-                candidates: Iterable[Action | None] = self._find_changing_or_required_actions(path[position])
+                candidates: Iterable[Action | None] = self._find_effective_or_required_actions(path[position])
                 if self.states.plan_succeeds(without, path_without):
                     yield PlanEdit(position, position, None)
                 else:
@@ -348,7 +348,7 @@ class Repairer:
         replacement, the removed step.
         """
         rest = plan[edit.step + (edit.removed is not None) :]
-        lacked = landmarks.find_missed_cuts_mask(filter(None, (*plan[: edit.step], *rest)))
+        lacked = landmarks.find_cuts_missed_by(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
         for action in actions:
             if (
@@ -362,7 +362,7 @@ class Repairer:
             ):
                 yield edit._replace(action=action)
 
-    def _find_changing_or_required_actions(self, moment: PlanMoment) -> Iterator[Action]:
+    def _find_effective_or_required_actions(self, moment: PlanMoment) -> Iterator[Action]:
         """Yield the possible actions in a state that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
@@ -584,7 +584,7 @@ class _RepairSearch:
         plan, at = insert_or_delete_step(node.plan, position, None)
         lacked = node.missed_cuts
         if self._landmarks.get_mask_of_cuts_with_action(node.plan[position].action):
-            lacked = self._landmarks.find_missed_cuts_mask([e.action for e in plan if e.action is not None])
+            lacked = self._landmarks.find_cuts_missed_by([e.action for e in plan if e.action is not None])
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_min_edits(self, node: _RepairNode) -> _RepairNode:
@@ -601,7 +601,7 @@ class _RepairSearch:
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
         if node.first_unknown < 0:
             landmarks.add_cuts_missed_by(steps, search_effort)
-        lacked = landmarks.find_missed_cuts_mask(steps)
+        lacked = landmarks.find_cuts_missed_by(steps)
         return node._replace(
             missed_cuts=lacked,
             known_cuts=len(landmarks.cuts),
