@@ -46,9 +46,9 @@ def test_studies_that_change_different_options_are_combined(tables: dict[str, An
     """A run of all studies has the abilities that each can vary, and the names of all."""
     spec = read_spec(tables)
     choices = {
-        each.study_option_chosen_by_user for each in spec.studies.values() if each.study_option_chosen_by_user
+        each.option_that_enables_study for each in spec.studies.values() if each.option_that_enables_study
     }
-    assert {*spec.combined_study_options.study_option_chosen_by_user.split(" and ")} == choices
+    assert {*spec.combined_study_options.option_that_enables_study.split(" and ")} == choices
     assert set(spec.combined_study_options.select_abilities([])) <= {
         ability for each in spec.studies.values() for ability in each.select_abilities([])
     }

@@ -30,7 +30,7 @@ class Limit(VariationOptions):
     characters: int = Field(default=0, ge=0)
 
     @property
-    def study_option_chosen_by_user(self) -> str:
+    def option_that_enables_study(self) -> str:
         return "terse.characters" if self.characters else ""
 
     @property

@@ -184,7 +184,7 @@ class RunSpec(Options):
 
     @model_validator(mode="after")
     def _check_contradictions(self) -> Self:
-        choice = self.combined_study_options.study_option_chosen_by_user
+        choice = self.combined_study_options.option_that_enables_study
         if self.tasks.adaptive and choice:
             reason = "adaptive runs choose tasks by the difficulty of plain questions"
             raise InputError(f"tasks.adaptive: cannot be combined with {choice}; {reason}")
@@ -225,7 +225,7 @@ class RunSpec(Options):
         choices = {
             name: variation.make_study_settings_for_records(name)
             for name, variation in variations_by_study.items()
-            if variation.study_option_chosen_by_user
+            if variation.option_that_enables_study
         }
         return Experiment({name: choice for name, choice in choices.items() if choice is not None})
 

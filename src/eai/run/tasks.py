@@ -235,7 +235,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             if takes_turns:
                 asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
                 experiment, solver = Experiment(), player()
-            elif spec.combined_study_options.study_option_chosen_by_user:
+            elif spec.combined_study_options.option_that_enables_study:
                 spec.combined_study_options.select_abilities([ability])
                 beliefs = None
                 if stage is not None:

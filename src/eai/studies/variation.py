@@ -99,9 +99,9 @@ class StageBeforeQuestions:
         return earlier.add_goals_from_other_beliefs(self.believe(self, endpoint, suite))
 
     @property
-    def earliest_stage_before_questions(self) -> StageBeforeQuestions:
+    def earliest_stage(self) -> StageBeforeQuestions:
         """The first of the stages before the run's questions, in which models state goals or scenes."""
-        return self if self.previous is None else self.previous.earliest_stage_before_questions
+        return self if self.previous is None else self.previous.earliest_stage
 
     @property
     def all_results(self) -> list[SuiteResult]:
@@ -124,12 +124,12 @@ class StageBeforeQuestions:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    If `study_option_chosen_by_user` is empty, the study does not vary the run, and the other properties and
+    If `option_that_enables_study` is empty, the study does not vary the run, and the other properties and
     methods are not used.
     """
 
     @property
-    def study_option_chosen_by_user(self) -> str:
+    def option_that_enables_study(self) -> str:
         """Option by which the user added this study to a run, as messages name it; empty if none is."""
         return ""
 
@@ -200,13 +200,13 @@ def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptio
     Raises:
         InputError: two studies contradict each other.
     """
-    chosen = [variation for variation in variations if variation.study_option_chosen_by_user]
+    chosen = [variation for variation in variations if variation.option_that_enables_study]
     for one, other in permutations(chosen, 2):
         reason = one.explain_conflict(other)
         if reason:
             raise InputError(
-                f"{one.study_option_chosen_by_user}: cannot be combined with "
-                f"{other.study_option_chosen_by_user}; {reason}"
+                f"{one.option_that_enables_study}: cannot be combined with "
+                f"{other.option_that_enables_study}; {reason}"
             )
     return chosen[0] if len(chosen) == 1 else _OptionsOfCombinedStudies(chosen=tuple(chosen))
 
@@ -221,9 +221,9 @@ class _OptionsOfCombinedStudies(VariationOptions):
     chosen: tuple[SerializeAsAny[VariationOptions], ...] = ()
 
     @property
-    def study_option_chosen_by_user(self) -> str:
+    def option_that_enables_study(self) -> str:
         """Names of the options that the user chose, one for each study of the run, joined by "and"."""
-        return " and ".join([variation.study_option_chosen_by_user for variation in self.chosen])
+        return " and ".join([variation.option_that_enables_study for variation in self.chosen])
 
     @property
     def results_heading(self) -> str:
@@ -256,7 +256,7 @@ class _OptionsOfCombinedStudies(VariationOptions):
         shared = [ability for ability in first if all(ability in abilities for abilities in others)]
         if not shared:
             raise InputError(
-                f"{self.study_option_chosen_by_user}: no ability supports all of these studies; "
+                f"{self.option_that_enables_study}: no ability supports all of these studies; "
                 "give only one of them"
             )
         return shared
@@ -272,5 +272,5 @@ class _OptionsOfCombinedStudies(VariationOptions):
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):
             stage = variation.make_stage_that_obtains_beliefs(library, task_ids_by_domain, ask)
             if stage is not None:
-                stage.earliest_stage_before_questions.previous, last = last, stage
+                stage.earliest_stage.previous, last = last, stage
         return last

@@ -19,7 +19,7 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import compute_metric_rates
 from eai.results.table import Estimate
-from eai.studies.pipeline.analysis import _ModularAndPipelineRuns, pool_pipeline_pairs
+from eai.studies.pipeline.analysis import _ModularAndPipelineRuns, merge_run_pairs
 from eai.studies.pipeline.stage_one import make_goal_beliefs
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
@@ -147,7 +147,7 @@ def test_where_the_loss_comes_from(
     found = [
         runs[model] if verdicts == "here" else _as_published(runs[model], model) for model in PIPELINE_MODELS
     ]
-    _, goals, _ = pool_pipeline_pairs(found).make_tables()
+    _, goals, _ = merge_run_pairs(found).make_tables()
     rows = {row[0]: row for row in goals.rows}
     read = {
         str(name): (row[1], *(cell.numerator for cell in row[2:4] if isinstance(cell, Estimate)))

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.verdict import ConfusionCounts
 from eai.results.record import Record
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.pipeline.analysis import _classify_stated_goals, _ModularAndPipelineRuns, pool_pipeline_pairs
+from eai.studies.pipeline.analysis import _classify_stated_goals, _ModularAndPipelineRuns, merge_run_pairs
 from experiments import experiment
 from studies.report.samples import RIGHT, WRONG, action_run
 
@@ -108,7 +108,7 @@ def test_tables_show_a_perfect_second_stage_and_the_missing_conditions() -> None
 def test_pooled_pipelines_count_each_answer_as_a_task(models: tuple[str, str]) -> None:
     """The rows add up, also those of one model with goals of two."""
     both = [of(model) for model in models]
-    _, together, _ = pool_pipeline_pairs(both).make_tables()
+    _, together, _ = merge_run_pairs(both).make_tables()
     apart = [counts(each.make_tables()[1], "pipeline") for each in both]
     assert counts(together, "pipeline") == {key: apart[0][key] + apart[1][key] for key in apart[0]}  # type: ignore[operator]
     assert counts(together, "tasks")["all"] == 22

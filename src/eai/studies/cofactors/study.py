@@ -143,22 +143,22 @@ def _find_bin_between_powers_of_ten(value: int) -> tuple[int, int]:
 
 @collect_rows_in_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
 def _make_score_curves(
-    suites: _AnswersBySuite, get_share: _ShareGetter, width: int, few: int = MIN_TASKS
+    suites: _AnswersBySuite, get_share: _ShareGetter, bin_width: int, few: int = MIN_TASKS
 ) -> Iterator[Row]:
     """Score by feature.
 
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
-    included. Bins of annotated steps are {width} wide. For the other features, they have the smallest width
-    of 1, 2, 5, 10, ... that gives at most eight bins, or are bounded by powers of ten. Bins without tasks are
-    left out; few marks bins with fewer than {few} tasks. Intervals count tasks with the same name as one
-    unit.
+    included. Bins of annotated steps are {bin_width} wide. For the other features, they have the smallest
+    width of 1, 2, 5, 10, ... that gives at most eight bins, or are bounded by powers of ten. Bins without
+    tasks are left out; few marks bins with fewer than {few} tasks. Intervals count tasks with the same name
+    as one unit.
     """
     for suite, answers in suites.items():
         models = group_by_model(answers)
         for feature in FEATURES:
             values = {value for line in answers if (value := getattr(line, feature)) is not None}
             if len(values) > 1:
-                bin_of = make_bin_function(feature, values, width)
+                bin_of = make_bin_function(feature, values, bin_width)
                 for model, lines in models.items():
                     pairs = [(value, a) for a in lines if (value := getattr(a, feature)) is not None]
                     binned = group_pairs(

@@ -52,14 +52,14 @@ def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
             yield (*suite, outcome, len(outcomes[outcome]), sum(outcomes[outcome]))
 
 
-class _FlowBar(NamedTuple):
+class _ChartBar(NamedTuple):
     """A bar of the figure: its upper edge and its height, in percent of all answers."""
 
     top: float
     height: float
 
     @property
-    def center_height(self) -> float:
+    def center_y(self) -> float:
         return self.top - self.height / 2
 
 
@@ -69,7 +69,7 @@ _WorldAbility: TypeAlias = tuple[str, str]
 _Name = TypeVar("_Name")
 
 
-def draw_flows(table: Table) -> Iterator[tuple[str, Figure]]:
+def draw_outcome_flows(table: Table) -> Iterator[tuple[str, Figure]]:
     """Draw how many answers of each suite (benchmark and ability) end in each outcome, as flows.
 
     Yield a file name and a figure for each protocol (scoring rules) with answers to two suites or more.
@@ -111,16 +111,16 @@ def _draw_flow_of_protocol(
     for (domain, ability), bar in suite_bars.items():
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
         text = f"{get_title(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
-        panel.text(-_WIDTH - 0.03, bar.center_height, text, fontsize=6.5, ha="right", va="center", color=INK)
+        panel.text(-_WIDTH - 0.03, bar.center_y, text, fontsize=6.5, ha="right", va="center", color=INK)
     _draw_outcome_bars(panel, outcome_bars, {name: 100 * with_extra_steps[name] / total for name in outcomes})
     panel.set_xlim(-1.0, 2.2)
     return figure
 
 
-def _stack_bars(heights: Mapping[_Name, float]) -> dict[_Name, _FlowBar]:
-    bars, top = dict[_Name, _FlowBar](), 100.0
+def _stack_bars(heights: Mapping[_Name, float]) -> dict[_Name, _ChartBar]:
+    bars, top = dict[_Name, _ChartBar](), 100.0
     for name, height in heights.items():
-        bars[name] = _FlowBar(top, height)
+        bars[name] = _ChartBar(top, height)
         top -= height + _GAP
     return bars
 
@@ -128,8 +128,8 @@ def _stack_bars(heights: Mapping[_Name, float]) -> dict[_Name, _FlowBar]:
 def _draw_flows_from_suites_to_outcomes(
     panel: Axes,
     percents: Mapping[tuple[_WorldAbility, str], float],
-    suite_bars: Mapping[_WorldAbility, _FlowBar],
-    outcome_bars: Mapping[str, _FlowBar],
+    suite_bars: Mapping[_WorldAbility, _ChartBar],
+    outcome_bars: Mapping[str, _ChartBar],
 ) -> None:
     starts = {suite: bar.top for suite, bar in suite_bars.items()}
     ends = {outcome: bar.top for outcome, bar in outcome_bars.items()}
@@ -144,7 +144,7 @@ def _draw_flows_from_suites_to_outcomes(
 
 
 def _draw_outcome_bars(
-    panel: Axes, bars: Mapping[str, _FlowBar], with_extra_steps: Mapping[str, float]
+    panel: Axes, bars: Mapping[str, _ChartBar], with_extra_steps: Mapping[str, float]
 ) -> None:
     """Draw the bars of outcomes with their names. The hatched part has the answers with needless steps."""
     text_top = math.inf
@@ -168,8 +168,8 @@ def _draw_outcome_bars(
         text = f"{get_display_name(outcome).lower()} {bar.height:.1f}"
         if hatched >= _MIN_NAMED_PERCENT:
             text += f", {hatched:.1f} with additional steps"
-        text_top = min(bar.center_height, text_top - _LINE)
-        panel.plot([1 + _WIDTH, 1.17], [bar.center_height, text_top], color=MUTED, linewidth=0.6)
+        text_top = min(bar.center_y, text_top - _LINE)
+        panel.plot([1 + _WIDTH, 1.17], [bar.center_y, text_top], color=MUTED, linewidth=0.6)
         panel.text(1.19, text_top, text, fontsize=6.5, va="center", color=INK)
 
 

@@ -42,7 +42,7 @@ from eai.results.plots import (
     read_estimate,
 )
 from eai.results.table import Cell, Estimate, Row, Table, TextCell, collect_rows_in_table
-from eai.studies.errors.overview import draw_flows, make_outcome_counts_table
+from eai.studies.errors.overview import draw_outcome_flows, make_outcome_counts_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, name_suite_figure
 from eai.tasks.options import Options
@@ -296,7 +296,7 @@ def _make_relative_explorer_address(explorer: Path | None, folder: Path) -> str 
 
 def _draw_error_figures(tables: Sequence[Table]) -> Figures:
     leaves, checks = tables[:2]
-    yield from draw_flows(tables[-1])
+    yield from draw_outcome_flows(tables[-1])
     for suite, rows in group_rows_by_suite(leaves).items():
         yield name_suite_figure(suite, "flow", draw_answer_outcomes(rows))
         levels = ("stage", "kind", "detail")

@@ -125,7 +125,7 @@ class SceneOptions(VariationOptions):
         return self
 
     @property
-    def study_option_chosen_by_user(self) -> str:
+    def option_that_enables_study(self) -> str:
         """Name and value of the chosen option: how questions show the scene, or the extra facts they list.
 
         The extra facts (``perception.context``) describe other objects, and states that do not hold.

@@ -88,7 +88,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Mo
     return make_scene_beliefs(label, suite.tasks, words, read)
 
 
-def make_scenes_stated_in_questions(
+def make_scene_beliefs_without_captioner(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> ModelBeliefsInPrompts:
     """Return the scenes that questions state, for every scene format but ``predicted``.
@@ -273,7 +273,7 @@ def _find_task_of_file(stem: str, task_ids: Sequence[str]) -> str | None:
     return max(begun, key=len, default=None)
 
 
-def _refuse_published_prompts_of_scene(options: SceneOptions, library: PromptLibrary, suite: Suite) -> None:
+def _refuse_published_prompts(options: SceneOptions, library: PromptLibrary, suite: Suite) -> None:
     """Raise an error if the run uses published prompts, which show scenes only in their own format."""
     is_posed = get_declaration(suite.ability).interaction.make_question is not None
     published = suite.benchmark.data.prompts is not None and not is_posed
@@ -296,7 +296,7 @@ def collect_scene_beliefs(
     Raises:
         InputError: published prompts cannot describe another scene, or a picture is missing.
     """
-    _refuse_published_prompts_of_scene(options, stage.library, suite)
+    _refuse_published_prompts(options, stage.library, suite)
     key = (suite.domain,)
     if key not in stage.found_beliefs:
         if options.scene == "predicted":
@@ -304,7 +304,7 @@ def collect_scene_beliefs(
         else:
             tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.task_ids[suite.domain]}
             templates = stage.library.templates
-            stage.found_beliefs[key] = make_scenes_stated_in_questions(
+            stage.found_beliefs[key] = make_scene_beliefs_without_captioner(
                 options, suite.benchmark, tasks, templates
             )
     return stage.found_beliefs[key]

@@ -114,7 +114,7 @@ class _ModularAndPipelineRuns:
         made = [
             stages if self.paper else stages.drop_columns(_PAPER),
             goals if self.reachable else goals.drop_columns([_PERFECT]),
-            self._make_first_stage_table(),
+            self._make_goal_interpretation_table(),
         ]
         if any("subgoals_sha256" in record.summaries.get(STUDY, {}) for record in self.pipeline):
             made.append(self._make_first_failing_ability_table())
@@ -221,7 +221,7 @@ class _ModularAndPipelineRuns:
         )
 
     @collect_rows_in_table("stage_1", ("answer", "tasks", "pipeline"))
-    def _make_first_stage_table(self) -> Iterator[Row]:
+    def _make_goal_interpretation_table(self) -> Iterator[Row]:
         """Outcomes of the first stage.
 
         In the first stage, a model answers goal interpretation. For each defect of its answers: number of
@@ -321,7 +321,7 @@ def _estimate_both_rates_and_difference(
     )
 
 
-def pool_pipeline_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
+def merge_run_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
     """Merge pairs of a modular run and a pipeline into one pair with all their records.
 
     The number of the pair is added in front of each task id, so that a task counts once for each pair. Names
@@ -391,7 +391,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
             yield _make_pair_analysis(pair, f"{record.model}, {label}", folder)
         if len(of_kind) > 1:
             folder = f"{suite.file_name}/{to_file_name(chain)}" if chain != _GOALS else suite.file_name
-            yield _make_pair_analysis(pool_pipeline_pairs(of_kind), f"{len(of_kind)} pipelines", folder)
+            yield _make_pair_analysis(merge_run_pairs(of_kind), f"{len(of_kind)} pipelines", folder)
 
 
 def _pair_modular_and_pipeline_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:

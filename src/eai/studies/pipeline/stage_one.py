@@ -218,7 +218,7 @@ def obtain_goals_interpreted_by_model(
     return stage.found_beliefs[key]
 
 
-def obtain_goals_with_subgoals_of_model(
+def obtain_goals_and_subgoals_stated_by_model(
     stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
     """Return a model's goals, with the subgoals that the model lists for these goals.
@@ -241,13 +241,13 @@ def obtain_goals_with_subgoals_of_model(
         wanted = {i: prompts[i] for i in subgoal_suite.task_ids if i in stage.task_ids[suite.domain]}
         answers = stage.ask_for_answers(endpoint, wanted, subgoal_suite, first=stage.previous)
         goals = None if stage.previous is None else stage.previous.collect_beliefs(endpoint, suite)
-        stage.found_beliefs[key] = add_subgoals_to_beliefs(
+        stage.found_beliefs[key] = add_subgoals_to_stated_goals(
             goals, (to_file_name(endpoint.model), answers), subgoal_suite
         )
     return stage.found_beliefs[key]
 
 
-def add_subgoals_to_beliefs(
+def add_subgoals_to_stated_goals(
     goal_beliefs: ModelBeliefsInPrompts | None, subgoal_answers: Interpretations, suite: Suite
 ) -> ModelBeliefsInPrompts:
     """Return a model's goals with the subgoals from its answers; unreadable answers add no subgoals.
@@ -299,7 +299,7 @@ def summarize_stated_goals(
         )
         listed = models["subgoals_from"], {task_id: question_metadata[SUBGOALS]}
         beliefs = beliefs.add_goals_from_other_beliefs(
-            add_subgoals_to_beliefs(beliefs, listed, subgoal_suite)
+            add_subgoals_to_stated_goals(beliefs, listed, subgoal_suite)
         )
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 

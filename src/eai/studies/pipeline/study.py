@@ -50,7 +50,7 @@ class _PipelineOptions(VariationOptions):
         return self
 
     @property
-    def study_option_chosen_by_user(self) -> str:
+    def option_that_enables_study(self) -> str:
         """``pipeline.goals``, the option to state goals of a model in questions; empty if not given."""
         return "" if self.goals is None else "pipeline.goals"
 
@@ -98,8 +98,8 @@ class _PipelineOptions(VariationOptions):
         If the user chose subgoals, return a second stage, which asks for subgoals after the first stage.
         """
         from eai.studies.pipeline.stage_one import (
+            obtain_goals_and_subgoals_stated_by_model,
             obtain_goals_interpreted_by_model,
-            obtain_goals_with_subgoals_of_model,
         )
 
         first = StageBeforeQuestions(
@@ -109,7 +109,7 @@ class _PipelineOptions(VariationOptions):
             first
             if self.subgoals is None
             else StageBeforeQuestions(
-                library, task_ids_by_domain, ask, obtain_goals_with_subgoals_of_model, previous=first
+                library, task_ids_by_domain, ask, obtain_goals_and_subgoals_stated_by_model, previous=first
             )
         )
 

@@ -290,17 +290,17 @@ def _draw_bootstrap_metrics_by_model(
         draw = generator.choices(names, k=len(names))
         yield {
             model: [
-                _compute_pooled_percent_of_drawn_names(sums[prompt, model], draw) for prompt in matrix.prompts
+                _compute_percent_of_bootstrap_draw(sums[prompt, model], draw) for prompt in matrix.prompts
             ]
             for model in matrix.models
         }
 
 
-def _compute_pooled_percent_of_drawn_names(
-    rate_by_name: Mapping[str, Rate], drawn_names: Sequence[str]
+def _compute_percent_of_bootstrap_draw(
+    rate_by_name: Mapping[str, Rate], drawn_task_names: Sequence[str]
 ) -> float:
-    numerator = sum(rate_by_name[name].numerator for name in drawn_names)
-    return Rate(numerator, sum(rate_by_name[name].denominator for name in drawn_names)).percent or 0.0
+    numerator = sum(rate_by_name[name].numerator for name in drawn_task_names)
+    return Rate(numerator, sum(rate_by_name[name].denominator for name in drawn_task_names)).percent or 0.0
 
 
 def _make_bootstrap_estimate(value: float | None, sampled_values: Sequence[float | None]) -> Estimate:

@@ -334,7 +334,7 @@ class _ReplanningRunOptions(VariationOptions):
         return self
 
     @property
-    def study_option_chosen_by_user(self) -> str:
+    def option_that_enables_study(self) -> str:
         """Options that switch this study on, as messages name them; empty if the user chose none of them."""
         return "replanning.replans, slip or until" if self.replanning else ""
 

@@ -96,7 +96,7 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
         axes.set_title(title, fontsize=9.5)
         _draw_summary_panel(axes, lines, list(domains))
     _draw_legend(
-        figure, list(domains.values()), _make_legend_text_of_paper_ticks([table for table, _ in shown])
+        figure, list(domains.values()), _make_legend_text_for_paper_models([table for table, _ in shown])
     )
     return figure
 
@@ -120,7 +120,7 @@ def _count_panel_lines(lines: _Lines) -> int:
     return len(lines) + len({heading for heading, _ in lines})
 
 
-def _make_legend_text_of_paper_ticks(tables: Sequence[Ranking]) -> str | None:
+def _make_legend_text_for_paper_models(tables: Sequence[Ranking]) -> str | None:
     """Return the legend's text on the grey ticks of the paper's models, or None if no ticks are drawn."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source == "paper"}

@@ -285,7 +285,7 @@ _FLOOR = "Floor: what is earned without deciding anything, by null models; never
 _OTHER_DATA = "Scored against other data than the runs: {suites}."
 
 
-def _make_floor_note(models: Iterable[str]) -> str:
+def _make_null_model_note(models: Iterable[str]) -> str:
     descriptions = paper_tables.NULL_MODELS | paper_tables.NULL_AGENTS
     return _FLOOR.format(models="; ".join([f"{model} {descriptions[model]}" for model in models]))
 
@@ -431,7 +431,7 @@ def read_rows_of_packaged_scores(
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
     texts = [
-        _make_floor_note(models)
+        _make_null_model_note(models)
         if of_null_models
         else _make_note_on_published_answers(protocol.value, len(models))
     ]
