@@ -73,7 +73,7 @@ def compute_plain_wilson_interval(cases: Sequence[TaskContribution], generator: 
     rate = compute_rate_with_error_by_sampling_unit(sum_shares_by_task_name(cases))
     if rate is None:
         raise ValueError("no cases: a rate needs at least one")
-    p, observed = rate.value, rate.variance_without_pseudo_units
+    p, observed = rate.value, rate.observed_variance
     number = p * (1 - p) / observed if observed else 1 / sum(w * w for w in rate.weights.values())
     spread = 1.96**2 / number
     middle = (p + spread / 2) / (1 + spread)

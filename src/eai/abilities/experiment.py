@@ -127,7 +127,7 @@ class Experiment:
         return hash((frozenset(self.study.items()), self.harness, self.effort, self.rules))
 
     @property
-    def has_no_study_or_rules(self) -> bool:
+    def has_no_study_or_rule_change(self) -> bool:
         """Whether the run has the standard game rules and no options of a study.
 
         Only such runs are ranked.

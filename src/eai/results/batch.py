@@ -247,11 +247,11 @@ def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict
         return dict.fromkeys(counts or (None,), answers)
     usual = None if None in counts else counts.most_common(1)[0][0]
 
-    def find_named_game_rules(answer_text: str) -> str | None:
+    def find_game_rules_of_answer(answer_text: str) -> str | None:
         agent = made_by(answer_text)
         return usual if agent is None else agent.rules
 
-    epochs_by_rules = [epoch.split_by_key(find_named_game_rules) for epoch in epochs]
+    epochs_by_rules = [epoch.split_by_key(find_game_rules_of_answer) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
         first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]

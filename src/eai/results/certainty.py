@@ -99,7 +99,7 @@ class _RateWithErrorBySamplingUnit:
     weights: Mapping[str, float]
 
     @property
-    def variance_without_pseudo_units(self) -> float:
+    def observed_variance(self) -> float:
         """Variance of the estimate from its units alone, without the two imagined units of `variance`."""
         return sum(added * added for added in self.of_units.values())
 
@@ -257,12 +257,12 @@ class ConfidenceIntervals:
 
 def sum_shares_by_task(cases: TaskContributions) -> dict[str, Share]:
     """Return a mapping from each task to the numerator and denominator that it adds to a rate."""
-    return _sum_shares_by_unit([(case.task, case.share) for case in cases])
+    return _sum_shares_by_sampling_unit([(case.task, case.share) for case in cases])
 
 
 def sum_shares_by_task_name(cases: TaskContributions) -> dict[str, Share]:
     """Return a mapping from each task name to the numerator and denominator that its tasks add to a rate."""
-    return _sum_shares_by_unit([(case.name, case.share) for case in cases])
+    return _sum_shares_by_sampling_unit([(case.name, case.share) for case in cases])
 
 
 def compute_mean_rate_over_task_names(cases: TaskContributions) -> float | None:
@@ -410,7 +410,7 @@ def _make_confidence_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _Int
     return _IntervalInputs(
         rate.value,
         rate.variance,
-        rate.variance_without_pseudo_units,
+        rate.observed_variance,
         quantile,
         len(rate.of_units),
     )
@@ -429,10 +429,10 @@ def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _Interva
 def _make_binomial_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
     """Return the inputs of Wilson's interval if all units are independent yes-or-no answers."""
     units = len(rate.of_units)
-    return _IntervalInputs(rate.value, 1 / units, rate.variance_without_pseudo_units, _NORMAL, units)
+    return _IntervalInputs(rate.value, 1 / units, rate.observed_variance, _NORMAL, units)
 
 
-def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
+def _sum_shares_by_sampling_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
     last = dict(units_and_shares)
     if len(last) == len(units_and_shares):
         return last

@@ -129,7 +129,7 @@ class ModelBeliefsInPrompts:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: ScenePerception | None = None
 
-    def add_goals_from_other_beliefs(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
+    def copy_with_goals_of(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
         """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
 
         Only tasks with both a scene and goals remain.

@@ -78,7 +78,7 @@ class _PaperProtocolAndTables:
     other_tasks: tuple[str, ...]
 
     @property
-    def tables_of_all_models(self) -> tuple[str, ...]:
+    def all_model_table_names(self) -> tuple[str, ...]:
         """Names of the tables of all 18 models, the overview first."""
         return tuple(dict.fromkeys(name for names in self.tables.values() for name in names))
 
@@ -135,7 +135,7 @@ def _find_cells_contradicted_by_other_tables(
     table: PaperTable,
 ) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
     """Yield a note for each cell whose rate differs between two of the paper's tables of all 18 models."""
-    full = read_paper_protocol_and_tables().tables_of_all_models
+    full = read_paper_protocol_and_tables().all_model_table_names
     if table.name not in (*full, *read_paper_protocol_and_tables().same_quantity):
         return
     for other in [_read_table(name) for name in full if name != table.name]:

@@ -58,7 +58,7 @@ def read_columns(
             if name not in columns_in_file:
                 raise InputError(f'{path}: the column "{name}" is missing')
         columns = [*required, *(name for name in optional if name in columns_in_file)]
-        is_prefixed = _check_sizes_and_detect_shared_prefixes(path, metadata, columns)
+        is_prefixed = _check_sizes_and_detect_prefix_compression(path, metadata, columns)
         with reader.ParquetFile(path, read_dictionary=[] if is_prefixed else columns) as file:
             for batch in file.iter_batches(1 if is_prefixed else _BATCH_ROWS, columns=columns):
                 texts = [_read_column_values(batch.column(name)) for name in columns]
@@ -67,7 +67,7 @@ def read_columns(
         raise InputError(f"{path}: expected a Parquet file ({str(error).splitlines()[0]})") from error
 
 
-def _check_sizes_and_detect_shared_prefixes(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
+def _check_sizes_and_detect_prefix_compression(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows is too large after decompression.
 
     Return whether some texts are stored without the beginning that they share with the text before. Such a

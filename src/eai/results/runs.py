@@ -69,12 +69,12 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def has_no_study_or_rules(self) -> bool:
+    def has_no_study_or_rule_change(self) -> bool:
         """Whether the run has no options of a study (variation), and its game rules are standard.
 
         Only such runs are ranked.
         """
-        return self.experiment is None or self.experiment.has_no_study_or_rules
+        return self.experiment is None or self.experiment.has_no_study_or_rule_change
 
     @property
     def sort_key(self) -> tuple[int, int, str, int, str, str]:

@@ -112,7 +112,7 @@ def _has_unknown_prompt(record: Record) -> bool:
     settings = record.experiment
     if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
         settings = settings.drop_options_of_study(_PROMPTS)  # the digest already identifies the prompt
-    return settings is not None and not settings.has_no_study_or_rules
+    return settings is not None and not settings.has_no_study_or_rule_change
 
 
 def make_function_that_adds_distance_and_steps(

@@ -96,7 +96,7 @@ class StageBeforeQuestions:
         if self.previous is None:
             return self.believe(self, endpoint, suite)
         earlier = self.previous.collect_beliefs(endpoint, suite)
-        return earlier.add_goals_from_other_beliefs(self.believe(self, endpoint, suite))
+        return earlier.copy_with_goals_of(self.believe(self, endpoint, suite))
 
     @property
     def earliest_stage(self) -> StageBeforeQuestions:

@@ -103,7 +103,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     for run in read_runs([folder]):
         if (
             run.key[:3] == of_suite
-            and run.key.has_no_study_or_rules
+            and run.key.has_no_study_or_rule_change
             and RunTotals.from_records(run.records).coverage.is_ranked
         ):
             tables.add_records(run.records)

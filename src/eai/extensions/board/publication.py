@@ -64,7 +64,7 @@ def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> di
         InputError: the file cannot be read, or is malformed.
     """
     metadata = _PublicationMetadata.read_file(metadata_file)
-    plain = [run for run in runs if run.key.has_no_study_or_rules and run.key.model in metadata.models]
+    plain = [run for run in runs if run.key.has_no_study_or_rule_change and run.key.model in metadata.models]
     rows = group_pairs(
         ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
     )

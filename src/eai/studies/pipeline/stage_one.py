@@ -298,9 +298,7 @@ def summarize_stated_goals(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: question_metadata[SUBGOALS]}
-        beliefs = beliefs.add_goals_from_other_beliefs(
-            add_subgoals_to_stated_goals(beliefs, listed, subgoal_suite)
-        )
+        beliefs = beliefs.copy_with_goals_of(add_subgoals_to_stated_goals(beliefs, listed, subgoal_suite))
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 

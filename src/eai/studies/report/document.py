@@ -57,7 +57,7 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
     ]
     by_table = group_pairs(
         ((table.title, format_suite_title(item.key.domain, item.key.ability)), pair)
-        for table in map(read_paper_table, setting.tables_of_all_models)
+        for table in map(read_paper_table, setting.all_model_table_names)
         for item in ours
         for pair in _list_differences_from_paper_rates(table, item)
     )

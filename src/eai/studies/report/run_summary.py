@@ -57,7 +57,7 @@ def select_standard_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
 
     Only these are ranked and compared with the paper.
     """
-    return [item for item in runs if item.key.has_no_study_or_rules]
+    return [item for item in runs if item.key.has_no_study_or_rule_change]
 
 
 def summarize_run(run: Run) -> RunSummary:
