@@ -14,7 +14,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
 from eai.results.trials import Answer
 from eai.run.job import DecodingOptions, QuestionJob
-from eai.run.remarks import list_signs_of_ignored_requests
+from eai.run.remarks import describe_unfulfilled_requests
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
 from processes import eai
@@ -46,8 +46,8 @@ def test_an_ignored_schema_is_found_from_the_answers(
     job: QuestionJob, text: str, stop_reason: str, *, is_ignored: bool
 ) -> None:
     answers = {("27_2", 1): answer(text, stop_reason=stop_reason), ("27_2", 2): answer(GOOD)}
-    assert list_signs_of_ignored_requests(job, answers) == ()
-    remarks = list_signs_of_ignored_requests(replace(job, decoding=DecodingOptions(structured=True)), answers)
+    assert describe_unfulfilled_requests(job, answers) == ()
+    remarks = describe_unfulfilled_requests(replace(job, decoding=DecodingOptions(structured=True)), answers)
     assert bool(remarks) is is_ignored
     if is_ignored:
         assert remarks[0].endswith("1 of 2 answers do not have the requested form")
@@ -60,7 +60,7 @@ def test_an_ignored_schema_is_found_from_the_answers(
 def test_a_prompt_with_far_too_few_tokens_was_cut_off(
     job: QuestionJob, tokens: int | None, *, is_cut: bool
 ) -> None:
-    remarks = list_signs_of_ignored_requests(job, {("27_2", 1): answer(GOOD, tokens)})
+    remarks = describe_unfulfilled_requests(job, {("27_2", 1): answer(GOOD, tokens)})
     assert bool(remarks) is is_cut
     if is_cut:
         assert f"it counted {tokens:,} tokens in a prompt of 10,000 characters (1 of 1 prompts)" in remarks[0]
@@ -68,7 +68,7 @@ def test_a_prompt_with_far_too_few_tokens_was_cut_off(
 
 def test_the_word_counts_of_a_built_in_model_are_no_sign_of_cut_prompts(job: QuestionJob) -> None:
     job = replace(job, endpoint=Endpoint("eai/noisy"))
-    assert list_signs_of_ignored_requests(job, {("27_2", 1): answer(GOOD, 300)}) == ()
+    assert describe_unfulfilled_requests(job, {("27_2", 1): answer(GOOD, 300)}) == ()
 
 
 @pytest.mark.parametrize(

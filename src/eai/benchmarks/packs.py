@@ -53,7 +53,7 @@ class DataPack:
 
         The pack's manifest records this mapping.
         """
-        return {archive.requirement: archive.sha256 for archive in self.archives}
+        return {archive.pip_requirement: archive.sha256 for archive in self.archives}
 
 
 @dataclass(frozen=True, slots=True)

@@ -128,7 +128,7 @@ def print_findings_and_exit(findings: Sequence[DataMistake], message_if_none: st
         raise typer.Exit(2)
 
 
-def drop_abilities_that_must_be_named(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
+def select_default_abilities(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
     """Drop the abilities that the benchmark runs only if ``--ability`` names them; return the others.
 
     A note is printed for each dropped ability.

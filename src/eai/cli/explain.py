@@ -120,9 +120,9 @@ def explain(
         film: Write the execution of one answer as a GIF (extra 'physics'), into a file or a folder. The
             explorer of a report links to GIFs in its folder films.
     """
-    every_record, log_extension = _read_records_or_find_log_extension(records)
-    if log_extension is not None:
-        log_extension.explain_log(
+    every_record, log_plugin = _read_records_or_find_log_plugin(records)
+    if log_plugin is not None:
+        log_plugin.explain_log(
             records, task, failed=failed, kind=kind, agent=model, limit=limit, film=film, as_json=as_json
         )
         return
@@ -154,19 +154,19 @@ def explain(
         print_result_line(f"{excluded} excluded from all rates (--kind excluded lists them)")
 
 
-def _read_records_or_find_log_extension(path: Path) -> tuple[list[Record], Any | None]:
-    """Return the records (scored answers) at a path, or the extension that reads the log at this path.
+def _read_records_or_find_log_plugin(path: Path) -> tuple[list[Record], Any | None]:
+    """Return the records (scored answers) at a path, or the plug-in that reads the log at this path.
 
-    An extension reads logs of other projects.
+    A plug-in reads logs of other projects.
     """
     try:
         return [each for file in find_record_files([path]) for each in read_records(file)], None
     except InputError:
         # an interrupted run also has Inspect's logs, but those logs are eai's own
-        extension = None if (path / "run.toml").is_file() else find_plugin_that_reads_log(path)
-        if extension is None:
+        plugin = None if (path / "run.toml").is_file() else find_plugin_that_reads_log(path)
+        if plugin is None:
             raise
-        return [], extension
+        return [], plugin
 
 
 def _read_task_info_from_data_set(record: Record, records: Path, store: Store) -> _TaskInfoFromDataSet:

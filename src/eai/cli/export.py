@@ -22,7 +22,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, drop_abilities_that_must_be_named, format_count, print_result
+from eai.cli.console import DOMAIN_HELP, format_count, print_result, select_default_abilities
 from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.prompts import OfSet, is_prompt_list_file, select_entries_of_tasks, write_prompts
 from eai.pddl.planning import PlannerChoice
@@ -129,7 +129,7 @@ def export_prompts(
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _list_split_names_and_references(given)]:
                 benchmark = find_benchmark(name)
-                for each in ability or drop_abilities_that_must_be_named(benchmark, PAPER_ABILITIES):
+                for each in ability or select_default_abilities(benchmark, PAPER_ABILITIES):
                     asked = PromptLibrary(prompt_set, None, source).open(benchmark, each)
                     for row in training_data.make_prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked
@@ -210,7 +210,7 @@ def export_preference_data(
 
 
 @app.command("process", no_args_is_help=True)
-def export_process_data(
+def export_plans_with_step_labels(
     records: _Records,
     out: _Out,
     domain: _Domains = None,

@@ -178,10 +178,10 @@ def generate_tasks(
     validated = ""
     if validator is not None:
         plans = [each.task for each in made]
-        unanswered = _validate_plans_and_count_unanswered(validator, benchmark.domain, plans, quiet=as_json)
+        undecided = _validate_plans_and_count_undecided(validator, benchmark.domain, plans, quiet=as_json)
         validated = "; VAL accepts every certificate"
-        if unanswered:
-            validated = f"; VAL accepts {len(plans) - unanswered:,} certificates, no answer on {unanswered:,}"
+        if undecided:
+            validated = f"; VAL accepts {len(plans) - undecided:,} certificates, no answer on {undecided:,}"
     write_task_file(file, lines)
     fingerprints_with_copies = fingerprints_with_copies[
         : len(made) + rejected.count(SeedRejectionReason.COPY)
@@ -228,7 +228,7 @@ def _generate_with_workers(
     """
     if not pool.has_worker_processes:
         return generate_from_seeds(generator, seeds, number, known, fingerprints_with_copies)
-    judge = partial(make_tasks_from_seed_batch, _add_reference_plans_to_task_and_pair, generator)
+    judge = partial(make_tasks_from_seed_batch, _add_reference_plans_to_generated_task, generator)
     vocabulary = generator.benchmark.domain.vocabulary
     judged = (
         load_seed_result(content, vocabulary)
@@ -275,15 +275,15 @@ def _describe_estimated_task_count(task_count: int | None) -> str:
     return f"estimated number of different tasks: at least {task_count:,}"
 
 
-def _add_reference_plans_to_task_and_pair(made: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
+def _add_reference_plans_to_generated_task(made: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
     """Return a task, or a pair of tasks, with missing reference plans added."""
-    paired = None if made.paired is None else _add_reference_plans_to_task_and_pair(made.paired, benchmark)
+    paired = None if made.paired is None else _add_reference_plans_to_generated_task(made.paired, benchmark)
     return replace(made, task=add_reference_plans(made.task, benchmark), paired=paired)
 
 
 def _make_task_file_lines(made: GeneratedTask, benchmark_name: str, benchmark: Benchmark) -> list[str]:
     """Return the lines of a task file for a generated task or pair of tasks, in the order of task ids."""
-    completed = _add_reference_plans_to_task_and_pair(made, benchmark)
+    completed = _add_reference_plans_to_generated_task(made, benchmark)
     pair = [one for one in (completed, completed.paired) if one is not None]
     return [
         write_task_line(one.task, benchmark_name, benchmark.domain, one.about)
@@ -291,7 +291,7 @@ def _make_task_file_lines(made: GeneratedTask, benchmark_name: str, benchmark: B
     ]
 
 
-def _validate_plans_and_count_unanswered(
+def _validate_plans_and_count_undecided(
     val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool
 ) -> int:
     """Check the certificates (plans that solve the tasks) with VAL. Return on how many VAL gives no answer.
@@ -299,7 +299,7 @@ def _validate_plans_and_count_unanswered(
     Raises:
         EaiError: VAL rejects a certificate that the engine accepts, so no task can be trusted.
     """
-    unanswered = 0
+    undecided = 0
     with show_scoring_progress("validating", len(tasks), quiet=quiet) as report:
         for number, task in enumerate(tasks, 1):
             verdict = validate_with_val(val, domain, task, task.script)
@@ -308,9 +308,9 @@ def _validate_plans_and_count_unanswered(
                     f"{task.id}: VAL rejects a plan that eai accepts, so no file is written; "
                     "report this contradiction, or leave out --val"
                 )
-            unanswered += verdict != VALID
+            undecided += verdict != VALID
             report(number)
-    return unanswered
+    return undecided
 
 
 def _parse_range(text: str) -> tuple[float, float]:

@@ -159,7 +159,7 @@ def run(
             for each in (
                 wanted
                 if spec.tasks.ability
-                else console.drop_abilities_that_must_be_named(find_benchmark(name), wanted)
+                else console.select_default_abilities(find_benchmark(name), wanted)
             )
         ]
         obtain, about = None, spec.tasks
@@ -306,7 +306,7 @@ def _request_answers_and_score(
     """
     from eai.run.context import choose_answer_limit
     from eai.run.log_scores import write_scores
-    from eai.run.remarks import list_signs_of_ignored_requests
+    from eai.run.remarks import describe_unfulfilled_requests
     from eai.run.tasks import combine_experiments, make_suite_conversations, request_missing_answers
 
     spec, epochs = request.spec, epochs or request.spec.tasks.epochs
@@ -358,7 +358,7 @@ def _request_answers_and_score(
             write_inspect_log_reference(one.folder, answers.logs, epoch)
         if result.by_epoch:
             write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_epoch_of_shown_answer())
-    return replace(result, remarks=list_signs_of_ignored_requests(job, answers.answers))
+    return replace(result, remarks=describe_unfulfilled_requests(job, answers.answers))
 
 
 def _print_failures_and_token_usage(

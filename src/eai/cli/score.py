@@ -518,8 +518,8 @@ def _make_scoring_job(file: Path, suite: Suite, out: Path | None) -> _ScoringJob
         answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True)
         return _ScoringJob(suite, answers, out)
     with inspect_needed():
-        from eai.run.tasks import make_function_that_adds_logged_options, read_answers
-    answers, logged = read_answers(file, suite), make_function_that_adds_logged_options(file, suite)
+        from eai.run.tasks import make_function_that_adds_study_options, read_answers
+    answers, logged = read_answers(file, suite), make_function_that_adds_study_options(file, suite)
     return _ScoringJob(suite, answers, out, logged=logged, log=file)
 
 

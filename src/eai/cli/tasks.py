@@ -171,8 +171,8 @@ def _find_benchmark_domain(reference: str) -> Domain:
     return find_benchmark(reference).domain
 
 
-def _describe_wrong_reference_plans(searches: bool, base: str, task: Task) -> list[str]:
-    return list(describe_wrong_recorded_plans(task, find_benchmark(base), searches=searches))
+def _describe_wrong_reference_plans(searches: bool, benchmark_reference: str, task: Task) -> list[str]:
+    return list(describe_wrong_recorded_plans(task, find_benchmark(benchmark_reference), searches=searches))
 
 
 def _add_reference_plans_to_task_file(file: Path, map_items: MapItems) -> int:

@@ -28,7 +28,7 @@ _MAX_CHARACTERS_PER_TOKEN = 8
 """Number of characters that a token has at most, on average over a prompt."""
 
 
-def list_signs_of_ignored_requests(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple[str, ...]:
+def describe_unfulfilled_requests(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple[str, ...]:
     """Return a sentence on each part of the requests that the server or the model seems to have ignored.
 
     Args:

@@ -138,7 +138,7 @@ def limit_tries_of_refused_connections(model: Model) -> Model:
         return model
     should_retry, first_refusal = api.should_retry, float("-inf")
 
-    def should_retry_unless_refused_twice(error: Exception) -> object:
+    def should_retry_unless_connection_refused_twice(error: Exception) -> object:
         nonlocal first_refusal
         seconds = time.monotonic() - first_refusal
         if is_connection_refused(error):
@@ -148,6 +148,6 @@ def limit_tries_of_refused_connections(model: Model) -> Model:
                 first_refusal = time.monotonic()
         return should_retry(error)
 
-    should_retry_unless_refused_twice.limits_refused_tries = True  # type: ignore[attr-defined]
-    api.should_retry = should_retry_unless_refused_twice  # type: ignore[assignment, method-assign]
+    should_retry_unless_connection_refused_twice.limits_refused_tries = True  # type: ignore[attr-defined]
+    api.should_retry = should_retry_unless_connection_refused_twice  # type: ignore[assignment, method-assign]
     return model

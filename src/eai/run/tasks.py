@@ -218,7 +218,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 {
                     "prompts": {"set": prompts, "folder": prompt_folder},
                     "scoring": {"protocol": protocol, "planner": planner, "errata": errata},
-                    **_sort_arguments_into_sections(ability, studies),
+                    **_sort_arguments_into_spec_sections(ability, studies),
                 }
             )
             scoring, experiment = spec.scoring, spec.experiment
@@ -297,7 +297,7 @@ def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
     return combined
 
 
-def _sort_arguments_into_sections(
+def _sort_arguments_into_spec_sections(
     ability: Ability, arguments: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return the arguments of an Inspect task as options, by their section of a run's specification.
@@ -421,13 +421,13 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
         epochs = group_pairs(zip([sample.epoch for sample in answered_samples], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(answers)) for answers in epochs.values()]
         return replace(first, further_epochs=tuple(further))
-    majority_samples = _select_majority_samples(log, suite.ability)
+    majority_samples = _select_samples_with_majority_answer(log, suite.ability)
     return ResponseFile(
         model, tuple([Response(str(sample.id), read_episode_text(sample)) for sample in majority_samples])
     )
 
 
-def make_function_that_adds_logged_options(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
+def make_function_that_adds_study_options(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
     """Return a function that adds the options of studies in a log to a record of an answer in the log.
 
     Return None if the log has no such options, or if the ability's results are means over several answers.
@@ -442,7 +442,7 @@ def make_function_that_adds_logged_options(path: Path, suite: Suite) -> Callable
         return None
     logged_samples: LoggedSamples = {
         str(s.id): (s.metadata, s.epoch, _read_question(s))
-        for s in _select_majority_samples(log, suite.ability)
+        for s in _select_samples_with_majority_answer(log, suite.ability)
     }
     return partial(make_record_of_logged_answer, suite, experiment, logged_samples)
 
@@ -451,7 +451,7 @@ def _read_question(sample: EvalSample) -> str:
     return sample.input if isinstance(sample.input, str) else sample.input[-1].text
 
 
-def _select_majority_samples(log: EvalLog, ability: Ability) -> list[EvalSample]:
+def _select_samples_with_majority_answer(log: EvalLog, ability: Ability) -> list[EvalSample]:
     """Return a sample with the most frequent answer to each task. A task is left out if no answer wins."""
     answered = sorted([s for s in log.samples or () if s.output.choices], key=lambda sample: sample.epoch)
     by_task = group_pairs((str(sample.id), sample) for sample in answered)
