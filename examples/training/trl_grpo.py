@@ -19,7 +19,7 @@ import torch
 from datasets import load_dataset
 from trl import GRPOConfig, GRPOTrainer
 
-from eai.agents.rewards import TrlHousehold, TrlReward
+from eai.agents.rewards import TrlEnvironment, TrlReward
 
 
 def main() -> None:
@@ -34,7 +34,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=-1, help="changes of the weights; -1 for three epochs")
     parser.add_argument("--tokens", type=int, default=1024, help="maximum number of tokens of an answer")
     options = parser.parse_args()
-    plans, acting = {"reward_funcs": TrlReward("progress")}, {"environment_factory": TrlHousehold}
+    plans, acting = {"reward_funcs": TrlReward("progress")}, {"environment_factory": TrlEnvironment}
     trainer = GRPOTrainer(
         model=options.model,
         train_dataset=load_dataset(options.prompts, split="train"),

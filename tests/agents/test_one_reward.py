@@ -16,7 +16,7 @@ from eai import Shaping
 from eai.agents.game import Game
 from eai.agents.gym import make
 from eai.agents.reference import make_setup
-from eai.agents.rewards import SkyRlTask, TrlHousehold, TrlReward, compute_score, reward_func
+from eai.agents.rewards import SkyRlTask, TrlEnvironment, TrlReward, compute_score, reward_func
 from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -51,7 +51,7 @@ def of_gymnasium(
 
 
 def of_trl_household(task_id: str, commands: Sequence[str], shaping: Shaping) -> float:
-    household = TrlHousehold(shaping)
+    household = TrlEnvironment(shaping)
     household.reset(task=reference(task_id))
     for command in commands:
         household.act(command)
@@ -69,7 +69,7 @@ FACES: dict[str, Face] = {
     "SkyRL": of_plan(of_skyrl),
     "gymnasium": partial(of_gymnasium, until="goal"),
     "gymnasium, ended by DONE": partial(of_gymnasium, until="done"),
-    "TrlHousehold": of_trl_household,
+    "TrlEnvironment": of_trl_household,
 }
 
 
@@ -97,7 +97,7 @@ def test_two_actions_in_a_household_earn_equal_rewards(data_store: Store) -> Non
     played = sum(environment.step(command)[1] for command in commands)
     plan = '{"WALK": ["washing_machine", "1001"], "SWITCHON": ["washing_machine", "1001"]}'
     task = "virtualhome/action_sequencing/27_2"
-    household = TrlHousehold("progress")
+    household = TrlEnvironment("progress")
     household.reset(task=task)
     list(map(household.act, commands))
     assert played == eai.reward(task, plan, "progress") == household.get_reward() == 1 / 3

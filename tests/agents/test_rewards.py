@@ -20,7 +20,7 @@ from eai import Ability
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.agents.rewards import (
     SkyRlTask,
-    TrlHousehold,
+    TrlEnvironment,
     TrlReward,
     compute_score,
     extract_answer,
@@ -127,7 +127,7 @@ def test_an_answer_that_is_no_text_is_no_wrong_answer(answer: Any) -> None:
 
 @pytest.mark.parametrize("command", [None, 3, ["WALK", "soap"], b"WALK(soap)"])
 def test_a_command_that_is_no_text_is_a_wrong_action(command: Any, caplog: pytest.LogCaptureFixture) -> None:
-    household = TrlHousehold()
+    household = TrlEnvironment()
     household.reset(task="virtualhome/action_sequencing/27_2")
     assert household.act(command).startswith(("Failed (parsing): ", "Failed (hallucination): "))
     assert not caplog.records
@@ -242,13 +242,13 @@ def test_the_installed_trl_passes_the_known_arguments() -> None:
 
 def test_a_household_of_trl_is_won_action_by_action() -> None:
     """The environment has the members that TRL needs, and each tool describes its arguments."""
-    members = inspect.getmembers(TrlHousehold, predicate=inspect.isfunction)
+    members = inspect.getmembers(TrlEnvironment, predicate=inspect.isfunction)
     assert [name for name, _ in members if not name.startswith("_")] == ["act", "get_reward", "reset"]
-    assert "Args:\n    command: " in (inspect.getdoc(TrlHousehold.act) or "")
+    assert "Args:\n    command: " in (inspect.getdoc(TrlEnvironment.act) or "")
     task, text = gold("behavior", Ability.ACTION_SEQUENCING)
     suite = eai.open("behavior", "action_sequencing")
     plan = suite.benchmark.notation.plans.read(text)
-    household = partial(TrlHousehold, "progress")()
+    household = partial(TrlEnvironment, "progress")()
     opening = household.reset(task=task, prompt=[])
     assert suite.tasks[task.rpartition("/")[2]].instruction in opening
     assert household.get_reward() == 0

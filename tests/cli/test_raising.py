@@ -13,7 +13,7 @@ from command_line import Command
 from eai import Reward
 from eai.abilities.protocol import Ability
 from eai.agents.episode_server import open_episode_server
-from eai.agents.rewards import TrlHousehold, TrlReward
+from eai.agents.rewards import TrlEnvironment, TrlReward
 from eai.agents.setting import ACTING
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import open_suite
@@ -97,7 +97,7 @@ def test_an_action_that_raises_fails_and_the_episode_goes_on(
     assert "Failed (uncategorised): the world raised OverflowError." in told
     assert (paid, terminated, truncated, info["fault"]) == (0, False, False, "uncategorised")
     assert env.step("PRESS(lamp)")[0].startswith("PRESS(lamp): done.")
-    household = TrlHousehold()
+    household = TrlEnvironment()
     household.reset(task=f"{NAME}/action_sequencing/{TASK}")
     assert "the world raised OverflowError" in household.act(BOOM)
     suite = open_suite(NAME, ACTING)

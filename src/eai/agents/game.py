@@ -169,7 +169,7 @@ class Game:
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = (
                 [None]
-                if self._lacks_required_done(is_episode_ended=is_episode_ended)
+                if self._lacks_required_done_command(is_episode_ended=is_episode_ended)
                 else [self._last]
                 if self._failed
                 else []
@@ -197,7 +197,7 @@ class Game:
         # the right answer is to call the task impossible, so reached goals earn nothing
         if self.task.has_no_plan:
             return None
-        ended = self._failed or self._lacks_required_done(is_episode_ended=is_episode_ended)
+        ended = self._failed or self._lacks_required_done_command(is_episode_ended=is_episode_ended)
         earned = compute_plan_reward_inputs(
             self.reached, self._at_start, ended_by_error=ended, faults=self._faults
         )
@@ -207,7 +207,7 @@ class Game:
         gained = compute_condition_gain(partial, self.setup.share_of_conditions_met_at_start, earned.gain)
         return replace(earned, conditions=gained)
 
-    def _lacks_required_done(self, *, is_episode_ended: bool) -> bool:
+    def _lacks_required_done_command(self, *, is_episode_ended: bool) -> bool:
         """Whether the game has ended without `DONE`, although the rules require this command."""
         return is_episode_ended and self._rules.until == "done" and self.ended != "done"
 

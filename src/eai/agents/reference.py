@@ -98,7 +98,7 @@ def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
         )
     plans = [task.shortest_plan] if task.shortest_plan else _find_plans(task, setup.domain)
     lengths = [len(plan) for plan in plans]
-    if task.reference_plan and _has_standard_view(setup.rules):
+    if task.reference_plan and _has_standard_visibility(setup.rules):
         for mistake in _find_mistakes_in_reference(setup):
             raise InputError(
                 f"{task.id}: correct the plan `reference`, or leave it out; it does not win: {mistake}"
@@ -137,7 +137,7 @@ def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_WinningCommands]:
             yield _WinningCommands(tuple(commands), tuple(actions))
 
 
-def _has_standard_view(rules: GameRules) -> bool:
+def _has_standard_visibility(rules: GameRules) -> bool:
     """Whether agents see as much of the world by these rules as by the standard rules."""
     return (rules.view, rules.observe) == (STANDARD.view, STANDARD.observe)
 

@@ -143,8 +143,8 @@ def _grade_groups(
     ]
 
 
-class TrlHousehold:
-    """An environment of TRL, played action by action: ``GRPOTrainer(environment_factory=TrlHousehold, ...)``.
+class TrlEnvironment:
+    """An environment of TRL, played by actions: ``GRPOTrainer(environment_factory=TrlEnvironment, ...)``.
 
     The data set has a column ``task`` with tasks of action sequencing. The tool is `act`. An episode ends
     when all goals are reached or 50 actions are tried, or by other rules, such as

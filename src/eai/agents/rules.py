@@ -80,13 +80,13 @@ class GameRules(Options):
     verifier: bool = False
 
     @property
-    def rules_for_unrewarded_replay(self) -> GameRules:
+    def rules_for_episode_replay(self) -> GameRules:
         """Rules for replays, which need no rewards at each turn and no lists of possible actions."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 
     @model_validator(mode="after")
-    def _check_observe_and_feedback(self) -> Self:
+    def _check_feedback_of_partial_observation(self) -> Self:
         if self.observe == "partial" and self.feedback in OUTCOMES:
             raise InputError(
                 "observe=partial needs feedback by facts or changes, because outcomes "

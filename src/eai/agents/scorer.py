@@ -95,7 +95,7 @@ class _EpisodeScorer(Scorer):
         """
         if self.task.unplannable_reason is not None:
             return self.task.unplannable_reason
-        setup = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_unrewarded_replay)
+        setup = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_episode_replay)
         return self.task.make_exclusion(NO_REFERENCE) if setup.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
@@ -110,7 +110,7 @@ class _EpisodeScorer(Scorer):
         episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or make_game_rules(STANDARD)
         verdict, steps, history = self._replay_episode(
-            make_setup(self.task, self.benchmark, rules.rules_for_unrewarded_replay), episode
+            make_setup(self.task, self.benchmark, rules.rules_for_episode_replay), episode
         )
         if isinstance(read, Unreadable):
             unread = ErrorReport(FaultKind.PARSING, None, read.reason)
