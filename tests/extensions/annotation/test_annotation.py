@@ -11,21 +11,21 @@ import pytest
 from eai.base.errors import InputError
 from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
-    PatternsOfTitle,
-    TitleMeaning,
-    TitleMeaningDecisions,
+    DemonstratedPatterns,
+    GoalDecisions,
+    GoalTemplate,
     _ObjectKind,
-    annotate,
+    annotate_demonstrations,
     apply_user_command_to_decisions,
     check_goals,
     count_patterns,
     find_changes_made_by_demonstration,
-    find_index_of_first_met_meaning,
-    format_title_meaning_decisions,
+    find_index_of_first_met_template,
+    format_goal_decisions,
     group_by_title,
     parse_pattern,
     read_uncounted_predicates_and_decisions,
-    write_title_meaning_decisions,
+    write_goal_decisions,
 )
 from eai.logic.ltl_printer import format_ltl
 from eai.pddl.planning import PlannerChoice
@@ -115,7 +115,7 @@ def test_patterns_are_counted_by_class_and_by_the_properties_of_one_object() -> 
     }
 
 
-def candidate(*entries: str) -> TitleMeaning:
+def candidate(*entries: str) -> GoalTemplate:
     """Return a candidate from entries with alternatives, such as ``lit(lamp) or on(cup, shelf)``."""
     return tuple(tuple(map(parse_pattern, entry.split(" or "))) for entry in entries)
 
@@ -139,12 +139,12 @@ def test_the_first_completely_met_candidate_is_assigned(
     candidates: list[tuple[str, ...]], numbers: list[int | None]
 ) -> None:
     meanings = [candidate(*entries) for entries in candidates]
-    assert [find_index_of_first_met_meaning(meanings, found) for found in SHARED] == numbers
+    assert [find_index_of_first_met_template(meanings, found) for found in SHARED] == numbers
 
 
 def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
-    known = {"Tidy up": TitleMeaningDecisions((candidate("lit(lamp)", "do LIGHT"),))}
-    made = list(annotate(group_by_title(shelves().tasks(Source())), DOMAIN, known))
+    known = {"Tidy up": GoalDecisions((candidate("lit(lamp)", "do LIGHT"),))}
+    made = list(annotate_demonstrations(group_by_title(shelves().tasks(Source())), DOMAIN, known))
     goals = [[format_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
     assert [each.problem for each in check_goals(made)] == [
@@ -157,15 +157,15 @@ def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
 COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "add lit({bright})")
 
 
-def decided(*commands: str) -> TitleMeaningDecisions:
-    listing, chosen = PatternsOfTitle(SHARED, DOMAIN, ["near"]), TitleMeaningDecisions()
+def decided(*commands: str) -> GoalDecisions:
+    listing, chosen = DemonstratedPatterns(SHARED, DOMAIN, ["near"]), GoalDecisions()
     for command in commands:
         chosen = apply_user_command_to_decisions(command, chosen, listing)
     return chosen
 
 
 def test_commands_make_candidates() -> None:
-    listing = PatternsOfTitle(SHARED, DOMAIN, ["near"])
+    listing = DemonstratedPatterns(SHARED, DOMAIN, ["near"])
     assert [str(pattern) for pattern in listing.numbered_patterns[:3]] == [
         "lit(lamp)",
         "on({small}, shelf)",
@@ -205,10 +205,10 @@ def test_a_wrong_command_is_reported_and_changes_nothing(command: str, why: str)
 def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
     assert read_uncounted_predicates_and_decisions(path) == ((), {})
-    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": TitleMeaningDecisions()}
-    write_title_meaning_decisions(path, *made)
+    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": GoalDecisions()}
+    write_goal_decisions(path, *made)
     assert read_uncounted_predicates_and_decisions(path) == made
-    assert path.read_text() == format_title_meaning_decisions(*made)
+    assert path.read_text() == format_goal_decisions(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
 
 

@@ -21,12 +21,12 @@ from eai.extensions.annotation.decisions import (
     AlternativePatterns,
     DemonstrationChanges,
     GoalPattern,
-    TitleMeaning,
+    GoalTemplate,
     _ObjectKind,
     count_patterns,
     find_changes_made_by_demonstration,
-    find_index_of_first_met_meaning,
-    make_concrete_goals,
+    find_index_of_first_met_template,
+    make_goals_from_template,
 )
 from eai.logic.formula import And
 from eai.logic.rewriting import rename_objects
@@ -50,7 +50,7 @@ class Choices(NamedTuple):
         assigned: task -> the number of its candidate, or None.
     """
 
-    candidates: Sequence[TitleMeaning]
+    candidates: Sequence[GoalTemplate]
     counts: list[list[int]]
     assigned: Mapping[str, int | None]
 
@@ -108,7 +108,7 @@ def test_all_342_concrete_goals_follow(virtualhome_tasks: VirtualHomeTasks, ever
         numbers = {task_id: number for task_id, number in assigned.items() if number is not None}
         expected += len(numbers)
         for task_id, found in shown(virtualhome_tasks, list(numbers)).items():
-            goals = make_concrete_goals(found, candidates[numbers[task_id]])
+            goals = make_goals_from_template(found, candidates[numbers[task_id]])
             right += set(goals) == set(virtualhome_tasks[task_id].goals)
     assert right == expected
     assert expected == 342 or every > 1
@@ -122,7 +122,7 @@ def test_assignments_and_frequencies_of_all_518_demonstrations() -> None:
     for candidates, counts, assigned in choices():
         found = shown(tasks, list(assigned))
         given = {
-            task_id: find_index_of_first_met_meaning(candidates, each) for task_id, each in found.items()
+            task_id: find_index_of_first_met_template(candidates, each) for task_id, each in found.items()
         }
         as_assigned += sum(given[task_id] == number for task_id, number in assigned.items())
         by_hand |= {task_id for task_id, number in assigned.items() if given[task_id] != number}

@@ -23,9 +23,9 @@ from eai.cli.progress import show_scoring_progress
 from eai.extensions.annotation import decisions as annotation
 from eai.extensions.annotation.decisions import (
     Annotation,
+    DemonstratedPatterns,
     DemonstrationChanges,
-    PatternsOfTitle,
-    TitleMeaningDecisions,
+    GoalDecisions,
 )
 from eai.extensions.annotation.problems import (
     SampledProblem,
@@ -92,7 +92,7 @@ def _open_demonstrations(
     return benchmark, annotation.group_by_title(tasks, title)
 
 
-def _make_annotations(
+def _annotate_demonstrations(
     benchmark: Benchmark, tasks_by_title: Mapping[str, list[Task]], decision_file: Path
 ) -> list[Annotation]:
     if not decision_file.exists():
@@ -102,7 +102,7 @@ def _make_annotations(
     if unknown_titles and len(tasks_by_title) > 1:
         hint = did_you_mean(unknown_titles[0], tuple(tasks_by_title))
         raise InputError(f"{decision_file}: no demonstration is called {unknown_titles[0]!r}{hint}")
-    return list(annotation.annotate(tasks_by_title, benchmark.domain, titles_in_file))
+    return list(annotation.annotate_demonstrations(tasks_by_title, benchmark.domain, titles_in_file))
 
 
 @app.command(name="differences")
@@ -194,16 +194,16 @@ def choose_goal_patterns(
     differences = [
         annotation.find_changes_made_by_demonstration(task, benchmark.domain) for task in titles[title]
     ]
-    listing = PatternsOfTitle(differences, benchmark.domain, not_counted)
+    listing = DemonstratedPatterns(differences, benchmark.domain, not_counted)
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
-    _print_decisions(listing, saved.get(title, TitleMeaningDecisions()))
+    _print_decisions_and_undecided_patterns(listing, saved.get(title, GoalDecisions()))
     end_reason = _read_user_commands_and_save_decisions(decisions, saved, title, listing)
     print_result_line(f"{end_reason}; written to {decisions}")
 
 
 def _read_user_commands_and_save_decisions(
-    path: Path, saved: Mapping[str, TitleMeaningDecisions], title: str, listing: PatternsOfTitle
+    path: Path, saved: Mapping[str, GoalDecisions], title: str, listing: DemonstratedPatterns
 ) -> str:
     """Read a user's commands, which keep or drop patterns for a task title, and save after each command.
 
@@ -214,10 +214,10 @@ def _read_user_commands_and_save_decisions(
     Raises:
         InterruptError: the user interrupted the command.
     """
-    chosen, before = saved.get(title, TitleMeaningDecisions()), list[TitleMeaningDecisions]()
+    chosen, before = saved.get(title, GoalDecisions()), list[GoalDecisions]()
     try:
         while True:
-            annotation.write_title_meaning_decisions(path, listing.without, {**saved, title: chosen})
+            annotation.write_goal_decisions(path, listing.without, {**saved, title: chosen})
             command = input("> " if sys.stdin.isatty() else "").strip()
             if command == "done":
                 return "done"
@@ -226,12 +226,12 @@ def _read_user_commands_and_save_decisions(
             except InputError as error:
                 print_note(str(error))
             else:
-                _print_decisions(listing, chosen)
+                _print_decisions_and_undecided_patterns(listing, chosen)
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
         # The user may have interrupted the command before the last decision was written.
-        annotation.write_title_meaning_decisions(path, listing.without, {**saved, title: chosen})
+        annotation.write_goal_decisions(path, listing.without, {**saved, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
         ) from None
@@ -239,10 +239,10 @@ def _read_user_commands_and_save_decisions(
 
 def _apply_command(
     command: str,
-    chosen: TitleMeaningDecisions,
-    earlier_decisions: list[TitleMeaningDecisions],
-    listing: PatternsOfTitle,
-) -> TitleMeaningDecisions:
+    chosen: GoalDecisions,
+    earlier_decisions: list[GoalDecisions],
+    listing: DemonstratedPatterns,
+) -> GoalDecisions:
     if not command:
         return chosen
     if command == "undo":
@@ -254,11 +254,11 @@ def _apply_command(
     return after
 
 
-def _print_decisions(listing: PatternsOfTitle, chosen: TitleMeaningDecisions) -> None:
+def _print_decisions_and_undecided_patterns(listing: DemonstratedPatterns, chosen: GoalDecisions) -> None:
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
         met = sum(
-            annotation.is_title_meaning_met(candidate, difference) for difference in listing.differences
+            annotation.is_goal_template_met(candidate, difference) for difference in listing.differences
         )
         print_result_line(f"candidate {number}, met by {met}:")
         for text in texts:
@@ -297,7 +297,7 @@ def print_goals(
         checked: Instead, print every task whose goals do not follow.
     """
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data)
-    annotations = _make_annotations(benchmark, titles, decisions)
+    annotations = _annotate_demonstrations(benchmark, titles, decisions)
     if checked:
         print_findings_and_exit(
             list(annotation.check_goals(annotations)), "all goals follow from the decisions", as_json=as_json
@@ -305,7 +305,7 @@ def print_goals(
         return
     if assigned:
         print_result(
-            *_format_counts_by_title_meaning(annotations),
+            *_format_demonstration_counts_by_candidate(annotations),
             value={difference.task.id: candidate for difference, candidate, _ in annotations},
             as_json=as_json,
         )
@@ -323,7 +323,7 @@ def print_goals(
     print_result(*lines, value=goals, as_json=as_json)
 
 
-def _format_counts_by_title_meaning(annotations: Sequence[Annotation]) -> Iterator[str]:
+def _format_demonstration_counts_by_candidate(annotations: Sequence[Annotation]) -> Iterator[str]:
     numbers = Counter((difference.task.title, candidate) for difference, candidate, _ in annotations)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"

@@ -105,7 +105,7 @@ class GoalPattern:
 AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
 """Alternative patterns (forms of goal). A demonstration (recorded plan) must meet at least one of them.
 
-A possible meaning of a task title (`TitleMeaning`) is a tuple of `AlternativePatterns`.
+A possible meaning of a task title (`GoalTemplate`) is a tuple of `AlternativePatterns`.
 """
 
 
@@ -241,7 +241,7 @@ def _list_predicate_names(predicates: tuple[Predicate, ...], arity: int, *, stat
 
 
 def count_patterns(
-    differences: Iterable[DemonstrationChanges], without: Iterable[str]
+    differences: Iterable[DemonstrationChanges], uncounted_predicates: Iterable[str]
 ) -> Counter[GoalPattern]:
     """Return how many changes in all demonstrations (recorded plans) fit each pattern, such as ``ON(lamp)``.
 
@@ -250,86 +250,82 @@ def count_patterns(
 
     Args:
         differences: the changes of the demonstrations of one task title.
-        without: names of predicates that are not counted, because they hold for too many objects.
+        uncounted_predicates: names of predicates not counted, because they hold for too many objects.
     """
-    left_out = frozenset(without)
+    left_out = frozenset(uncounted_predicates)
     exact: Counter[GoalPattern] = Counter()
     wild: Counter[GoalPattern] = Counter()
-    for difference in differences:
-        for fact in difference.facts:
+    for changes in differences:
+        for fact in changes.facts:
             if fact.predicate not in left_out:
-                classes = tuple(map(difference.get_object_kind_by_class, fact.arguments))
+                classes = tuple(map(changes.get_object_kind_by_class, fact.arguments))
                 exact[GoalPattern(fact.predicate, classes)] += 1
-                wild.update(_generalize_fact(difference, fact.predicate, fact.arguments))
+                wild.update(_generalize_fact(changes, fact.predicate, fact.arguments))
     return exact + wild
 
 
 def _generalize_fact(
-    difference: DemonstrationChanges, name: str, things: tuple[int, ...]
+    changes: DemonstrationChanges, name: str, things: tuple[int, ...]
 ) -> Iterator[GoalPattern]:
     if len(things) < 2:
         return
     for end, thing in enumerate(things):
-        if thing != difference.scene.agent:
-            kinds = [difference.get_object_kind_by_class(other) for other in things]
-            kinds[end] = difference.get_object_kind_by_properties(thing)
+        if thing != changes.scene.agent:
+            kinds = [changes.get_object_kind_by_class(other) for other in things]
+            kinds[end] = changes.get_object_kind_by_properties(thing)
             yield GoalPattern(name, tuple(kinds))
 
 
-TitleMeaning: TypeAlias = tuple[AlternativePatterns, ...]
-"""One possible meaning of a task title: entries, each a list of patterns such as ``ON(lamp)``.
+GoalTemplate: TypeAlias = tuple[AlternativePatterns, ...]
+"""One possible meaning of a task title, as a template of goals: lists of patterns such as ``ON(lamp)``.
 
-A demonstration (a recorded plan) meets the meaning if its changes fit at least one pattern of each entry.
-Entries that are actions must be met in the order in which the meaning lists them.
+A demonstration (a recorded plan) meets the template if its changes fit at least one pattern of each entry.
+Entries that are actions must be met in the order in which the template lists them.
 """
 
 
-def find_index_of_first_met_meaning(
-    candidates: Sequence[TitleMeaning], difference: DemonstrationChanges
+def find_index_of_first_met_template(
+    candidates: Sequence[GoalTemplate], changes: DemonstrationChanges
 ) -> int | None:
-    """Return the index of the first possible meaning of a task title that a demonstration satisfies, or None.
+    """Return the index of the first possible meaning of a task title that a demonstration meets, or None.
 
-    A demonstration is a plan that the data set records for a task with the title. A meaning is a list of
-    conditions on the changes that the plan makes (`is_title_meaning_met`).
+    A demonstration is a plan that the data set records for a task with the title. A meaning is a
+    template of goals, with conditions on the changes that the plan makes (`is_goal_template_met`).
     """
     return next(
-        (
-            number
-            for number, candidate in enumerate(candidates)
-            if is_title_meaning_met(candidate, difference)
-        ),
+        (number for number, candidate in enumerate(candidates) if is_goal_template_met(candidate, changes)),
         None,
     )
 
 
-def is_title_meaning_met(meaning: TitleMeaning, difference: DemonstrationChanges) -> bool:
+def is_goal_template_met(template: GoalTemplate, changes: DemonstrationChanges) -> bool:
     """Whether a demonstration (a recorded plan) meets one possible meaning of its task title.
 
-    For each entry of the meaning, the plan must make a change that fits the entry, or contain an action of
+    For each entry of the template, the plan must make a change that fits the entry, or contain an action of
     the entry. The actions must come in the order of the entries.
     """
-    rest = iter(difference.actions)
+    rest = iter(changes.actions)
     return all(
         any(action in {pattern.name for pattern in entry} for action in rest)
-        for entry in meaning
+        for entry in template
         if entry[0].is_action
-    ) and all(any(difference.find_matching_facts(entry)) for entry in meaning if not entry[0].is_action)
+    ) and all(any(changes.find_matching_facts(entry)) for entry in template if not entry[0].is_action)
 
 
-def make_concrete_goals(difference: DemonstrationChanges, candidate: TitleMeaning) -> tuple[Goal, ...]:
+def make_goals_from_template(changes: DemonstrationChanges, template: GoalTemplate) -> tuple[Goal, ...]:
     """Turn one meaning of a task's title into goals about the objects of this task.
 
-    A meaning is a list of patterns (forms of goal). Goals are the facts that match a pattern and hold after
-    the demonstration (recorded plan), and the actions of the meaning. States come first, then relations, then
-    actions.
+    A template is a list of patterns (forms of goal). Goals are the facts that match a pattern and hold after
+    the demonstration (recorded plan), and the actions of the template. States come first, then relations,
+    then actions.
     """
-    conditions = [entry for entry in candidate if not entry[0].is_action]
-    facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_matching_facts(entry))
-    states = [_make_goal(fact, difference.scene) for fact in facts if len(fact.arguments) == 1]
-    relations = [_make_goal(fact, difference.scene) for fact in facts if len(fact.arguments) == 2]
+    conditions = [entry for entry in template if not entry[0].is_action]
+    facts = dict.fromkeys(fact for entry in conditions for fact in changes.find_matching_facts(entry))
+    states = [_make_goal(fact, changes.scene) for fact in facts if len(fact.arguments) == 1]
+    relations = [_make_goal(fact, changes.scene) for fact in facts if len(fact.arguments) == 2]
     actions = [
         Goal(GoalKind.ACTION, Or(tuple(Occurs(pattern.name) for pattern in entry)))
-        for entry in candidate
+        for entry in template
         if entry[0].is_action
     ]
     return (*states, *relations, *actions)
@@ -341,7 +337,7 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class TitleMeaningDecisions:
+class GoalDecisions:
     """A user's decisions about the goals that one task title stands for.
 
     Attributes:
@@ -350,7 +346,7 @@ class TitleMeaningDecisions:
             ask.
     """
 
-    candidates: tuple[TitleMeaning, ...] = ()
+    candidates: tuple[GoalTemplate, ...] = ()
     dropped: tuple[GoalPattern, ...] = ()
 
     @property
@@ -360,7 +356,7 @@ class TitleMeaningDecisions:
         return frozenset(self.dropped).union(*entries)
 
 
-class _TaskTitleMeaningTable(Options):
+class _GoalDecisionTable(Options):
     """Decisions about one task title, as a table in a TOML file.
 
     Attributes:
@@ -372,7 +368,7 @@ class _TaskTitleMeaningTable(Options):
     dropped: tuple[str, ...] = ()
 
 
-class _DecisionFile(Options):
+class _GoalDecisionFile(Options):
     """The content of a TOML file of decisions about the meaning of task titles.
 
     Attributes:
@@ -381,12 +377,12 @@ class _DecisionFile(Options):
     """
 
     without: tuple[str, ...] = ()
-    title: Mapping[str, _TaskTitleMeaningTable] = {}
+    title: Mapping[str, _GoalDecisionTable] = {}
 
 
 def read_uncounted_predicates_and_decisions(
     path: Path,
-) -> tuple[tuple[str, ...], dict[str, TitleMeaningDecisions]]:
+) -> tuple[tuple[str, ...], dict[str, GoalDecisions]]:
     """Read a user's decisions about the goals that task titles mean, from a TOML file.
 
     Returns:
@@ -398,13 +394,13 @@ def read_uncounted_predicates_and_decisions(
     """
     if not path.exists():
         return (), {}
-    content, titles = _DecisionFile.read_file(path), {}
+    content, titles = _GoalDecisionFile.read_file(path), {}
     for name, table in content.title.items():
         with prefix_errors_with_location(f"{path}: title {name!r}"):
             candidates = tuple(
                 tuple(map(_parse_alternative_patterns, entries)) for entries in table.candidates
             )
-            titles[name] = TitleMeaningDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
+            titles[name] = GoalDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
     return content.without, titles
 
 
@@ -417,8 +413,8 @@ def _parse_alternative_patterns(texts: Sequence[str]) -> AlternativePatterns:
     return patterns
 
 
-def write_title_meaning_decisions(
-    path: Path, uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
+def write_goal_decisions(
+    path: Path, uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, GoalDecisions]
 ) -> None:
     """Write the decisions about the goals that task titles mean, as a TOML file.
 
@@ -427,11 +423,11 @@ def write_title_meaning_decisions(
     Raises:
         InputError: the file cannot be written.
     """
-    write_files_atomically({path: format_title_meaning_decisions(uncounted_predicates, decisions_by_title)})
+    write_files_atomically({path: format_goal_decisions(uncounted_predicates, decisions_by_title)})
 
 
-def format_title_meaning_decisions(
-    uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, TitleMeaningDecisions]
+def format_goal_decisions(
+    uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, GoalDecisions]
 ) -> str:
     """Return the text of a TOML file: decisions about the goals that task titles mean, one entry a line."""
     lines = [f"without = {_format_strings(uncounted_predicates)}"]
@@ -466,7 +462,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 
 @dataclass(frozen=True)
-class PatternsOfTitle:
+class DemonstratedPatterns:
     """The changes that demonstrations (recorded plans) of one task title share, as patterns with counts.
 
     Attributes:
@@ -498,15 +494,15 @@ class PatternsOfTitle:
         """
         return tuple(self.demonstration_counts)
 
-    def find_numbers_of_undecided_patterns(self, decisions: TitleMeaningDecisions) -> list[int]:
+    def find_numbers_of_undecided_patterns(self, decisions: GoalDecisions) -> list[int]:
         """Return the numbers, from 1 on, of the patterns that the user neither kept nor dropped."""
         decided = decisions.kept_and_dropped_patterns
         return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
 
 
 def apply_user_command_to_decisions(
-    command: str, decisions: TitleMeaningDecisions, listing: PatternsOfTitle
-) -> TitleMeaningDecisions:
+    command: str, decisions: GoalDecisions, listing: DemonstratedPatterns
+) -> GoalDecisions:
     """Return a user's decisions about a task title, after one more command of the user.
 
     The commands keep or drop patterns (changes, see `HELP`). The caller handles ``undo`` and ``done``.
@@ -538,7 +534,7 @@ def apply_user_command_to_decisions(
             raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
 
 
-def _parse_pattern_numbers(text: str, listing: PatternsOfTitle) -> list[GoalPattern]:
+def _parse_pattern_numbers(text: str, listing: DemonstratedPatterns) -> list[GoalPattern]:
     patterns = []
     for word in text.replace(",", " ").split():
         if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered_patterns):
@@ -567,9 +563,9 @@ def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
         _refuse_unknown(pattern.name, names, f"changing predicate of {arity}")
 
 
-def _refuse_unknown_names(pattern: GoalPattern, listing: PatternsOfTitle) -> None:
+def _refuse_unknown_names(pattern: GoalPattern, listing: DemonstratedPatterns) -> None:
     refuse_unknown_name(pattern, listing.domain)
-    classes = {thing.category for difference in listing.differences for thing in difference.scene.objects}
+    classes = {thing.category for changes in listing.differences for thing in changes.scene.objects}
     good_for = list_property_predicates(listing.domain.vocabulary)
     for kind in pattern.kinds:
         if kind.name:
@@ -584,8 +580,8 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 
 
 def _add_conditions_to_last_candidate(
-    chosen: TitleMeaningDecisions, conditions: Sequence[AlternativePatterns]
-) -> TitleMeaningDecisions:
+    chosen: GoalDecisions, conditions: Sequence[AlternativePatterns]
+) -> GoalDecisions:
     """Return a user's decisions about a task title, with more conditions in the last candidate.
 
     A candidate is a possible meaning of the title. Each condition is a list of alternative patterns (forms of
@@ -617,8 +613,8 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
     return groups if title is None else {title: groups[title]}
 
 
-def annotate(
-    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleMeaningDecisions]
+def annotate_demonstrations(
+    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, GoalDecisions]
 ) -> Iterator[Annotation]:
     """Yield the goals of each demonstration (recorded plan) that follow from the decisions about its title.
 
@@ -628,17 +624,17 @@ def annotate(
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
     """
     for name, tasks in titles.items():
-        candidates = decisions.get(name, TitleMeaningDecisions()).candidates
+        candidates = decisions.get(name, GoalDecisions()).candidates
         for candidate in candidates:
             for pattern in (p for entry in candidate for p in entry):
                 with prefix_errors_with_location(f"title {name!r}: {pattern}"):
                     refuse_unknown_name(pattern, domain)
-        for difference in (find_changes_made_by_demonstration(task, domain) for task in tasks):
-            number = find_index_of_first_met_meaning(candidates, difference)
+        for changes in (find_changes_made_by_demonstration(task, domain) for task in tasks):
+            number = find_index_of_first_met_template(candidates, changes)
             yield (
-                difference,
+                changes,
                 number,
-                () if number is None else make_concrete_goals(difference, candidates[number]),
+                () if number is None else make_goals_from_template(changes, candidates[number]),
             )
 
 
@@ -647,8 +643,8 @@ def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataMistake]:
 
     The decisions state which goals the title means.
     """
-    for difference, candidate, goals in annotations:
-        task = difference.task
+    for changes, candidate, goals in annotations:
+        task = changes.task
         ours, theirs = set(goals), set(task.goals)
         if candidate is None and theirs:
             yield DataMistake(task.title, f"{task.id}: has goals, but its plan meets no candidate")
