@@ -81,12 +81,12 @@ def find_state_left_by_aborted_action(state: State, action: Action) -> State:
     Before it aborts, only one kind of action changes the state: moving the contents of a container into or
     onto an object. See `make_transfer_of_contents_fail`.
     """
-    halves = _make_domain_of_partial_transfers()
+    halves = _make_domain_that_transfers_first_content()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
 
 @cache
-def _make_domain_of_partial_transfers() -> Domain:
+def _make_domain_that_transfers_first_content() -> Domain:
     return replace(
         make_domain_in_reference_order(), operators=tuple(make_operators_that_transfer_first_content())
     )
@@ -203,10 +203,10 @@ def never_report_placing_as_wrong_order(operator: Operator) -> Operator:
 @_apply_to_all_operators
 def keep_only_latest_relation_of_pair(operator: Operator) -> Operator:
     """Keep only the latest of the labels onfloor, under and nextto of a pair of objects (``build_graph``)."""
-    return replace(operator, effects=_delete_older_relations_of_pairs(operator.effects))
+    return replace(operator, effects=_let_new_relations_replace_old(operator.effects))
 
 
-def _delete_older_relations_of_pair(effect: Effect) -> tuple[Effect, ...]:
+def _let_new_relation_replace_old(effect: Effect) -> tuple[Effect, ...]:
     """Return effects that keep one label (onfloor, under or nextto) for each ordered pair of objects.
 
     A new label deletes older labels.
@@ -223,18 +223,18 @@ def _delete_older_relations_of_pair(effect: Effect) -> tuple[Effect, ...]:
             return (
                 When(
                     condition,
-                    _delete_older_relations_of_pairs(effects),
-                    _delete_older_relations_of_pairs(otherwise),
+                    _let_new_relations_replace_old(effects),
+                    _let_new_relations_replace_old(otherwise),
                 ),
             )
         case ForEach() | Let():
-            return (replace(effect, effects=_delete_older_relations_of_pairs(effect.effects)),)
+            return (replace(effect, effects=_let_new_relations_replace_old(effect.effects)),)
         case _:
             assert_never(effect)
 
 
-def _delete_older_relations_of_pairs(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    return tuple(x for effect in effects for x in _delete_older_relations_of_pair(effect))
+def _let_new_relations_replace_old(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    return tuple(x for effect in effects for x in _let_new_relation_replace_old(effect))
 
 
 @_apply_to_all_operators
@@ -298,7 +298,7 @@ class _LimitedDnfConverter:
                 )
             case f.ForAll(variable, body):
                 return _conjoin_each_combination(
-                    _list_combinations_with_smallest_indices(
+                    _generate_combinations_up_to_limit(
                         self._list_dnf_terms_by_value_of_variable(variable, body, binding)
                     )
                 )
@@ -307,7 +307,7 @@ class _LimitedDnfConverter:
                     chain.from_iterable(self._list_dnf_terms_by_value_of_variable(variable, body, binding))
                 )
             case f.Exactly(count, variable, body):
-                vectors = _list_combinations_with_smallest_indices(
+                vectors = _generate_combinations_up_to_limit(
                     self._list_dnf_terms_by_value_of_variable(variable, body, binding)
                 )
                 chosen = (combinations(vector, count) for vector in vectors if count <= len(vector))
@@ -346,9 +346,7 @@ class _LimitedDnfConverter:
             option
             for down, across in orders
             for option in _conjoin_each_combination(
-                _list_combinations_with_smallest_indices(
-                    [cells[i][j] for i, j in zip(down, across, strict=True)]
-                )
+                _generate_combinations_up_to_limit([cells[i][j] for i, j in zip(down, across, strict=True)])
             )
         ]
 
@@ -372,7 +370,7 @@ def _generate_permutations_up_to_limit(size: int, length: int) -> Iterator[tuple
     return islice(permutations(range(size), length), MAX_PERMUTATIONS)
 
 
-def _list_combinations_with_smallest_indices(
+def _generate_combinations_up_to_limit(
     sequences: Sequence[Sequence[DnfTerm]],
 ) -> Iterator[tuple[DnfTerm, ...]]:
     """Yield combinations of one element of each sequence, for the first `MAX_VECTORS` index vectors.

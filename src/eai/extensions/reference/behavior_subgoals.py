@@ -155,7 +155,7 @@ def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
     return next((hand for hand, content in full if name in scene.objects[content].name), None)
 
 
-def _pair_on_with_next_to_literal(
+def _pair_literals_of_one_action(
     first: GroundAtom, second: GroundAtom
 ) -> tuple[GroundAtom, GroundAtom] | None:
     """Return two literals in order if one action makes both true: ``ontop`` or ``onfloor``, then ``nextto``.
@@ -229,7 +229,7 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _reject_wrongly_used_names(self, formula: Formula) -> RejectedAnswer | None:
         return reject_wrong_argument_counts_and_names(formula, self.lexicon.objects)
 
-    def _make_literal_planners_with_first_index(
+    def _make_planners_with_first_literal_index(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return pairs: the index of a literal, and the function that finds actions for this literal.
@@ -242,7 +242,7 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
         number = 0
         while number < len(atoms):
             first, second = (*atoms, None)[number : number + 2]
-            pair = None if first is None or second is None else _pair_on_with_next_to_literal(first, second)
+            pair = None if first is None or second is None else _pair_literals_of_one_action(first, second)
             if pair is not None:
                 steps.append((number, partial(_plan_placing_on_and_next_to, *pair)))
             elif first is not None:
@@ -277,13 +277,13 @@ def reject_wrong_argument_counts_and_names(
             return reject_unparseable(f"{name} is in no table of numbers of objects")
         if len(part.arguments) != arity:
             detail = describe_wrong_arity(name, arity, "object", len(part.arguments))
-            return _reject_misuse(FaultKind.ARGUMENT_NUMBER, detail)
+            return _reject_misused_name(FaultKind.ARGUMENT_NUMBER, detail)
     for name, _, part in primitives:
         for term in part.arguments:
             if term.name not in object_names:
-                return _reject_misuse(FaultKind.HALLUCINATION, f"{name}: there is no {term.name}")
+                return _reject_misused_name(FaultKind.HALLUCINATION, f"{name}: there is no {term.name}")
     return None
 
 
-def _reject_misuse(kind: FaultKind, detail: str) -> RejectedAnswer:
+def _reject_misused_name(kind: FaultKind, detail: str) -> RejectedAnswer:
     return RejectedAnswer(SubgoalCategory.HALLUCINATION, ErrorReport(kind, None, detail))

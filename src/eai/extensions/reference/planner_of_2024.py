@@ -247,13 +247,13 @@ def _add_question_marks_to_bound_names(
         return Symbol(f"?{text}--bare", expression.offset) if text in unmarked_names else expression
     match expression.items:
         case (Symbol("forall" | "exists"), ExpressionList(names), _):
-            unmarked_names |= {name for name in _list_bound_words(names) if not name.startswith("?")}
+            unmarked_names |= {name for name in _list_variable_names(names) if not name.startswith("?")}
     items = tuple([_add_question_marks_to_bound_names(item, unmarked_names) for item in expression.items])
     return ExpressionList(items, expression.offset, expression.end)
 
 
-def _list_bound_words(names: tuple[SExpr, ...]) -> list[str]:
-    words = [item.text if isinstance(item, Symbol) else "" for item in names]
+def _list_variable_names(typed_list: tuple[SExpr, ...]) -> list[str]:
+    words = [item.text if isinstance(item, Symbol) else "" for item in typed_list]
     return [
         word
         for word, before in zip(words, ["", *words], strict=False)

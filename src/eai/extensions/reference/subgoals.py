@@ -94,7 +94,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return None
 
     @abstractmethod
-    def _make_literal_planners_with_first_index(
+    def _make_planners_with_first_literal_index(
         self, literals: Sequence[f.Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return functions that find the actions for the literals of an answer, in order.
@@ -109,7 +109,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         Each instruction executes the plans for a literal, even if the literal holds already.
         """
         program: list[Instruction] = [None]
-        for number, plans in reversed(self._make_literal_planners_with_first_index(literals)):
+        for number, plans in reversed(self._make_planners_with_first_literal_index(literals)):
             program.append(ExecuteSubgoalPlansInstruction(plans, number, len(program) - 1))
         return program
 
@@ -162,10 +162,10 @@ def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
     A search that reaches the subgoal ends, and the answer is rejected for the given reason.
     """
 
-    def plans(state: State) -> SubgoalPlans:
+    def stop_search(state: State) -> SubgoalPlans:
         raise _EaiEvalCrashError(reason)
 
-    return plans
+    return stop_search
 
 
 def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:
@@ -205,7 +205,7 @@ def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -
     temporal = find_temporal_subformula_ids(formula)
     if not temporal:
         return False
-    for part in _list_subformulas_by_text_end(formula):
+    for part in _list_subformulas_in_postorder(formula):
         if isinstance(part, f.And) and len({id(operand) in temporal for operand in part.operands}) > 1:
             return True
         if isinstance(part, f.Atom) and part.predicate not in signature.predicates:
@@ -213,7 +213,7 @@ def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -
     return False
 
 
-def _list_subformulas_by_text_end(formula: f.Formula) -> Iterable[f.Formula]:
+def _list_subformulas_in_postorder(formula: f.Formula) -> Iterable[f.Formula]:
     """Return a formula and all its subformulas, in the order in which they end in the text."""
     parts, pending = [], [formula]
     while pending:

@@ -186,7 +186,7 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 
 
 @_apply_to_all_checks
-def replace_condition_searched_in_earlier_states(operator: Operator, check: Check) -> Check:
+def replace_wrong_order_condition(operator: Operator, check: Check) -> Check:
     """Replace the condition that the test for wrong order looks for in earlier states, as in eai-eval.
 
     An action comes in the wrong order if its failed condition held in an earlier state. For some failed
@@ -296,7 +296,7 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     order_related_objects_like_python_set,
     leave_held_objects_in_old_room,
     remove_contents_of_grabbed_object,
-    replace_condition_searched_in_earlier_states,
+    replace_wrong_order_condition,
     report_unplugged_device_as_additional_step,
     report_running_device_as_additional_step,
     report_lacking_state_as_additional_step,

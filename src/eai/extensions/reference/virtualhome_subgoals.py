@@ -160,7 +160,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore_executions_of_subgoals(compiled)
 
-    def _make_literal_planners_with_first_index(
+    def _make_planners_with_first_literal_index(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return pairs: the index of each literal, and the planner of the literal.
