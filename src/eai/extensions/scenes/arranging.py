@@ -42,7 +42,7 @@ def arrange_objects(
         raise InputError(
             "cannot build a room: the state has no object that is a floor; use a task with a floor"
         )
-    joined = _map_first_object_over_other_room_to_floors(locations)
+    joined = _find_first_object_that_joins_rooms(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _place_rooms_and_furniture(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
@@ -83,7 +83,7 @@ def place_remaining_objects(
         placer.put(thing, pose)
 
 
-def _map_first_object_over_other_room_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _find_first_object_that_joins_rooms(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return the first object that lies over an object of another room, with the floors of both rooms.
 
     The result maps the upper object to two floors: that of its own room, then that of the lower object's
@@ -175,9 +175,9 @@ class _RoomLayout:
     depth: float
     poses: dict[int, tuple[float, float, float, int]] = field(default_factory=dict)
 
-    def put_object(self, thing: int, x: float, y: float, quarters: int, above: float = 0.0) -> None:
+    def put_object(self, thing: int, x: float, y: float, quarter_turns: int, above: float = 0.0) -> None:
         """Put an object over a point of the floor; ``above`` is the height of its underside in metres."""
-        self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarters)
+        self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarter_turns)
 
 
 def _place_rooms_and_furniture(
@@ -199,8 +199,8 @@ def _place_rooms_and_furniture(
     for floor, things in furniture_by_floor.items():
         plan = _furnish_room({thing: bodies[thing] for thing in things})
         boxes[floor] = np.array([[left, 0.0, 0.0], [left + plan.width, plan.depth, WALL_HEIGHT]])
-        for thing, (x, y, z, quarters) in plan.poses.items():
-            poses[thing] = Pose((left + x, y, z), make_rotation_by_quarter_turns(quarters))
+        for thing, (x, y, z, quarter_turns) in plan.poses.items():
+            poses[thing] = Pose((left + x, y, z), make_rotation_by_quarter_turns(quarter_turns))
         left += plan.width + (
             0.0 if floor in [first for first, _ in floors_of_joining_objects.values()] else _ROOM_DISTANCE
         )
@@ -275,8 +275,8 @@ def _put_furniture_along_walls(
             plan.put_object(thing, x + width / 2, plan.depth - depth / 2 - 0.01, 0)
             x += width + _FURNITURE_GAP
             continue
-        quarters = 1 if side[1] >= side[3] else 3
-        _put_at_side_wall(plan, thing, quarters, side)
+        quarter_turns = 1 if side[1] >= side[3] else 3
+        _put_at_side_wall(plan, thing, quarter_turns, side)
     x = plan.width - 0.2
     for thing in furniture_by_stand["high"]:
         width, depth, _ = bodies[thing].size
@@ -291,12 +291,12 @@ def _put_furniture_along_walls(
 def _put_at_side_wall(
     plan: _RoomLayout,
     thing: int,
-    quarters: int,
-    free_depth_by_quarters: dict[int, float],
+    quarter_turns: int,
+    free_depth_by_turns: dict[int, float],
     height: float = 0.0,
 ) -> None:
     """Put an object with its back to the left wall (1 quarter turn) or the right wall (3 quarter turns)."""
     width, depth, _ = plan.bodies[thing].size
-    x = depth / 2 + 0.01 if quarters == 1 else plan.width - depth / 2 - 0.01
-    plan.put_object(thing, x, free_depth_by_quarters[quarters] - width / 2, quarters, height)
-    free_depth_by_quarters[quarters] -= width + _FURNITURE_GAP
+    x = depth / 2 + 0.01 if quarter_turns == 1 else plan.width - depth / 2 - 0.01
+    plan.put_object(thing, x, free_depth_by_turns[quarter_turns] - width / 2, quarter_turns, height)
+    free_depth_by_turns[quarter_turns] -= width + _FURNITURE_GAP

@@ -65,12 +65,12 @@ class Pose(NamedTuple):
         return np.array([middle - half, middle + half])
 
 
-def make_rotation_by_quarter_turns(quarters: int) -> _Rotation:
+def make_rotation_by_quarter_turns(quarter_turns: int) -> _Rotation:
     """Return the rotation by a number of quarter turns to the left, seen from above."""
-    return (math.cos(quarters * math.pi / 4), 0.0, 0.0, math.sin(quarters * math.pi / 4))
+    return (math.cos(quarter_turns * math.pi / 4), 0.0, 0.0, math.sin(quarter_turns * math.pi / 4))
 
 
-FLAT = tuple(make_rotation_by_quarter_turns(quarters) for quarters in range(4))
+FLAT = tuple(make_rotation_by_quarter_turns(quarter_turns) for quarter_turns in range(4))
 _R = math.sqrt(0.5)
 UPRIGHT = ((_R, _R, 0.0, 0.0), (_R, 0.0, _R, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, 0.5, -0.5, 0.5))
 """Rotations of objects that stand on a narrow side, as a book on a shelf does."""
@@ -104,14 +104,14 @@ class Placer:
         solid = [
             part
             for part in self.bodies[thing].parts
-            if part.is_solid and self.has_part_of_state(thing, part.when)
+            if part.is_solid and self.is_in_required_state(thing, part.when)
         ]
         boxes = np.array([pose.to_scene_box(part.box, part.turn) for part in solid]).reshape(-1, 2, 3)
         self._low = np.concatenate([self._low, boxes[:, 0]])
         self._high = np.concatenate([self._high, boxes[:, 1]])
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
-    def has_part_of_state(self, thing: int, required_state: str) -> bool:
+    def is_in_required_state(self, thing: int, required_state: str) -> bool:
         """Return whether a part of an object exists now, given the state that the part requires.
 
         Some parts exist only in a state such as `open`. An empty text requires no state.
