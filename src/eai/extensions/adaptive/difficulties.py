@@ -95,11 +95,11 @@ def estimate_ability(
         value += max(-1.0, min(1.0, change))
         if abs(change) < _CONVERGENCE_LOGITS:
             break
-    between = variance * _compute_concentration_on_task_names(value, scores, difficulties, name_by_task or {})
+    between = variance * _compute_information_concentration(value, scores, difficulties, name_by_task or {})
     return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
-def _compute_concentration_on_task_names(
+def _compute_information_concentration(
     ability: float,
     scores: Mapping[str, float],
     difficulties: Mapping[str, float],

@@ -65,7 +65,7 @@ def make_task_flag_reader(source: Source) -> FlagReader:
         is_impossible = search_plan(key.domain, task_id).end is SearchEndReason.UNREACHABLE
         return "unsolved: no plan" if is_impossible else "unsolved"
 
-    def find_flags(key: SuiteIdentity, task_id: str, unsolved: bool) -> Iterator[Flag]:
+    def find_flags_of_task(key: SuiteIdentity, task_id: str, unsolved: bool) -> Iterator[Flag]:
         task = open_tasks(key.domain).get(task_id)
         has_plans = task is not None and get_declaration(Ability(key.ability)).answers_are_plans
         if unsolved:
@@ -73,7 +73,7 @@ def make_task_flag_reader(source: Source) -> FlagReader:
         if task is not None and has_plans and _has_ambiguous_goals(task, find_benchmark(key.domain)):
             yield "ambiguous names"
 
-    return find_flags
+    return find_flags_of_task
 
 
 def _has_ambiguous_goals(task: Task, benchmark: Benchmark) -> bool:

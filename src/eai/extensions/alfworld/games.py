@@ -231,7 +231,7 @@ def _replace_actions_by_commands(
     return replace(source, actions=tuple(actions.values())), commands
 
 
-def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlAction:
+def _merge_actions(command: str, actions: Sequence[m.PddlAction]) -> m.PddlAction:
     """Merge all actions that share a command into one action, which is named after the command's verb."""
     if len(actions) == 1:
         return actions[0]
@@ -242,14 +242,14 @@ def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlActi
         values: dict[f.Term, f.Term] = dict(zip(old, parameters, strict=True))
         conditions.append(substitute_terms(action.precondition, values))
         effects.append(m.WhenEffect(conditions[-1], _substitute_in_effect(action.effect, values)))
-    return m.PddlAction(template.split()[0], parameters, f.Or(tuple(conditions)), m.AndEffect(tuple(effects)))
+    return m.PddlAction(command.split()[0], parameters, f.Or(tuple(conditions)), m.AndEffect(tuple(effects)))
 
 
 def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term]) -> m.PddlEffect:
-    def substitute_in_atom(atom: f.Atom) -> f.Atom:
+    def substitute_arguments(atom: f.Atom) -> f.Atom:
         return f.Atom(atom.predicate, tuple([values.get(term, term) for term in atom.arguments]))
 
-    return m.map_effect(effect, lambda condition: substitute_terms(condition, values), substitute_in_atom)
+    return m.map_effect(effect, lambda condition: substitute_terms(condition, values), substitute_arguments)
 
 
 def _quantify_parameters_except(action: m.PddlAction, kept_parameters: Sequence[str]) -> m.PddlAction:
@@ -268,7 +268,7 @@ def _quantify_parameters_except(action: m.PddlAction, kept_parameters: Sequence[
     needed += [f.Not(f.Equals(location, locations[-1])) for location in locations[:-1]]
     groups = [_ConditionsWithSharedParameters(frozenset(), ())]
     for condition in needed:
-        groups = _add_condition_and_merge(groups, condition, bound)
+        groups = _add_condition_and_merge_groups(groups, condition, bound)
     conditions = [group.join_conditions_under_exists(bound) for group in groups]
     changes = _substitute_in_effect(action.effect, agents)
     effects = [
@@ -293,7 +293,7 @@ class _ConditionsWithSharedParameters(NamedTuple):
         return formula
 
 
-def _add_condition_and_merge(
+def _add_condition_and_merge_groups(
     groups: Sequence[_ConditionsWithSharedParameters], condition: f.Formula, bound_parameters: Collection[str]
 ) -> list[_ConditionsWithSharedParameters]:
     """Return groups of conditions after adding a condition.

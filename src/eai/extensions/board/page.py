@@ -115,7 +115,7 @@ def build_page_and_count_submissions(
         DataError: the data set cannot be obtained.
     """
     places = [each for path in paths for each in _find_submissions_and_seasons(path)]
-    seasons = [_read_season_benchmark_and_html(place) for place in places if (place / MANIFEST).is_file()]
+    seasons = [_read_leaderboard_season(place) for place in places if (place / MANIFEST).is_file()]
     opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
     @cache
@@ -237,7 +237,7 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
     return answers
 
 
-def _read_season_benchmark_and_html(folder: Path) -> tuple[Benchmark | None, str]:
+def _read_leaderboard_season(folder: Path) -> tuple[Benchmark | None, str]:
     """Return the tasks of a season (None before they are published), and HTML that describes the season.
 
     Raises:
@@ -277,11 +277,11 @@ def _require_small_file(file: Path) -> Path:
     return file
 
 
-def _build_page_html(submissions: Mapping[str, _ScoredSubmission], seasons: Sequence[str]) -> str:
+def _build_page_html(submissions: Mapping[str, _ScoredSubmission], season_sections: Sequence[str]) -> str:
     summaries = [summary for submission in submissions.values() for summary in submission.summaries]
     summaries.sort(key=lambda summary: summary.key.sort_key)
     tables = make_rankings(summaries, with_paper=True)
-    parts = list(seasons)
+    parts = list(season_sections)
     for domain, of_domain in group_pairs((table.domain, table) for table in tables).items():
         parts.append(f"<section><h2>{escape(get_title(domain))}</h2>")
         for number, table in enumerate(of_domain):

@@ -136,7 +136,7 @@ class _ObfuscatedWording(SuiteWording):
             predicate if is_property(predicate) else replace(predicate, visible=True)
             for predicate in predicates
         ]
-        operators = tuple(map(_make_alternative_effects_conditional, self.domain.operators))
+        operators = tuple(map(_convert_alternatives_to_conditional_effects, self.domain.operators))
         told = replace(
             self.domain, vocabulary=replace(vocabulary, predicates=tuple(shown)), operators=operators
         )
@@ -207,7 +207,7 @@ class _ObfuscatedWording(SuiteWording):
         return _replace_words(self.words, super().describe_goals(task))
 
 
-def _make_alternative_effects_conditional(operator: Operator) -> Operator:
+def _convert_alternatives_to_conditional_effects(operator: Operator) -> Operator:
     """Return an equivalent operator with conditional effects in place of alternatives, without description.
 
     An alternative is another way to act, which is attempted under a condition.

@@ -193,12 +193,12 @@ def _enable_completion(words: Callable[[str], Sequence[str]]) -> None:
         return
     import readline
 
-    def get_completion_at(text: str, number: int) -> str | None:
+    def get_word_completion(text: str, number: int) -> str | None:
         before = readline.get_line_buffer()[: readline.get_begidx()]
         matches = [word for word in words(before) if word.casefold().startswith(text.casefold())]
         return matches[number] if number < len(matches) else None
 
-    readline.set_completer(get_completion_at)
+    readline.set_completer(get_word_completion)
     readline.set_completer_delims(" ,()")
     is_libedit = "libedit" in (readline.__doc__ or "")
     readline.parse_and_bind("bind ^I rl_complete" if is_libedit else "tab: complete")

@@ -99,7 +99,7 @@ class _PlanOutcome(NamedTuple):
     unmet_requirement: int = 0
 
     @property
-    def result_of_plan(self) -> str:
+    def result_word(self) -> str:
         """The result of the plan as one word: ``works``, ``misses`` (a goal) or ``fails`` (at a step)."""
         return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
@@ -185,7 +185,7 @@ def make_counterfactual_question(
         steps, position, change = variant
         plan = [action for _, action in steps]
         outcome = _find_outcome_of_plan(setting, setting.states[position], plan, position)
-        if outcome.result_of_plan == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
+        if outcome.result_word == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
             operators = _collect_operator_names([*plan, *setting.path])
             values = {"plan": format_numbered_list(setting.format_elements(setting.path)), "change": change}
             return _make_outcome_question(setting, rng, outcome, steps, operators, values)
@@ -204,12 +204,12 @@ def make_validation_question(
         return None
     working_plan, states = _make_path_with_detours_and_states(setting, rng)
     plan, outcome, wanted = working_plan, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
-    if wanted != outcome.result_of_plan:
+    if wanted != outcome.result_word:
         for _ in range(_MAX_PLAN_CHANGES):
             position = rng.randrange(len(working_plan))
             plan = _corrupt_plan(setting, working_plan, position, rng)
             outcome = _find_outcome_of_plan(setting, states[position], plan, position)
-            if plan and outcome.result_of_plan == wanted:
+            if plan and outcome.result_word == wanted:
                 break
         else:
             return None
@@ -232,7 +232,7 @@ def make_justification_question(
     unneeded = [
         number
         for number, before in enumerate(states[:-1], 1)
-        if _find_outcome_of_plan(setting, before, plan[number:]).result_of_plan == "works"
+        if _find_outcome_of_plan(setting, before, plan[number:]).result_word == "works"
     ]
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
     right = [f"step {number}" for number in unneeded]
@@ -299,7 +299,7 @@ def _make_outcome_question(
         "misses": "every step can be carried out, but at the end not all goals hold",
     }
     fails = {n: f"step {n} is the first that cannot be carried out" for n, _ in plan if n}
-    right = fails[failing] if failing else sentences[outcome.result_of_plan]
+    right = fails[failing] if failing else sentences[outcome.result_word]
     answer = [f"goal {n}" for n in outcome.missed_goals] or ["works"]
     if failing:
         answer = [f"step {failing}", f"requirement {outcome.unmet_requirement}"]

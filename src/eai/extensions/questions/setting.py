@@ -291,12 +291,12 @@ class StateGraph:
         """Return the part of the graph that some of the actions, given as indices, can reach."""
         new_numbers = {number: n for n, number in enumerate(actions)}
 
-        def list_edges_of_chosen_actions(state: int) -> Iterator[tuple[int, int]]:
+        def list_kept_edges(state: int) -> Iterator[tuple[int, int]]:
             return (
                 (new_numbers[action], target) for action, target in self.edges[state] if action in new_numbers
             )
 
-        kept, edges, depths = _explore_graph(0, list_edges_of_chosen_actions)
+        kept, edges, depths = _explore_graph(0, list_kept_edges)
         return StateGraph(
             tuple([self.actions[number] for number in actions]),
             tuple([self.states[n] for n in kept]),

@@ -190,7 +190,7 @@ class SurfaceCueCounts:
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}
         self._bias += self._compute_change_of_shortcut_bias(question)
-        self._balance.update(_compute_balance_change_by_cue(question, cues))
+        self._balance.update(_compute_excess_over_chance_by_cue(question, cues))
         for position, statement_cues in enumerate(cues):
             self._times.update(statement_cues.keys())
             self._right.update(statement_cues.keys() if position == question.right else ())
@@ -199,7 +199,7 @@ class SurfaceCueCounts:
         return hits
 
     def _compute_change_of_shortcut_bias(self, question: ClosedQuestion) -> int:
-        weights = _compute_balance_change_by_cue(question, self._find_cues_of_each_statement(question))
+        weights = _compute_excess_over_chance_by_cue(question, self._find_cues_of_each_statement(question))
         return sum([weight * (2 * self._balance[cue] + weight) for cue, weight in weights.items()])
 
     def _score_shortcut(
@@ -273,7 +273,7 @@ class SurfaceCueCounts:
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _compute_balance_change_by_cue(
+def _compute_excess_over_chance_by_cue(
     question: ClosedQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
 ) -> dict[_SurfaceCue, int]:
     """Return the change that a question makes to the balance of each cue (a mark such as greatest length).

@@ -247,7 +247,7 @@ class QuestionGenerator:
             return None
         turn, group.turn = group.turn, group.turn + 1
         for draft in self._make_drafts(self._yield_next_task_ids(group, seed), group, turn, seed):
-            question, closed = self._write_question_and_prompt_without_rules(draft, group, turn)
+            question, closed = self._write_question_and_prompt_without_action_rules(draft, group, turn)
             prompt_hash = hashlib.sha256(question.prompt.encode()).digest()
             if prompt_hash in group.prompt_hashes:
                 continue
@@ -317,7 +317,7 @@ class QuestionGenerator:
         for _, draft in sorted(others, key=itemgetter(0)):
             yield draft
 
-    def _write_question_and_prompt_without_rules(
+    def _write_question_and_prompt_without_action_rules(
         self, draft: _QuestionDraft, group: _QuestionGroupProgress, number: int
     ) -> tuple[Question, str | None]:
         """Return the question that a draft becomes, and its prompt without the rules of actions.
