@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import permutations
 from random import Random
 
 import pytest
@@ -180,6 +181,22 @@ def test_estimates_on_a_random_walk_are_equal_to_estimates_without_caches(seed: 
         successors = SuccessorGenerator(toy.DOMAIN, EVERYTHING)
         action = choice.choice(list(successors.generate_applicable_actions(SearchNode(state))))
         state = toy.DOMAIN.apply(state, action)
+
+
+def test_conditions_that_help_to_establish_each_other_look_reachable() -> None:
+    """Of three things in a row, each is made from the two others."""
+    made, recipe = Predicate("made", 1), Predicate("recipe", 3, static=True)
+    a, b, c = map(Variable, "abc")
+    needed = [missing_step(made(part), "a part is not made") for part in (a, b)]
+    checks = (affordance(recipe(a, b, c), "there is no recipe"), *needed)
+    domain = Domain(
+        "recipes", Vocabulary((made, recipe)), (Operator("MAKE", (a, b, c), checks, (Add(made(c)),)),)
+    )
+    scene = Scene(domain.vocabulary, {f"t{i}": "thing" for i in range(20)})
+    recipes = [Fact("recipe", three) for i in range(18) for three in permutations((i, i + 1, i + 2))]
+    state = scene.state([Fact("made", (0,)), Fact("made", (1,)), *recipes])
+    for i in range(20):
+        assert Planner(domain).looks_reachable(state, made(Constant(f"t{i}")), range(20))
 
 
 def test_an_action_is_tested_once_in_a_state() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
+from itertools import islice
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
@@ -292,10 +293,16 @@ class CostEstimates:
             {} if previous is None else self._reuse_failing_conditions(previous)
         )
         self._other_tests: FailingConditions = {}
-        self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
-        self._costs: dict[_Key, tuple[float, float]] = {}
+        self._supporters: dict[GroundAtom, _CheapestAction] = {}
+        self._costs: dict[_Key, float] = {}
+        self._failed_limits: dict[_Key, float] = {}
         self._undone: dict[Action, int] = {}
-        self._open: set[_Key] = set()
+        # Depths of the computations under way, and the lowest depth that the innermost one has met again.
+        self._open: dict[_Key, int] = {}
+        self._cut_depth = _MAX_DEPTH
+        # Conditions whose failure is uncertain, and the condition that caused each failure.
+        self._uncertain: list[_Key] = []
+        self._causes: dict[_Key, _Key] = {}
 
     def estimate(self, subgoal: Subgoal, max_cost: float = INFINITE) -> float:
         """Estimate the number of actions until a condition holds.
@@ -362,21 +369,19 @@ class CostEstimates:
         without first establishing the atom. If no action is found at any cost, a second search uses the
         effects that have subgoals about parameters that are not in the atom.
         """
-        cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
-        if cached.cost < limit:
-            return cached
-        if cached.action is not None or tried_limit >= limit or self._is_cyclic_or_too_deep(atom):
-            return _NO_SUPPORTER
-        if atom.predicate in self._heuristic.static:
-            return _NO_SUPPORTER
-        self._open.add(atom)
-        horizon = _round_up_cost_limit(limit)
-        best = self._find_cheaper_action(atom, _CheapestAction(horizon, None, ()))
-        if best.action is None and horizon == INFINITE:
-            best = self._find_cheaper_action(atom, best, with_parameter_subgoals=True)
-        self._open.discard(atom)
-        supporter = _NO_SUPPORTER if best.action is None else best
-        self._supporters[atom] = (supporter, horizon)
+        supporter = self._supporters.get(atom)
+        if supporter is None:
+            if atom.predicate in self._heuristic.static or self._is_computation_needless(atom, limit):
+                return _NO_SUPPORTER
+            horizon = _round_up_cost_limit(limit)
+            before = self._begin_computation(atom)
+            best = self._find_cheaper_action(atom, _CheapestAction(horizon, None, ()))
+            if best.action is None and horizon == INFINITE:
+                best = self._find_cheaper_action(atom, best, with_parameter_subgoals=True)
+            supporter = _NO_SUPPORTER if best.action is None else best
+            self._end_computation(atom, supporter.cost, horizon, before)
+            if best.action is not None:
+                self._supporters[atom] = best
         return supporter if supporter.cost < limit else _NO_SUPPORTER
 
     def _find_cheaper_action(
@@ -427,21 +432,55 @@ class CostEstimates:
                 key = _FormulaWithObjects(id(formula), values, subgoal.truth)
             case _:
                 return self._compute_cost_of_parts(subgoal, limit)
-        cached, tried_limit = self._costs.get(key, (INFINITE, 0.0))
-        if cached < limit:
-            return cached
-        if cached < INFINITE or tried_limit >= limit or self._is_cyclic_or_too_deep(key):
-            return INFINITE
-        self._open.add(key)
-        horizon = _round_up_cost_limit(limit)
-        cost = self._compute_cost_of_parts(subgoal, horizon)
-        self._open.discard(key)
-        self._costs[key] = (cost, horizon)
+        cost = self._costs.get(key, INFINITE)
+        if cost == INFINITE:
+            if self._is_computation_needless(key, limit):
+                return INFINITE
+            horizon = _round_up_cost_limit(limit)
+            before = self._begin_computation(key)
+            cost = self._compute_cost_of_parts(subgoal, horizon)
+            self._end_computation(key, cost, horizon, before)
+            if cost < INFINITE:
+                self._costs[key] = cost
         return cost if cost < limit else INFINITE
 
-    def _is_cyclic_or_too_deep(self, key: _Key) -> bool:
-        """Whether a cost must not be computed: its computation is under way, or is nested too deeply."""
-        return key in self._open or len(self._open) >= _MAX_DEPTH
+    def _is_computation_needless(self, key: _Key, limit: float) -> bool:
+        """Whether no cost below a limit will be found: this failed before, is under way, or is too deep."""
+        if self._failed_limits.get(key, 0.0) >= limit:
+            while key in self._causes:
+                key = self._causes[key]
+        elif key not in self._open:
+            return len(self._open) >= _MAX_DEPTH
+        self._cut_depth = min(self._cut_depth, self._open.get(key, _MAX_DEPTH))
+        return True
+
+    def _begin_computation(self, key: _Key) -> tuple[int, int]:
+        self._causes.pop(key, None)
+        self._open[key] = len(self._open)
+        before = self._cut_depth, len(self._uncertain)
+        self._cut_depth = _MAX_DEPTH
+        return before
+
+    def _end_computation(self, key: _Key, cost: float, limit: float, before: tuple[int, int]) -> None:
+        """Note the result of a computation.
+
+        A failure is uncertain if it is caused by a condition that is still being computed. If that condition
+        gets a finite cost, the failure is certain only up to a cost that is higher by one action.
+        """
+        depth = self._open.pop(key)
+        cut, self._cut_depth = self._cut_depth, before[0]
+        if cut < depth:
+            self._causes[key] = next(islice(self._open, cut, None))
+        if cost < INFINITE:
+            for other in self._uncertain[before[1] :]:
+                self._failed_limits[other] = min(self._failed_limits[other], cost + _MIN_COST)
+            return
+        self._failed_limits[key] = limit
+        if cut < depth:
+            self._uncertain.append(key)
+            self._cut_depth = min(self._cut_depth, cut)
+        else:
+            del self._uncertain[before[1] :]
 
     def _compute_cost_of_parts(self, subgoal: Subgoal, limit: float) -> float:
         if isinstance(subgoal.formula, f.Atom):
