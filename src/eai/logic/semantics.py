@@ -553,7 +553,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_end_of_satisfying_segment(part, evaluator, trace, start)
         if last is None:
-            if holds:  # the sequence holds if an earlier part does not end at its earliest end
+            if holds:  # the sequence holds, but with a later end of an earlier part
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))

@@ -361,9 +361,10 @@ def _list_parameter_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> li
 
 
 def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) -> int:
-    """Return the maximum number of literals that match in an answer's and a gold condition, or effect.
+    """Return the maximum number of literals that match between an answer's clause and a gold clause.
 
-    Both are trees of connectives, quantifiers and literals. Literals match only if the nodes above match.
+    Clauses are conditions or effects: trees of connectives, quantifiers and literals. Literals match only if
+    the nodes above them match.
     """
     if isinstance(answer, _LISTS) or isinstance(gold, _LISTS):
         return _count_matched_literals_of_connectives(answer, gold, renaming)

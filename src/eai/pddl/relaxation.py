@@ -73,7 +73,7 @@ class Relaxation:
 
     Args:
         problem: the problem.
-        looks: counts the literals that estimates test. If it exceeds its limit, results are invalid.
+        looks: counter of the literals tested for estimates. If it exceeds its limit, results are invalid.
     """
 
     def __init__(self, problem: GroundProblem, looks: SearchEffort) -> None:
@@ -290,10 +290,10 @@ class _RelaxedPlanFollower:
         return True
 
     def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
-        """Make several literals true at once, by rules of the relaxed states (layers) before ``depth``.
+        """Make several literals true at once, by rules of layers (relaxed states) numbered below ``depth``.
 
-        Return whether all of the literals are true then. There are two attempts: the first begins with the
-        literals that are reached latest, the second ends with these literals.
+        Return whether all of the literals are true then. A second attempt follows if the first fails. The
+        first begins with the literals that are reached latest, the second treats them last.
         """
         start_point = self._get_current_lookahead_point()
         for last in (False, True):
@@ -308,9 +308,10 @@ class _RelaxedPlanFollower:
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
-        """Try to make a literal true by the first rule for it, in the order of the layers before `depth`.
+        """Try to make a literal true by the first rule for it in the layers numbered below `depth`, in order.
 
-        If the literal was true at the start and has been lost, a rule of the first layer makes it true again.
+        Layers are relaxed states. If the literal was true at the start and has been lost, a rule of the first
+        layer makes it true again.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):

@@ -125,7 +125,7 @@ class Achiever:
         self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """Return the objects of variables with which the effect's atom has these arguments, or None."""
+        """Return the object for each variable so that the effect's atom has these arguments, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def generate_complete_bindings(
@@ -332,7 +332,7 @@ class AchieversByPredicate:
         ]
 
     def get_achievers_for_executing_operators(self, operator_names: Iterable[str]) -> list[Achiever]:
-        """Return an `Achiever` for each named operator; its goal is to execute any action of the operator.
+        """Return, for each named operator, the `Achiever` of the goal to execute any action of the operator.
 
         The achiever has one binding for each action of the operator. Unknown names are skipped.
         """
@@ -392,8 +392,8 @@ def _has_parameter_subgoals(schema: EffectSchema, vocabulary: Vocabulary) -> boo
 def _can_evaluate_by_masks(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether a formula can be evaluated by masks, for all values of a variable at once.
 
-    Its predicates must be stored, or lookup predicates with an ``inverse``. Its quantifiers must be
-    existential and have as body a conjunction, or an equality as in `is_a`. Equalities must be of variables.
+    Its predicates must be stored, or lookup predicates with an ``inverse`` function. Its quantifiers must be
+    existential, and must quantify a conjunction or an equality. Both sides of an equality must be variables.
     """
     return all(
         isinstance(part, f.Not | f.And | f.Or)
@@ -632,7 +632,7 @@ class _AtomAchieverFinder:
         self._readers: _Readers = {}
 
     def remove_outdated_test_results(self, tests: FailingConditions, before: State, after: State) -> None:
-        """Remove the test results of actions with conditions on a fact that differs between two states."""
+        """Remove the test results of each action that reads a fact which differs between two states."""
         change = compare_states(before, after)
         for fact in change.added + change.removed:
             for action in self._readers.get(fact, ()):
@@ -690,7 +690,7 @@ class _AtomAchieverFinder:
         return matches
 
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
-        """Return for each named operator an achiever whose ground actions are all actions of the operator."""
+        """Return for each named operator an achiever; its ground actions are all actions of the operator."""
         matches = []
         for achiever in self._achievers.get_achievers_for_executing_operators(operator_names):
             if achiever not in self._operators:

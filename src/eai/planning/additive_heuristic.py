@@ -366,8 +366,8 @@ class CostEstimates:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
         The cost of the action must be below ``limit``. It must be possible to establish its conditions
-        without first establishing the atom. If no action is found at any cost, a second search uses the
-        effects that have subgoals about parameters that are not in the atom.
+        without first establishing the atom. If a search without a cost limit finds no action, a second search
+        uses only effects with subgoals about parameters that are not in the atom.
         """
         supporter = self._supporters.get(atom)
         if supporter is None:
@@ -507,7 +507,8 @@ class CostEstimates:
     def _sum_costs(self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float) -> float:
         """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit.
 
-        Each condition comes with its atom of a stored predicate, true or negated, or with None.
+        Each condition comes with its atom of a stored predicate, true or negated. The atom is None for other
+        conditions.
         """
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:

@@ -50,7 +50,7 @@ It is also the maximum number of values of a variable that are examined one by o
 """
 
 _MAX_BINDINGS = 3_000_000
-"""Maximum number of values tried for parameters to list the actions of one operator."""
+"""Maximum number of parameter values that are tried when the actions of one operator are listed."""
 
 
 class _EffectOnFact(NamedTuple):
@@ -399,8 +399,9 @@ class FactChangeFinder:
     ) -> ChangeSet:
         """Return changes; one of them must happen before a compound condition can have the value ``truth``.
 
-        If all parts must have this value, return the changes for one failing part: the part whose changes the
-        fewest actions make. Otherwise return the changes for all parts.
+        If all parts must have this value, return the changes for one failing part: the first with at most
+        `_FEW_ACTIONS` actions that make these changes, or else the part with the fewest. Otherwise return the
+        changes for all parts.
         """
         if not all_needed:
             return frozenset().union(

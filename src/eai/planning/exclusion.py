@@ -64,7 +64,7 @@ class _FactWithOpenArguments(NamedTuple):
 
 
 _Facts: TypeAlias = tuple[_FactWithOpenArguments, ...]
-"""Facts without unknown objects. A proof asks whether all the facts hold in the initial state."""
+"""Facts that a proof looks up in the initial state, all together. They have no unknown objects."""
 
 
 class _Lemma(NamedTuple):
@@ -114,7 +114,8 @@ class FactExclusionRules:
     def _map_to_possibly_exclusive_predicates(self, domain: Domain) -> dict[str, set[str]]:
         """Return, for each predicate, the predicates whose facts may exclude its facts.
 
-        An operator adds facts of one of the two predicates, and deletes or reads facts of the other.
+        Two predicates are such a pair if an operator adds facts of one, and deletes or reads facts of the
+        other.
         """
         rivals: dict[str, set[str]] = {}
         for operator in domain.operators:
@@ -465,12 +466,13 @@ class _HypotheticalState:
     def _list_values_of_quantified_variable(
         self, variable: f.Variable, scope: _ArgumentScope, *, is_existential: bool, is_assumed_true: bool
     ) -> list[_FactArgument]:
-        """Return the values for which the body of a quantified formula is examined. None means any object.
+        """Return the values of a variable for which the body of its quantified formula is examined.
 
-        If an existential formula is assumed true, its body holds for one new unknown object. If a universal
-        formula is assumed true, its body holds for None, unless its variable has a category. Otherwise the
-        formula is tested for impossibility. An existential formula is impossible if its body is impossible
-        for None. A universal formula is impossible if its body is impossible for one object of the facts.
+        The value None means any object. If the formula is assumed true, an existential formula gives one new
+        unknown object, or no value if an outer variable is None. A universal formula then gives None, or no
+        value if its variable has a category. Otherwise the formula is tested for impossibility: its body must
+        be impossible for one returned value. An existential formula gives None, and a universal formula gives
+        the objects of the facts, if they belong to the variable's category.
         """
         if is_existential and is_assumed_true:
             self._unknown += 1
@@ -504,9 +506,9 @@ class _HypotheticalState:
         return True
 
     def _is_fact_impossible(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
-        """Whether it is proved that a fact is false for all objects as its open arguments.
+        """Whether a fact is proved false, whatever objects its open arguments (None) stand for.
 
-        If ``truth`` is False: whether it is proved that the fact is true for all these objects.
+        If ``truth`` is False: whether the fact is proved true for all these objects.
         """
         rules, general = self._prover.rules, _replace_unknown_objects_by_none(fact)
         if fact in self._true:

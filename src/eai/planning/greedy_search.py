@@ -23,9 +23,9 @@ from eai.world.action import Action
 from eai.world.derived import DefinedPredicate
 
 _STEP_COST = 0.2
-"""Cost of each action on the path so far. Each action that is estimated to follow costs 1.
+"""Cost of each action on the path so far, just high enough that the search gives up long detours.
 
-It is just high enough that the search gives up long detours.
+Each action that is estimated to follow costs 1.
 """
 
 _UNEXPANDED, _EXPANDED = 0, 1

@@ -159,8 +159,8 @@ class _RelaxationGraph:
     def _group_actions_by_conditions(self, change_node: int) -> list[tuple[dict[Action, None], list[int]]]:
         """Return the actions that make a change of a fact, in groups whose effects have equal conditions.
 
-        Each group comes with the numbers of its conditions that do not hold at the start. The change is given
-        by the number of its node in the graph.
+        Each group comes with the graph nodes (by number) of its conditions that do not hold at the start.
+        ``change_node`` is the number of the node of the change.
         """
         groups = self._grouped.get(change_node)
         if groups is None:
@@ -419,8 +419,8 @@ class Landmarks:
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
         """Find and add landmarks (sets of actions, see `Cut`) that contain no action of a plan.
 
-        Stop when the landmarks prove that the plan needs more additional actions to succeed than was known
-        before, or when no landmark is left.
+        Stop when the landmarks prove a higher minimum number of actions to add to the plan, or when no
+        landmark is left.
 
         Args:
             plan_actions: the actions of the plan.

@@ -42,7 +42,7 @@ For a costlier goal, the conditions that must hold before it are reached first.
 """
 
 _MAX_KEPT_COST = 18.0
-"""Cost at which a goal counts as unreachable without undoing another goal."""
+"""Cost from which on a goal counts as unreachable if another goal must be kept."""
 
 _NEXT_ACTION = -1
 """Index that stands for the goal to execute the next operator of `PlanningGoal.actions`.
@@ -253,11 +253,11 @@ class _ReasonableOrder:
         return set() if late.issuperset(pending_goals) else late
 
     def forget(self) -> None:
-        """Give up the order, because a goal that should come first seems unreachable."""
+        """Give up the learned order of goals, because a goal that should come first seems unreachable."""
         self._must_precede = dict.fromkeys(self._must_precede, False)
 
     def learn_order(self, node: PlanNode, estimates: CostEstimates, held_goals: Set[int]) -> None:
-        """Learn the order from a node in which the ``held_goals`` hold, some of them for the first time."""
+        """Learn the order of goals from a node in which the ``held_goals`` hold, some for the first time."""
         for later in sorted(held_goals - self._held):
             for earlier in self._related_goals[later]:
                 if earlier not in held_goals and self._get_pair_key(earlier, later) not in self._must_precede:
@@ -281,9 +281,11 @@ class _ReasonableOrder:
         return (*signature, *categories, *map(arguments.index, arguments))
 
     def _learn_goal_order(self, node: PlanNode, estimates: CostEstimates, earlier: int, later: int) -> None:
-        """Find out whether one goal can be reached without undoing the other, which holds in a node.
+        """Find out whether goal ``later``, which holds in a node, can be kept while ``earlier`` is reached.
 
-        A pair stays open if only other objects of the same categories are the reason to undo a goal.
+        The order stays unknown if ``earlier`` is out of reach of a direct search. It also stays unknown if
+        actions about other objects of the same categories undo ``later``, unless ``earlier`` proves to be
+        unreachable while ``later`` is kept.
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
@@ -302,8 +304,8 @@ class _ReasonableOrder:
     ) -> set[bool]:
         """Return which kinds of actions on the cheapest path to a condition undo the goal ``kept_goal``.
 
-        The set has True if the conditions from such an action on are about the ``own_objects``, or about
-        objects of other categories. It has False if another action undoes the goal.
+        An action has the kind True if all conditions that it serves on the path are about the
+        ``own_objects``, or about objects of other categories than theirs. Other actions have the kind False.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
         own_categories = {objects[index].category for index in own_objects}

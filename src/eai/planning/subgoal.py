@@ -35,9 +35,9 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyNOf[Subgoal] | AndOrTreePairing[Subgoal]
-"""Parts of a condition, and which of them must hold: all, at least one, an exact number, or pairs.
+"""Parts of a condition, and which parts must hold: all, at least one, a number, or cells of a table.
 
-If pairs must hold, the parts form a table: a number of parts must hold, no two of them in one row or column.
+In a table (`AndOrTreePairing`), a number of parts must hold, no two of them in one row or column.
 """
 
 

@@ -26,7 +26,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""Moment of a plan: number of the state, and number of executed operators of `PlanningGoal.actions`."""
+"""Moment of a plan: number (id) of the state, and count of executed operators of `PlanningGoal.actions`."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
 """Moments of a plan, one before each entry of the plan up to the first impossible step.
@@ -209,7 +209,7 @@ class _HelpingEditFinder:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _get_cached_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
-        """Return changes of facts that may make an impossible step possible, or needless and thus skipped."""
+        """Return changes of facts that may make an impossible step possible, or needless (then skipped)."""
         changes = self._fatal.get((state_number, action))
         if changes is None:
             changes = self._fatal[state_number, action] = self._find_changes_to_enable_step(

@@ -161,8 +161,8 @@ def count_edits_or_infinity(plan: EditedPlan | None) -> float:
 def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion costs no further edit.
 
-    Since the last unchanged step before such a step, the plan has more insertions than deletions. So the
-    deletion turns an insertion into a replacement.
+    Between such a step and the unchanged step before it, there are more insertions than deletions. So the
+    deletion turns one of these insertions into a replacement.
     """
     surplus = 0
     for position, entry in enumerate(plan):
