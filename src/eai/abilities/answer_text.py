@@ -423,9 +423,9 @@ class _AnswerReader(Generic[T]):
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
         """Return the values that belong to the answer. All other values are taken for examples.
 
-        A value belongs to the answer if it names something of the task (`AnswerFormat.is_certain`). So do
-        values that only separators or item numbers divide from such a value. If no value names something of
-        the task, return all values.
+        Neighbours are values with only separators or item numbers between them. A row of neighbours belongs
+        to the answer if one of them names something of the task (`AnswerFormat.is_certain`). If no value
+        names something of the task, return all values.
         """
         groups: list[list[_ValueInText[T]]] = []
         for value in values:

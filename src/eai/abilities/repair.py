@@ -15,8 +15,8 @@ from typing import Literal, TypeAlias
 EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "step"]
 """Kind of an edit: a step is inserted (``insert``), is deleted (``delete``), or one part of it is replaced.
 
-The replaced part is an object (``object``), the hand that acts (``hand``), the action but not the last object
-(``action``), or the complete step (``step``).
+The replaced part is an object (``object``), the hand that acts (``hand``), the action while the last object
+stays (``action``), or the complete step (``step``).
 """
 
 EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")

@@ -144,15 +144,15 @@ def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share
 
     An option is a list of conditions that together satisfy all goals. A task can have several options.
 
-    ``goal_gain`` is returned if all conditions hold at the start. It is also returned if all conditions of an
-    option are met although a goal is missed. For example, the goal is exactly two cups on the table, and
-    there are three.
+    If all conditions hold at the start, return ``goal_gain``. Also return ``goal_gain`` if all conditions of
+    an option are met, but a goal is missed. For example, the goal is exactly two cups on the table, and there
+    are three.
 
     Args:
         conditions_met: number of met conditions and number of all conditions, of the option with the largest
             share of met conditions in the final state. No condition is met if nothing was executed.
         conditions_met_at_start: these two numbers for the initial state.
-        goal_gain: the result of `compute_goal_gain`.
+        goal_gain: the reached share of the goals that do not hold at the start (`compute_goal_gain`).
     """
     met, total = conditions_met
     met_at_start, total_at_start = conditions_met_at_start
@@ -234,7 +234,7 @@ class Verdict:
     repair: Repair | None = None
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Return this verdict on an empty answer as a verdict on a missing answer, which has no error."""
+        """Return this verdict without its error: a missing answer is no error, unlike an empty answer."""
         return replace(self, error=None)
 
     @property

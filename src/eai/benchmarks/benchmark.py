@@ -88,7 +88,7 @@ TaskObject: TypeAlias = tuple[Task, int]
 CompareObjects: TypeAlias = Callable[[Sequence[TaskObject]], Iterable[Fact]]
 """Returns the static facts that hold if objects of several tasks are in one scene, such as relations of size.
 
-Facts name objects by their positions in the sequence.
+Facts name objects by their positions in the argument, the sequence of these objects.
 """
 
 

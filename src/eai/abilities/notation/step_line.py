@@ -43,7 +43,7 @@ PLAIN_CHARACTERS: dict[int, str] = {
 _NOISE = re.compile(r"<[^<>\s]*>|\\[nrt]|\.{3,}|[^\w\s().,<>\[\]-]+|(?<=,)(?=\S)|(?=\()")
 _WORD = re.compile(r"[\w-]+")
 _MAX_SEPARATORS = 3
-"""Maximum number of separators in a line that may begin a remark."""
+"""Maximum number of separators of one line that are tried as the beginning of a remark."""
 _MAX_WORDS_AROUND = 3
 """Maximum number of words before a step in its line, and after it. A line with more words is prose."""
 
@@ -56,7 +56,7 @@ _BEFORE = " \t,\"'“”‘’"
 def blank_out_tags_and_emojis(text: str) -> str:
     """Return a text with blanks in place of tags, control tokens and emojis. Positions stay the same.
 
-    If a text has only escaped line breaks, they become line breaks.
+    Escaped line breaks become real line breaks if the stripped text has no real line break.
     """
     lines = text.replace("\\n", " \n") if "\\n" in text and "\n" not in text.strip() else text
     return _SIGNS.sub(lambda sign: " " * len(sign[0]), lines)

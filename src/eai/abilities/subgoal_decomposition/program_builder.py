@@ -55,7 +55,10 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
-"""Maximum number of literals evaluated to test a subgoal once, and in all disjuncts of a subgoal together."""
+"""Maximum number of literals that one test of a subgoal evaluates.
+
+It is also the maximum number of literals in all disjuncts of a subgoal together.
+"""
 
 _InstructionNumber: TypeAlias = int
 """Position of an instruction in the program that is compiled from the subgoals of an answer, from 0."""
@@ -431,10 +434,10 @@ class _SubgoalProgramBuilder:
     def _add_conjunction(
         self, parts: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
     ) -> _InstructionNumber:
-        """Add instructions that execute the actions of a conjunction in order, and then meet its conditions.
+        """Add instructions that execute the actions of a conjunction in order and meet its conditions then.
 
-        Further actions make the conditions true. The program tries these actions both before and after the
-        actions of the conjunction.
+        Further actions make the conditions true. The program tries two orders: the further actions come
+        before the actions of the conjunction, or after them.
         """
         states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))

@@ -388,10 +388,10 @@ class _FailedSearch:
         ]
 
     def find_failed_plan_nearest_to_goal(self) -> _NearestAttempt | None:
-        """Return the failed plan that comes nearest to the goal, or None if no plan makes progress.
+        """Return the failed plan that comes nearest to the goal, or None if there is no plan to report.
 
-        A failing action is not considered if at least as many literals hold in some visited state as after
-        the action. Such an action does not explain the failure.
+        A failing action is not considered if some visited state already meets as many literals of the goal as
+        would hold after the action. Such an action does not explain the failure.
         """
         best: _TriedAction | None = None
         distance: _DistanceToSubgoal = (0, 0, 0)

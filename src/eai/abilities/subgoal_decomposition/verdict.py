@@ -57,16 +57,16 @@ class SubgoalVerdict(PlanVerdict):
     def count_faults_by_kind(self) -> Mapping[FaultKind, int]:
         """Return the number of faults by kind.
 
-        Errors in the reported execution of the answer count. If this execution has no errors, the error of
-        the verdict and additional steps count.
+        Count the errors of the reported execution (`errors`). If it has no errors, count the error in `error`
+        and the additional steps.
         """
         return Counter(self.errors) or PlanVerdict.count_faults_by_kind(self)
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the inputs of the reward for the executed subgoals, or None if all goals hold at the start.
 
-        One input is the number of actions that the search added to reach subgoals. Errors and added actions
-        are those of the execution whose goals count.
+        One input is the number of actions that the search added to reach subgoals. If the goals of another
+        execution count (`goals_elsewhere`), errors and added actions are also those of that execution.
         """
         earned = PlanVerdict.compute_reward_inputs(self, goals_at_start)
         if earned is None:

@@ -188,9 +188,9 @@ def _compare_volumes(volumes: Sequence[float]) -> Iterator[Fact]:
 
 
 def yield_size_facts_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
-    """Yield the facts about sizes for objects of several tasks, by the rule for objects of one task.
+    """Yield the facts about sizes for objects of several tasks, as if one task had all objects.
 
-    Facts name objects by their positions in `objects`, which has the task and the index of each object.
+    Facts name objects by their positions in `objects`. Each item is a task and the index of its object.
 
     Raises:
         TypeError: a task is not a task of the data set.

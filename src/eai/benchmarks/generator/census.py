@@ -47,8 +47,8 @@ from eai.world.vocabulary import Predicate
 class DomainOfActionsSeenInPlans:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
-    An action is usual if plans of the data set use its operator and, as each argument, objects of the same
-    category.
+    An action is usual if plans of the data set use its operator. As each argument, a plan must use an object
+    of the same category as the action does.
 
     Attributes:
         domain: the restricted domain.
@@ -94,7 +94,7 @@ class DomainOfActionsSeenInPlans:
 
 
 def _make_predicate_of_arguments_in_plans(operator: str, argument_index: int) -> Predicate:
-    """Return the predicate of objects whose categories plans use as the given argument of an operator."""
+    """Return a predicate that is true of an object if plans use its category as the given argument."""
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
@@ -217,9 +217,10 @@ def _compute_pattern_weights_from_plans(
 ) -> defaultdict[LiteralPattern, float]:
     """Return a mapping from patterns to weights, for drawing random goals.
 
-    A pattern is a literal with categories in place of objects. In each task, goals with
-    a pattern add `_GOAL_WEIGHT` each to its weight, and effects of the plan add `_EFFECT_WEIGHT`. The initial
-    facts of all tasks together add `_FACT_WEIGHT`, unless `_count_facts_above_max_mean_targets` is positive.
+    A pattern is a literal with categories in place of objects. In each task, each goal with a pattern adds
+    `_GOAL_WEIGHT` to its weight, and effects of the plan together add `_EFFECT_WEIGHT`. The initial facts of
+    all tasks together add `_FACT_WEIGHT`. They add nothing if the relation has too many facts to be about
+    places (`_count_facts_above_max_mean_targets`).
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
@@ -336,7 +337,7 @@ def _find_fact_patterns(
 def _count_facts_above_max_mean_targets(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, its number of facts minus the maximum for relations that state places.
+    """Return, for each relation, its number of facts minus the maximum number for a relation of places.
 
     The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. Fewer facts
     give a negative number.

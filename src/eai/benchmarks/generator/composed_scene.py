@@ -107,7 +107,7 @@ class _ComposedScene:
         size: maximum number of objects.
         origins: name of an object -> the object of a task from which it was made; it is changed.
         model_of: returns the model of an object; None to compare objects by their categories.
-        limits: category -> number of objects from which on no object of another model is added.
+        limits: category -> number of its objects (0 counts as 1) at which no object of a new model is added.
     """
 
     def __init__(
@@ -163,14 +163,15 @@ class _ComposedScene:
     ) -> int | None:
         """Return an object of the scene that has the category of an object of another scene.
 
-        If there is no such object, it is added. Return None if there is no place for it.
+        If there is no such object, one is added. Return None if no object has the right place, or if none can
+        be added.
 
         Args:
             other_task: the task of the other scene.
             other_object: index of the object in the other scene.
             counterparts: object of the other scene -> object of this scene that stands for it. The result
-                must be related by place to these objects as `other_object` is to the objects for which they
-                stand, and must have its model. If the argument is None, neither is required.
+                must have the model of `other_object`. It must have the same relations of place to these
+                objects as `other_object` has to their originals. If None, neither is required.
         """
         other_state = other_task.initial
         thing = other_state.scene.objects[other_object]
@@ -226,9 +227,9 @@ class _ComposedScene:
     def _find_equal_places_in_this_scene(
         self, other_task: Task, other_object: int
     ) -> list[tuple[str, int]] | None:
-        """Return relations and objects of this scene that give an object of another scene its place.
+        """Return the relations and objects of this scene that match the place of an object of another scene.
 
-        Return None if this scene has no such place.
+        Return None if a matching object cannot be found or added.
         """
         other_state = other_task.initial
         rows = [

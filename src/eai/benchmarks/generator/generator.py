@@ -142,7 +142,7 @@ class _SceneLimits(NamedTuple):
         least_of_base: minimum number of objects of `base`.
         most_of_base: maximum number of objects of `base`.
         most_objects: maximum number of objects.
-        counts: category -> number of objects from which on no place of another model is added.
+        counts: category -> number of its objects (0 counts as 1) at which no object of a new model is added.
     """
 
     least_of_base: int
@@ -194,9 +194,10 @@ class _RejectionFinder:
         return None
 
     def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
-        """Return digests of a task's goals and, if training and test may share goals, of its initial state.
+        """Return digests of a task. A new task with the digests of a public task is rejected as a copy.
 
-        A new task with the digests of a task of the data set is rejected as a copy.
+        The digest of the goals is enough, unless training and test may share goals. Then the digest of the
+        initial state is added.
         """
         fingerprint = sets.fingerprint_task(task, self._held_out)
         return fingerprint if self._held_out == "starts" else fingerprint[:1]
@@ -556,8 +557,8 @@ class TaskGenerator:
     def _draw_scene_limits(self, base: Task, rng: random.Random) -> _SceneLimits:
         """Return the limits of a scene that is based on a task of the data set.
 
-        If objects of several tasks can be compared, the limits come from another random task. Scenes of
-        `_RICH_TIERS` are larger.
+        If objects of several tasks can be compared, a random task of the data set gives the number of objects
+        of each category. Outside `_RICH_TIERS`, this task and ``base`` also limit the number of all objects.
         """
         most, number = self.spec.most_objects, len(base.scene.objects)
         if self._compare_objects is None:

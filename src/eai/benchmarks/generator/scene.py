@@ -169,9 +169,9 @@ def add_objects_of_other_tasks(
 ) -> State:
     """Return the scene with additional portable objects of other tasks (guests).
 
-    A guest keeps its states. Its place is the place of an object of the scene, if both objects are in or on
-    objects of the same categories, such as a table. If `origins` is given, it gets the name of each guest,
-    and the object from which the guest was made.
+    A guest keeps its states. A guest is put where an object of the scene is, if both are in or on objects of
+    the same categories, such as a table. If `origins` is given, it gets the name of each guest, and the
+    object from which the guest was made.
     """
     objects, facts = list(reduced_state.scene.objects), list(reduced_state.facts())
     here = {thing.category for thing in objects}
@@ -214,8 +214,9 @@ def add_similar_portable_objects(
 ) -> State:
     """Return the scene with up to five more portable objects of categories in ``kinds``.
 
-    A category is used only if a task has several objects of it. Each added object has the category and
-    the place of an object of the scene. If `origins` has the origin of that object, it gets that of its copy.
+    A category is used only if a task has several objects of it. Each added object has the category and the
+    place of an object of the scene. If `origins` has the origin of that object, it gets the same origin for
+    the added object's name.
     """
     objects, facts = list(state.scene.objects), list(state.facts())
     usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
@@ -289,8 +290,8 @@ _MAX_SIMILAR_OBJECTS = 5
 _DRAWS_PER_GUEST = 30
 """Number of random draws for each added object of another task (guest).
 
-Most objects of other tasks do not fit: no usual goal moves such an object here, or the scene has no place of
-the same kind.
+Most objects of other tasks do not fit: no goal pattern of `UsualGoals` relates them to an object here, or the
+scene has no place of the same kind.
 """
 
 

@@ -45,11 +45,11 @@ _MAX_FAILED_SEEDS_WITH_FEW_GOALS = 100
 
 @dataclass(frozen=True, slots=True)
 class TaskSeedOutcome:
-    """The task of a seed or the reason for rejection, before comparison with the tasks of earlier seeds.
+    """The task made from a seed or the reason for rejection, before comparison with tasks of earlier seeds.
 
     Attributes:
         outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks. The
-            choice of the pair depends on the counts of earlier pairs, which the function takes.
+            function takes counts of earlier pairs (`ImpossibleTaskExcess`), on which its choice depends.
         fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before these
             were known.
     """

@@ -55,27 +55,27 @@ _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the added copy of an object instead of the object."""
 
 ImpossibleTaskExcess: TypeAlias = Counter[tuple[str, str]]
-"""Property and object category of a removed fact -> number of impossible tasks minus possible tasks."""
+"""Counts of tasks by property and object category of their removed fact: impossible minus possible tasks."""
 
 TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskExcess], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
 
 In each task of a pair, one object lacks a property. The object's category must not reveal which task is
-impossible. So the argument counts the categories in earlier pairs. The function adds the new pair to the
+impossible. So the function takes the counts of earlier pairs by category, and adds the new pair to these
 counts. The result is None if every possible pair would unbalance these counts.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class _TaskPairCandidate:
-    """A candidate for a pair of tasks: facts to remove from the impossible task and from the possible task.
+    """A candidate for a pair of tasks: facts to remove, so that one task is impossible and one possible.
 
     Attributes:
-        fact: an initial fact that the task needs. It is removed from the impossible task.
+        fact: an initial fact without which there is no plan. It is removed from the impossible task.
         same: facts with the same property as `fact`, about objects of the same category. One of them may be
             removed from the possible task.
-        similar: facts to remove instead if `same` is empty: facts with the same property, about objects that
-            goals mention in the same way; empty if `same` has facts.
+        similar: facts with the same property, about objects that goals mention in the same way; empty if
+            `same` has facts. If `same` is empty, one of them may be removed from the possible task.
     """
 
     fact: Fact
@@ -332,9 +332,9 @@ def _are_goals_reachable_with_both_objects(
 ) -> bool:
     """Whether the ambiguous task can be solved with either of the two objects that its instruction fits.
 
-    The two objects are `obj` and its copy, the last object of the scene. The clear and the ambiguous task
-    must each be solved by their own plan. The ambiguous task must also have a plan if the copy replaces `obj`
-    in its goals.
+    The two objects are `obj` and its copy, the last object of the scene. The instruction of the clear task
+    fits only one of them. The clear and the ambiguous task must each be solved by their own plan. The
+    ambiguous task must also have a plan if the copy replaces `obj` in its goals.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
     other = replace(ambiguous_task, goals=_exchange_object_names_in_goals(ambiguous_task.goals, names))

@@ -90,9 +90,9 @@ def make_grab_origin_lookup(
 ) -> LookupFunction:
     """Return a function that finds an object's origins (the places from which it is grabbed) by one relation.
 
-    Only the first of `GRAB_ORIGIN_RELATIONS` that the object has to any place counts. So for each object, at
-    most one of the functions for these relations returns places. Rooms are never returned (as in
-    ``_find_first_node_from`` of the paper's package).
+    The relations of `GRAB_ORIGIN_RELATIONS` are tried in order; the first that relates the object to a place
+    counts. So for each object, at most one of the functions for these relations returns places. Rooms are
+    never returned (as in ``_find_first_node_from`` of the paper's package).
 
     Args:
         relation_index: index of the relation in `GRAB_ORIGIN_RELATIONS`.

@@ -60,9 +60,9 @@ class ObjectRecord:
 class GraphDelta:
     """The difference of two scene graphs: first remove, then replace, then append objects and edges.
 
-    Objects and edges are removed, replaced and appended in the order in which they are listed. If an edge is
-    in both `removed_edges` and `added_edges`, it moves to the end of its source's edges with the relation
-    `ON` or `INSIDE`.
+    Objects and edges are removed, replaced and appended in the order in which they are listed. An `ON` or
+    `INSIDE` edge in both `removed_edges` and `added_edges` moves behind the other edges of its source and
+    relation.
     """
 
     removed_ids: tuple[int, ...]
