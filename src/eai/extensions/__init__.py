@@ -1,1 +1,1 @@
-"""Extensions: each folder adds something that the rest does not know, and is found by its entry points."""
+"""Extensions: each folder adds something that the rest of eai does not know; entry points find it."""

@@ -312,9 +312,9 @@ def _add_condition_and_merge_groups(
 def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionsWithSharedParameters], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
-    """Return an effect for all values of its bound parameters that meet the action's conditions on them.
+    """Return an effect in which quantifiers bind the parameters that its action no longer has.
 
-    Bound parameters are parameters that the action no longer has. Quantifiers bind them instead.
+    The effect happens for all values of these parameters that meet the action's conditions on them.
 
     Args:
         effect: the effect of an action.

@@ -639,9 +639,9 @@ def annotate_demonstrations(
 
 
 def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataMistake]:
-    """Yield a finding about each task whose goals in the data set contradict the decisions about its title.
+    """Yield a finding about each task whose goals in the data set differ from the goals of its annotation.
 
-    The decisions state which goals the title means.
+    The goals of the annotation follow from the decisions about the meaning of the task's title.
     """
     for changes, candidate, goals in annotations:
         task = changes.task

@@ -208,7 +208,7 @@ class _ObfuscatedWording(SuiteWording):
 
 
 def _convert_alternatives_to_conditional_effects(operator: Operator) -> Operator:
-    """Return an equivalent operator with conditional effects in place of alternatives, without description.
+    """Return an equivalent operator with conditional effects, but no alternatives and no description.
 
     An alternative is another way to act, which is attempted under a condition.
     """

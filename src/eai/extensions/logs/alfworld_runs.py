@@ -276,7 +276,7 @@ def _translate_steps_to_commands(
             yield "" if step.action.startswith(">") else step.action
         elif step.action[0].lower() in puts:
             yield form.format(*filter(None, put.groups()))
-        else:  # a game accepts either put or move; the log's game accepts the other word
+        else:  # no game reads both words; if this game accepted the other word, it could not read this one
             yield "" if puts else None
 
 

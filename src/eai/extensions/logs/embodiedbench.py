@@ -205,10 +205,10 @@ def _find_plan_error(reply: str | None) -> FaultKind | None:
 def _find_error_kind(step_index: int, steps: Sequence[LoggedStep]) -> FaultKind | None:
     """Return the kind of error of a failed step; None if its feedback leaves the kind uncertain.
 
-    After a successful pick, the hand has been empty at one step and full at another. So if a later step fails
-    because the hand is empty or full, the actions are in wrong order. EB-Habitat says that the hand is full
-    also if the object does not exist. The object exists if the same action succeeds at another step of the
-    episode.
+    A successful pick shows that the hand was empty before and full after. So if a later step fails because
+    the hand is empty or full, the actions are in wrong order. EB-Habitat says that the hand is full also if
+    the object does not exist. The object exists if the feedback has "currently holding", or if the same
+    action succeeds at another step.
     """
     step = steps[step_index]
     if step.accepted or step.kind is not None:

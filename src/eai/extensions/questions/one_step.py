@@ -188,7 +188,7 @@ def make_why_not_question(
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # equally probable, even if a requirement is almost always met
+    one = rng.choice(seen)  # a requirement that is almost always met is as probable as others
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)

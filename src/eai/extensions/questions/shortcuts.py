@@ -42,20 +42,21 @@ Choices are drawn again if shortcuts would be right too often. After the last dr
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _CUE_WEIGHT = 12
-"""Amount by which one wrong statement lowers the balance of its cue.
+"""Weight of one statement in the balance of its cue.
 
 A cue is a mark by which a shortcut chooses a statement, such as the greatest length. The balance of a cue is
-the excess of right statements with the cue over the number that chance predicts. A right statement raises the
-balance by this amount for each wrong choice of its question, so random choices leave it unchanged on average.
-Statements of one question with the same cue share the change equally.
+the excess of right statements with the cue over the number that chance predicts. A wrong statement lowers the
+balance by this weight. A right statement raises the balance by this weight for each wrong choice of its
+question, so random choices leave the balance unchanged on average. Statements of one question with the same
+cue share the change equally.
 """
 
 _TOLERATED_BIAS = 6
 """Tolerated bias of the first questions. The bias is the sum of the squared balances of all cues.
 
 A cue is a mark by which a shortcut chooses a statement. The balance of a cue is the excess of right
-statements with the cue over the number that chance predicts. The unit of
-balance is here the change by one question whose right statement is the only statement with the cue.
+statements with the cue over the number that chance predicts. One question changes the balance of a cue by one
+unit if its right statement is its only statement with the cue.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
@@ -144,7 +145,7 @@ class ClosedQuestion(NamedTuple):
 
 
 _SurfaceCue: TypeAlias = tuple[str, str]
-"""A cue: the name of a shortcut, and the label of a group of statements that it does not distinguish."""
+"""A cue: the name of a shortcut, and the label of a group of statements that the shortcut treats equally."""
 
 
 class SurfaceCueCounts:

@@ -261,8 +261,8 @@ def reject_wrong_argument_counts_and_names(
 
     The package eai-eval checks the numbers of objects before their names, and predicates before actions. In
     two cases it raises an exception, which counts as a parsing error: a predicate or action has no objects,
-    or eai-eval does not know its number of objects. In the second case, eai-eval instead reports a wrong
-    number of objects of another predicate or action if it finds that error first.
+    or eai-eval does not know its number of objects. If an earlier predicate or action has a wrong number of
+    objects, eai-eval reports that number and does not find the second case.
     """
     parts = tuple(walk_subformulas(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [

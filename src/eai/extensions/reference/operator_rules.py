@@ -401,7 +401,7 @@ def _compare_trees(predicted: _Tree, gold: _Tree) -> _ConditionTreeComparison:
 
 
 def _score_connective(predicted: _Connective, gold: _Connective) -> float:
-    """Return the score, from 0 to 1, of two nodes that are both ``not``, ``when`` or the same quantifier."""
+    """Return the similarity (0 to 1) of two nodes that are both ``not``, ``when`` or the same quantifier."""
     match predicted.head:
         case "not":
             return _compare_trees(predicted.arguments[0], gold.arguments[0]).score

@@ -40,7 +40,7 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
-"""Placeholder for an atom with an unbound variable, in the effects that add the atom."""
+"""Atom that an effect adds in place of an atom with an unbound variable."""
 
 Names = frozenset[str]
 

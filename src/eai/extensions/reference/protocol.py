@@ -4,10 +4,10 @@ For comparison with the paper, `count_removed_goal_as_unreached` also counts one
 The paper's runs required this goal, but release 1.0.5 does not.
 
 The paper's replanning in VirtualHome used a script that release 1.0.5 lacks (``eval_action.py``,
-``end_to_end_action_eval``). The script counts errors of the third and last attempt only. An earlier success
-counts no errors, although under ``eai-1.0.5`` a plan that reaches all goals and then fails is a success. A
-task with such a plan counts neither as executable nor as an error, so it is in no column of the paper's
-table. There are three such tasks.
+``end_to_end_action_eval``). The script counts errors of the third and last attempt only, so an earlier
+success counts no errors. Under ``eai-1.0.5``, a plan that reaches all goals and then fails is a success. If
+such a plan is the earlier success, its task counts neither as executable nor as an error. So the task is in
+no column of the paper's table. There are three such tasks.
 
 The script of stochastic actions in BEHAVIOR is in the release (``action_sequencing/scripts/replanning.py``).
 """

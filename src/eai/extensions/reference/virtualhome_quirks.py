@@ -110,10 +110,10 @@ def _use_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
 SET_ORDER_VOCABULARY = Vocabulary(
     p.VOCABULARY.predicates, tuple(map(_use_python_set_order, p.VOCABULARY.derived))
 )
-"""Vocabulary (all predicates) in which lookups order objects as eai-eval does: as a Python set of their ids.
+"""Vocabulary whose lookups return objects in the order of eai-eval: that of a Python set of their ids.
 
-It stores the same facts as the vocabulary of `strict` (scoring by the paper's text), so both can use the same
-states.
+It has the same stored predicates as the vocabulary of `strict` (scoring by the paper's text), so both can use
+the same states.
 """
 
 
@@ -217,27 +217,27 @@ def report_running_device_as_additional_step(operator: Operator, check: Check) -
 
 @_apply_to_all_checks
 def report_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Make changing a state that an object lacks an additional step, not an affordance error.
+    """Report the change of a state that an object lacks as an additional step, not an affordance error.
 
-    An object lacks a state if, for example, it is neither open nor closed. The checks for such a state are
-    removed (the result is None), and all other checks stay. See ``execution.py``, ``OpenExecutor``,
-    ``SwitchExecutor``, ``PlugExecutor``.
+    An object lacks a state if, for example, it is neither open nor closed. For the checks for such a state,
+    return None, which removes them. Return all other checks unchanged. See ``execution.py``,
+    ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
     """
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
 
 
 @_apply_to_all_checks
 def report_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Make a second grab of an object an additional step, even if no hand holds it (``GrabExecutor``)."""
+    """Count a second grab of an object as an additional step, even if no hand holds it (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
 @_apply_to_all_checks
 def report_repeated_sitting_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Make sitting down an additional step for a character that sits on any object; likewise lying down.
+    """Report sitting down as an additional step if the character sits on any object; the same for lying.
 
-    The changed check covers every seat or bed, so the separate check for another seat or bed is removed: the
-    result is None for the separate check. See ``SitExecutor`` and ``LieExecutor``.
+    The changed checks `NOT_SEATED` and `NOT_IN_BED` cover every seat or bed. So return None, which removes
+    the check, for the separate checks for another seat or bed. See ``SitExecutor`` and ``LieExecutor``.
     """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None

@@ -298,7 +298,7 @@ def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], ha
 
 
 def _select_boxes_near_area(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
-    """Return the given area, with the corners of the boxes that overlap it or are within 1 cm of it.
+    """Return the area, and the low and high corners of the boxes that overlap it or are within 1 cm of it.
 
     Each such box has a low corner and a high corner.
     """
