@@ -80,7 +80,7 @@ def has_begun_episode(path: Path) -> bool:
 def read_journal(
     path: Path, seal_key: bytes, expected_game: RecordedGame | None = None, *, must_be_ended: bool = True
 ) -> str:
-    """Return the text of a journal's episode, as answers to the ability ``acting`` write it.
+    """Return a journal's episode as a text in the format of answers to the ability ``acting``.
 
     Args:
         path: the file of the journal.

@@ -299,8 +299,8 @@ class RecordedGame(Game):
     def play_command(self, command: str, thought: str = "") -> str:
         """Carry out a command, and record it with the agent's thought. Return the observation.
 
-        The command `LOOK` is recorded only by the rule ``feedback=changes``. By other values of this rule, it
-        leaves the episode unchanged.
+        The command `LOOK` is recorded only under the rule ``feedback=changes``. Under other values of
+        ``feedback``, `LOOK` leaves the episode unchanged.
         """
         if self.is_over:
             return OVER

@@ -260,10 +260,10 @@ def _get_text_after_prompt(prompt: str, query: str) -> str | None:
 
 
 class SkyRlTask:
-    """A single-turn environment of SkyRL, for use with its base class, which this module does not import.
+    """A single-turn environment of SkyRL, to combine with SkyRL's base class (not imported here).
 
-    ``class Household(SkyRlTask, BaseTextEnv): pass`` is registered by its module path. Rows have
-    ``reward_spec: {"ground_truth": TASK}`` and may have ``shaping``.
+    ``class Household(SkyRlTask, BaseTextEnv): pass`` is registered by its module path. Rows of the data have
+    ``reward_spec: {"ground_truth": TASK}``, and may have ``shaping`` (the name of a `Shaping`).
     """
 
     def __init__(self, env_config: object = None, extras: Mapping[str, Any] | None = None) -> None:

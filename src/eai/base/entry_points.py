@@ -133,9 +133,9 @@ def _read_entry_points_file(file: Path) -> Iterator[EntryPoint]:
 
 
 def has_module(module: str) -> bool:
-    """Whether a module is installed. Modules of packages other than this one are assumed to be installed.
+    """Whether a module of this package is installed. Return True for every module of another package.
 
-    To search for such a module, Python would import its package.
+    To search another package for a module, Python would import that package.
     """
     if not module.startswith(_OURS):
         return True

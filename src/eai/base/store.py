@@ -65,8 +65,8 @@ class PackFile:
 
     Attributes:
         path: the file.
-        archives: mapping from each archive (`name==version`) that the pack was converted from to its SHA-256.
-        members: mapping from the name of each member of the zip to the SHA-256 of its content.
+        archives: SHA-256 of each archive (`name==version`) from which the pack was converted.
+        members: SHA-256 of the content of each member of the zip, by the member's name.
     """
 
     path: Path

@@ -86,8 +86,8 @@ def export_prompts(
 
     FILE.json is a list of {"identifier", "llm_prompt"} about one suite. Official prompts equal the data
     set's, byte for byte, except prompts that do not ask for what is scored (docs/errata.md; --errata none
-    keeps them). A system message is in FILE with _system before its extension. With --goals, FILE has prompts
-    only for tasks that have an answer there.
+    keeps them). A system message is in FILE with _system before its extension. With --goals, tasks without an
+    answer in that file have no prompt.
 
     FILE.html is a page on which a person answers the questions of models; it sends nothing. The person saves
     a response file. eai score scores it like a model's (with --allow-missing, because other tasks were not
@@ -105,8 +105,7 @@ def export_prompts(
         tasks: Only these tasks: ids separated by commas.
         sample: Number of tasks, drawn at random.
         seed: Seed of --sample.
-        goals: A model's answers to goal interpretation. Prompts state their goals instead of the tasks'
-            goals.
+        goals: A file of a model's answers to goal interpretation. Prompts state their goals, not the tasks'.
     """
     if is_prompt_list_file(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:

@@ -31,7 +31,7 @@ LONGEST_SILENCE = 60
 """Maximum seconds without a line of progress, once some work is done."""
 
 LINES = 10
-"""Number of equal parts of some work. If the output is no terminal, a line is due after each part."""
+"""Number of equal parts of the work. Without a terminal, a progress line is due after each part."""
 
 PARTS_BEFORE_FIRST_ESTIMATE = 100
 """Without a terminal, a progress line with the time left is due after this number of finished parts."""

@@ -531,7 +531,7 @@ def _require_different_models(names: Sequence[str]) -> None:
 
 
 def _merge_shards_and_print(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
-    """Merge the shards of runs (parts scored by separate jobs) into the results of one process."""
+    """Merge the shards of runs (parts scored by separate jobs), as if one job had scored them."""
     printed: list[Json] = []
     for folder, files in [found for path in paths for found in records.find_shards(path).items()]:
         totals = records.merge_shards(folder, files)

@@ -155,8 +155,8 @@ def compute_weighted_mean_of_rates(
 ) -> _RateWithErrorBySamplingUnit:
     """Return the weighted mean of rates of the same tasks, with the contribution of each unit to its error.
 
-    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit
-    (`_RateWithErrorBySamplingUnit`) is right in all rates, or wrong in all rates.
+    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit (an imagined
+    unit, see `_RateWithErrorBySamplingUnit`) is right in all rates, or wrong in all rates.
 
     Args:
         weighted_rates: for each rate, its weight and the result of
@@ -176,9 +176,9 @@ def compute_rate_difference_by_sampling_unit(
 ) -> _RateWithErrorBySamplingUnit:
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
-    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit
-    (`_RateWithErrorBySamplingUnit`) can be right or wrong in each rate, so it has four possible
-    contributions.
+    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit (an imagined
+    unit, see `_RateWithErrorBySamplingUnit`) can be right or wrong in each of the two rates, so it has four
+    possible contributions.
     """
     return _RateWithErrorBySamplingUnit(
         second.value - first.value,
@@ -392,8 +392,8 @@ class _IntervalInputs(NamedTuple):
         value: the estimate, as a fraction of 1.
         variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
             tasks.
-        observed: variance of the estimate from the tasks or names alone. `variance` also has pseudo-units
-            (`_RateWithErrorBySamplingUnit`), so that few tasks do not make an interval too narrow.
+        observed: variance of the estimate from the tasks or names alone. `variance` also counts imagined
+            units (see `_RateWithErrorBySamplingUnit`), so that few tasks do not make an interval too narrow.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
     """

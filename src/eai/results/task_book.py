@@ -100,7 +100,7 @@ class TaskLookup:
         return held
 
     def _find_objects_by_name(self, task_id: str, name: str) -> Iterator[Constant]:
-        """Yield the objects of a task that have a name in answers, or (with a number) in the scene."""
+        """Yield the objects of a task with this name, which is their name in answers or in the scene."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:
             full_name = task.scene.objects[index].name

@@ -178,9 +178,9 @@ class WorkerPool:
     """Worker processes that work on streams of items until the pool is closed.
 
     Results come in the order of the items. Only a few batches are read ahead, so memory does not grow with
-    the stream. If a worker dies, its batches are done again: no item is lost or done twice. Each worker has a
-    pipe of its own that ends with it, so no worker waits for another's lock. Temporary files of workers are
-    removed here. A stream belongs to one thread; any number of streams may run.
+    the stream. If a worker dies, its batches are done again: no item is lost or done twice. Each worker has
+    its own pipe, so that no worker waits for a lock of another worker. The pipe ends with the worker. The
+    pool removes temporary files of workers. A stream belongs to one thread; any number of streams may run.
 
     Args:
         workers: number of processes; with fewer than two, this process does the work.

@@ -210,12 +210,15 @@ class RunState:
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
     def record_request(self, key: AnswerKey) -> None:
-        """Record that a request begins. Only the first tasks are recorded."""
+        """Record that a request begins, but only for the first `MAX_FIRST_FAILURES` tasks of a run."""
         if len(self._first_tasks) < MAX_FIRST_FAILURES:
             self._first_tasks.setdefault(key, False)
 
     def stop_if_all_requests_fail(self, key: AnswerKey, reason: str) -> None:
-        """Record a failure that may recur at every request. Stop if all tasks asked first have failed so."""
+        """Record a failure that may recur at every request.
+
+        Stop if the first `MAX_FIRST_FAILURES` tasks have all failed in this way, and no task has an answer.
+        """
         if key in self._first_tasks:
             self._first_tasks[key] = True
         is_complete = len(self._first_tasks) == MAX_FIRST_FAILURES

@@ -114,7 +114,7 @@ def _write_scores_of_log(
 
 
 def _dump_json(value: object) -> bytes:
-    """Return a value as JSON, in which lone surrogates are escapes in plain text, as Inspect writes them."""
+    """Return a value as JSON. Lone surrogates become escapes as plain text, as Inspect writes them."""
     text = json.dumps(value, ensure_ascii=False)
     return _LONE_SURROGATE.sub(lambda match: f"\\\\u{ord(match[0]):04x}", text).encode()
 

@@ -23,7 +23,7 @@ MIN_SECONDS_BETWEEN_TRIES = 1.0
 """Minimum seconds between a refused connection and the second, last try."""
 
 _MAX_SECONDS_BETWEEN_TRIES = 60.0
-"""Maximum seconds after a first refused connection in which a second refusal ends the tries."""
+"""Maximum seconds between two refusals of a connection that end the tries of a request."""
 
 _TOO_LONG = re.compile(
     r"context_length_exceeded|exceed_context_size|context size has been exceeded"
@@ -60,7 +60,7 @@ def describe_error(error: BaseException) -> str:
     if isinstance(error, UNREADABLE):
         return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
     cause = _find_first_cause(error)
-    # the message of a cause of another class may contain an API key
+    # the message of a cause that is no OSError may contain an API key
     if cause is not error and isinstance(cause, OSError) and cause.strerror:
         return f"{first_line} ({cause.strerror})"
     return first_line

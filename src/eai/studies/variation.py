@@ -140,7 +140,7 @@ class VariationOptions(Options):
 
     @property
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
-        """Name of the part of a task that questions state in another version; empty if they do not."""
+        """Name of the part of a task that this study changes in questions; empty if it changes none."""
         return ""
 
     def explain_conflict(self, other: VariationOptions) -> str:
@@ -264,9 +264,9 @@ class _OptionsOfCombinedStudies(VariationOptions):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return the last of the studies' stages before the run's questions; None if no study needs a stage.
+        """Return the last stage before the run's questions, or None if no study needs a stage.
 
-        If one study finds scenes and another finds goals, the stage that finds scenes comes first.
+        A stage obtains scenes or goals that questions state. The stage that obtains scenes comes first.
         """
         last: StageBeforeQuestions | None = None
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):

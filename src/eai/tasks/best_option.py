@@ -111,8 +111,8 @@ class _BestGoalOptionFinder:
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            further_conditions_met: number of met conditions among ``further_condition_count``, which are in
-                every list.
+            further_conditions_met: number of met conditions among the further conditions, which are in every
+                list (``further_condition_count`` conditions).
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
@@ -127,7 +127,7 @@ class _BestGoalOptionFinder:
     def _find_larger_share_of_met_conditions(
         self, true_atoms: int, further_conditions_met: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
-        """Return the share of met conditions of the option that exceeds ``current_share`` most.
+        """Return the share of met conditions of the option with the greatest gain over ``current_share``.
 
         An option is a set of conditions that satisfies the goal. Of its ``total`` conditions, ``met``
         conditions hold. Its gain is ``current_share.total * met - current_share.met * total``; it is positive

@@ -159,8 +159,8 @@ class GoalTest:
     def partial_success_without_execution(self) -> Share:
         """The partial success of an answer that never ran: 0 of N met conditions.
 
-        N is the length of a list of conditions that satisfies all goals: the list that is met best if no atom
-        is true.
+        N is the number of conditions of one list that satisfies all goals: the list with the largest share of
+        met conditions if no atom is true.
         """
         return self._partial_success_finder.share_if_none_met
 
@@ -195,8 +195,8 @@ class _PartialSuccessFinder:
     An option is a list of conditions that together satisfy the goals.
 
     Attributes:
-        share_if_none_met: partial success of an answer that was not executed: no condition counts as met, in
-            the option that is best if no atom is true.
+        share_if_none_met: partial success of an answer that was not executed: 0 of the number of conditions
+            in the option that is best if no atom is true.
     """
 
     def __init__(self, task: Task) -> None:
@@ -308,7 +308,7 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 _CreditByKind: TypeAlias = tuple[int, int, int]
-"""Numbers of half goals that count for states, for relations and for actions. Their sum is 2 (one goal)."""
+"""Credit for one goal, in halves: for states, for relations and for actions. The sum is 2 halves."""
 
 
 def _divide_credit_among_kinds(goal: Goal) -> _CreditByKind:

@@ -187,7 +187,7 @@ class _ProblemConverter:
     agent: WorldObject | None
 
     def read_problem(self, problem: PddlProblem) -> tuple[State, ConditionConverter]:
-        """Return a problem's initial state, and a function that gives conditions the benchmark's names."""
+        """Return a problem's initial state, and a function that renames conditions as the benchmark does."""
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,

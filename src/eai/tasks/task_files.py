@@ -223,8 +223,8 @@ def _find_mistakes_in_plan(
 ) -> Iterator[str]:
     """Yield a message for each step of a plan that fails or is needless, and for each unreached goal.
 
-    The plan is the value of the key ``member`` in a task file. The plan of the key ``reference`` may have
-    needless steps, because an agent takes steps to find objects.
+    The plan is the value of the key of a task file that ``member`` names. If this key is ``reference``, the
+    plan may have needless steps, because an agent takes steps to find objects.
     """
     trajectory = execute_plan(domain, task.initial, plan)
     for number, step in enumerate(trajectory.steps):

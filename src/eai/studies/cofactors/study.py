@@ -150,8 +150,8 @@ def _make_score_curves(
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
     included. Bins of annotated steps are {bin_width} wide. For the other features, they have the smallest
     width of 1, 2, 5, 10, ... that gives at most eight bins, or are bounded by powers of ten. Bins without
-    tasks are left out; few marks bins with fewer than {few} tasks. Intervals count tasks with the same name
-    as one unit.
+    tasks are left out; the column `few` marks bins with fewer than {few} tasks. Intervals count tasks with
+    the same name as one unit.
     """
     for suite, answers in suites.items():
         models = group_by_model(answers)
@@ -207,8 +207,8 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
     The table shows log odds of success per standard deviation of a feature among tasks. They are from
     logistic regressions with one intercept per model: of each feature alone, and of all features together.
-    The effect together holds other features constant. Intervals are from a jackknife over the names of tasks,
-    because near copies of a task share a name.
+    The effect in the column `together` holds other features constant. Intervals are from a jackknife over the
+    names of tasks, because near copies of a task share a name.
     """
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]

@@ -128,7 +128,8 @@ class SceneOptions(VariationOptions):
     def option_that_enables_study(self) -> str:
         """Name and value of the chosen option: how questions show the scene, or the extra facts they list.
 
-        The extra facts (``perception.context``) describe other objects, and states that do not hold.
+        The extra facts (``perception.context``) describe objects outside the shown scene, and states that do
+        not hold.
         """
         if self.scene != "text":
             return f"perception.scene {self.scene}"
@@ -140,7 +141,7 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.options_label}"
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None: the stage of the run that makes the scenes stores these options in records."""
+        """Return None, because the stage that makes a run's scenes stores these options in records."""
         return None
 
     @property
@@ -198,7 +199,7 @@ class SceneOptions(VariationOptions):
         return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_prompt_context}"
 
     def copy_with_pictures_only(self) -> Self:
-        """Return options with the same pictures and no text, for questions to the model that lists scenes."""
+        """Return options with the same pictures and no text, for the model that describes scenes."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property

@@ -155,7 +155,7 @@ def _add_scene_context(
 def make_scene_context(
     task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
 ) -> str:
-    """Return a text with the objects, facts and untrue states that the scene in a question leaves out.
+    """Return a text with objects and facts that the scene in a question leaves out, and with untrue states.
 
     Args:
         task: the task.
@@ -288,10 +288,11 @@ def _refuse_published_prompts(options: SceneOptions, library: PromptLibrary, sui
 def collect_scene_beliefs(
     options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return the scenes that the questions of a run state.
+    """Return the scenes to state in the questions of a run.
 
     The scenes of a domain are made once for all models. If a second model (the captioner) lists the scenes,
-    it is first asked about all tasks of a domain. The questions to other models then state its lists.
+    it is first asked about all tasks of a domain. The questions to other models then state the captioner's
+    lists.
 
     Raises:
         InputError: published prompts cannot describe another scene, or a picture is missing.

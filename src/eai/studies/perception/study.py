@@ -51,7 +51,7 @@ class _PerceptionRunOptions(SceneOptions):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that makes the scenes before a run's questions. Only runs import its modules."""
+        """Return the stage that makes the scenes for a run's questions. Only runs import its modules."""
         from eai.studies.perception.scenes import collect_scene_beliefs
 
         return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))
@@ -207,9 +207,9 @@ def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
 
     One row per run: measured error rates in percent, then {runs.metric}. `predicate_error`: facts of the
     scene that are missing or misplaced; `object_error`: names in the scene graph that the scene does not
-    have; `missing`: missing facts among the scene's facts; `misplaced`: misplaced facts among its relations;
-    `unnecessary`: untrue facts among those of the graph; `unseen`: objects of the scene that the graph does
-    not name. Empty if questions state no scene graph. Sorted by `predicate_error`.
+    have; `missing`: missing facts among the scene's facts; `misplaced`: misplaced facts among the scene's
+    relations; `unnecessary`: untrue facts among those of the graph; `unseen`: objects of the scene that the
+    graph does not name. Empty if questions state no scene graph. Sorted by `predicate_error`.
     """
     rates = {name: _estimate_error_rates(runs.list_tasks_with_perception_errors(name)) for name in runs.runs}
     order = {name: -1.0 if row[0].value is None else row[0].value for name, row in rates.items()}

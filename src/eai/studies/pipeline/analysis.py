@@ -53,7 +53,7 @@ _GOAL_GROUPS = ("exactly right", "all, and others", "some missing", "no answer")
 """Groups of tasks by the agreement of the goals in their questions with the tasks' goals, best first."""
 
 _GOALS = "goals"
-"""Label of a pipeline whose questions state the goals in a model's answers, but no subgoals."""
+"""Label of a pipeline whose questions state goals from a model's answers, but no subgoals."""
 
 _COMPARED = ("modular", "pipeline", "difference", "p")
 _PAPER = ("paper modular", "paper pipeline")
@@ -151,9 +151,9 @@ class _ModularAndPipelineRuns:
 
         Questions of the modular run state the true goals; those of the pipeline state goals that a model
         interpreted. Rates in percent, and pipeline minus modular run in percentage points, with 95 %
-        intervals whose units are the names of tasks. p is the p value of the exact test that exchanges the
-        answers of the two runs, for all tasks of a name together. If each task has its own name, this is
-        McNemar's test.{self._sentence_about_paper_scores}
+        intervals that count tasks with the same name as one unit. p is the p value of the exact permutation
+        test: it exchanges the answers of the two runs together for all tasks with the same name. If each task
+        has its own name, this is McNemar's test.{self._sentence_about_paper_scores}
         """
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences

@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.abilities.experiment import Experiment, make_settings_with_option
 
 STUDY = "prompts"
-"""Key in the records of a run. Its value has the name of the run's prompts."""
+"""Key in the records of a run, under which the name of the run's prompts is stored."""
 
 _PLACE = 40
 

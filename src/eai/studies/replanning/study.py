@@ -75,7 +75,7 @@ class _ReplanningRunGroup:
 
     @property
     def options(self) -> ReplanningOptions:
-        """Number of attempts, feedback, and failing actions in these runs."""
+        """Options of these runs, such as the number of attempts, the feedback, and how often actions slip."""
         return ReplanningOptions.from_experiment(self.experiment) or ReplanningOptions()
 
     @property
@@ -190,10 +190,10 @@ def _make_attempts_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
     """Results by the number of attempts.
 
     The result of each arm (options of replanning) after a number of attempts, in percent, with 95 % intervals
-    whose units are names of tasks. Errors are those of the last attempt. A slip (an action that was possible
-    but had no effect) is not an error of the model. Success cannot fall, because a success ends the attempts.
-    A rise from row to row is therefore no finding by itself. Attempts used and tokens are means per task, up
-    to the attempt of the row.
+    that count tasks with the same name as one unit. Errors are those of the last attempt. A slip (an action
+    that was possible but had no effect) is not an error of the model. Success cannot fall, because a success
+    ends the attempts. A rise from row to row is therefore no finding by itself. Attempts used and tokens are
+    means per task, up to the attempt of the row.
     """
     for group, number in ((item, number) for item in groups for number in range(1, item.max_attempts + 1)):
         records = [

@@ -129,9 +129,9 @@ def _sum_cost_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> di
 def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The cost of a success.
 
-    The cost of all answers, also of failures, is divided by the number of successes. Units of intervals are
-    names of tasks. Without a success, the cell is ≥ and the whole cost. Seconds are those of waiting for
-    replies in episodes; dollars are those that `eai run` wrote
+    The cost of all answers, also of failures, is divided by the number of successes. Intervals count tasks
+    with the same name as one unit. Without a success, the cell is ≥ and the whole cost. Seconds are those of
+    waiting for replies in episodes; dollars are those that `eai run` wrote
     """
     for item in runs:
         amounts = (_estimate_spending_per_success(item.per_success.get(kind, ())) for kind in _KINDS)
