@@ -149,16 +149,17 @@ class FactChangeFinder:
             (self.get_actions_of_operator(name), []) for name in self._get_operators_of_unread_effects(change)
         )
         for schema, scope, actions in self._find_schemas_making_change(change):
-            conditions = [(condition, self.names(condition)) for condition in schema.conditions]
-            open_names = {name for _, names in conditions for name in names if name not in scope}
             names = [parameter.name for parameter in schema.operator.parameters]
-            positions = [position for position, name in enumerate(names) if name in open_names]
+            needed = {name for condition in schema.conditions for name in self.names(condition)}
+            positions = [i for i, name in enumerate(names) if name in needed and name not in scope]
+            bound = {*scope, *names}
+            conditions = [c for c in schema.conditions if bound.issuperset(self.names(c))]
             groups: dict[tuple[int, ...], list[Action]] = {}
             for action in actions:
                 groups.setdefault(tuple([action.arguments[i] for i in positions]), []).append(action)
             for values, group in groups.items():
-                inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
-                yield group, _select_conditions_with_bound_variables(conditions, {**scope, **inner})
+                inner = {**scope, **dict(zip([names[i] for i in positions], values, strict=True))}
+                yield group, [(condition, inner) for condition in conditions]
 
     def _get_operators_of_unread_effects(self, change: FactChange) -> list[str]:
         """Return the names of operators that may change a fact by an unread effect (without effect schema).
@@ -506,14 +507,6 @@ class FactChangeFinder:
 def _list_conditions_and_free_variables(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
     conditions = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
     return [(condition, find_free_variables(condition)) for condition in conditions]
-
-
-def _select_conditions_with_bound_variables(
-    conditions_with_variables: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
-) -> list[ScopedCondition]:
-    return [
-        (condition, scope) for condition, names in conditions_with_variables if scope.keys() >= set(names)
-    ]
 
 
 @cache

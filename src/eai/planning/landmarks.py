@@ -10,7 +10,6 @@ least as many more actions as such a smallest set has.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property, reduce
 from operator import or_
@@ -122,9 +121,9 @@ class _RelaxationGraph:
         is_apart = between.keys().isdisjoint
         for number in between:
             if number in self._changes:
-                for makers, conditions in self._group_actions_by_conditions(number):
-                    if not conditions or is_apart(conditions):
-                        cut_actions.update(makers)
+                groups = self._group_actions_by_conditions(number)
+                for makers in [makers for makers, conditions in groups if is_apart(conditions)]:
+                    cut_actions.update(makers)
                 cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers[number]]))
         return [action for action in cut_actions if action not in actions]
 
@@ -136,9 +135,8 @@ class _RelaxationGraph:
         If all parts of a condition are needed, the search follows one unreached part; otherwise every part.
         """
         seen = {self._goal: None}
-        pending = deque(seen)
-        while pending:
-            number = pending.popleft()
+        queue = [self._goal]
+        for number in queue:  # the queue grows meanwhile
             parts: Iterable[int] = self._parts[number]
             if number in self._changes:
                 parts = [
@@ -149,11 +147,13 @@ class _RelaxationGraph:
                 ]
             elif self._missing[number] > 1:
                 lacking = [part for part in parts if not reached[part]]
-                seen_parts = [part for part in lacking if part in seen]
-                parts = seen_parts[:1] or [min(lacking, key=self._cut_sizes.__getitem__)]
-            fresh = [part for part in parts if part not in seen]
-            seen.update(dict.fromkeys(fresh))
-            pending += fresh
+                if not seen.keys().isdisjoint(lacking):
+                    continue
+                parts = (min(lacking, key=self._cut_sizes.__getitem__),)
+            for part in parts:
+                if part not in seen:
+                    seen[part] = None
+                    queue.append(part)
         return seen
 
     def _group_actions_by_conditions(self, change_node: int) -> list[tuple[dict[Action, None], list[int]]]:
