@@ -144,9 +144,9 @@ class _TraceEvaluator:
     def _find_segment_starts_before(
         self, formula: f.Formula, binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of the positions at which a segment that satisfies the formula starts.
+        """Return the mask of the positions at which segments of the trace that satisfy the formula start.
 
-        Each segment of the trace ends just before a position of the mask ``next_starts``.
+        Only segments count that end just before a position of the mask ``next_starts``.
         """
         ends = next_starts >> 1
         # A formula that stays true when a segment is extended is tested only on the longest segment.

@@ -1,9 +1,9 @@
 """Export a declared domain with its problems as PDDL that any planner can read.
 
-The checks of an operator become its precondition, and its ordered effects conditional effects. Derived
-predicates become axioms, categories types and static predicates, and the agent a constant. Predicates that
-prompts must not mention are exported too, unless the caller leaves them out. So exported operators change
-states exactly as the engine does.
+The checks of an operator become its precondition. Its ordered effects become conditional effects. Derived
+predicates become axioms, categories become types and static predicates, and the agent becomes a constant.
+Predicates that prompts must not mention are exported too, unless the caller leaves them out. So exported
+operators change states exactly as the engine does.
 """
 
 from __future__ import annotations

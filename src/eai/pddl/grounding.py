@@ -488,7 +488,7 @@ class GroundProblem:
 
 
 def estimate_cost_of_condition_lookup(condition_count: int) -> int:
-    """Return the cost of finding all conditions that need one literal, as a number of tests."""
+    """Return the cost of finding all conditions that contain one literal, as a number of tests."""
     return 1 + condition_count // 2_000
 
 

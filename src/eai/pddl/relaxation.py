@@ -121,8 +121,8 @@ class Relaxation:
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        The relaxed states also end if the budget is exceeded. Each atom of ``atoms_to_regain`` must be made
-        true again. Its literal is true from the start, so a second literal states that it is true again.
+        The relaxed states also end if the budget is exceeded. Each atom of ``atoms_to_regain`` is true at the
+        start, and must be made true again. A second literal states that the atom is true again.
         """
         literals = start_literals
         lacking = [

@@ -58,7 +58,7 @@ class _EffectOnFact(NamedTuple):
 
     Attributes:
         schema: the effect.
-        scope: the objects of all variables of the effect whose objects follow from the action and the fact.
+        scope: variable of the effect -> object; for all variables that the action and the fact determine.
         makes_change: True if the effect makes the change, False if it makes the opposite change.
     """
 
@@ -171,9 +171,10 @@ class FactChangeFinder:
     def _find_schemas_making_change(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
-        """Yield each effect schema that makes a change of a fact.
+        """Yield each effect schema that makes a change of a fact, with a binding and actions.
 
-        Each schema comes with its actions, and with the objects of the variables that the change determines.
+        The binding maps variables to the objects that the change determines. The schema's actions
+        fit this binding.
         """
         for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
             scope = match_atom(schema.atom, change.arguments, self._find_object_index)

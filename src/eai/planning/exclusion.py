@@ -212,10 +212,7 @@ class _FactExclusionProver:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
     def resolve_term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
-        """Return the object that a term denotes.
-
-        The result is an index, a text for one unknown object, or None for any object.
-        """
+        """Return the object that a term denotes: an index, a name of one unknown object, or None for any."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index[term]
 
 

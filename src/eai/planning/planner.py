@@ -386,7 +386,7 @@ class _GoalAgenda:
         return bool(new)
 
     def _must_undo_goals(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
-        """Whether a goal seems unreachable without undoing reached goals; True at most once a goal."""
+        """Whether a goal seems unreachable without undoing reached goals; False after a goal's first True."""
         if not self._order.has_ordered_goals or goal in self._undoing:
             return False
         kept = self._search.make_estimates(node, reached, keep_protected=True)

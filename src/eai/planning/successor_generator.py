@@ -12,9 +12,9 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of tried parameter values that one tried action counts as, in the limited count of a search.
+"""Number that one tried action adds to a search's limited count of tried parameter values.
 
-It is more than one, because an action takes more time to try than a value.
+The number is more than one, because an action takes more time to try than a value.
 """
 
 PlanNode: TypeAlias = SearchNode[State, Action]

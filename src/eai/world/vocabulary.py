@@ -173,7 +173,7 @@ def require_tuple(location: str, values: object, kind: type | UnionType) -> None
         raise DomainError(f"{location}: expected a tuple of {expected}, found {type(values).__name__}")
     value_by_type = {
         type(value): value for value in values
-    }  # one value of each type is enough, and hundreds of values may have the same type
+    }  # one value of each type is tested, as hundreds of values may have the same type
     for value in value_by_type.values():
         if not isinstance(value, kind):
             raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")

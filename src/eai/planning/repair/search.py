@@ -157,9 +157,9 @@ class Repairer:
     def _repair_by_planner(
         self, plan: PlanSteps, effort: SearchEffort
     ) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
-        """Return a minimum number of edits and a repair, like `repair`, but only by the planner.
+        """Return a proved minimum of edits, 0 or 1, and the edits of the planner's best repair, or None.
 
-        It is used if the domain has too many actions to prove a better minimum number of edits.
+        `repair` calls this method if the domain has too many actions to prove a better minimum.
         """
         if self.reaches_goal(plan):
             return 0, ()
