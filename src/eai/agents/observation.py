@@ -278,7 +278,7 @@ class AgentMemory:
 
     Attributes:
         observation: the last observation.
-        known: objects that the agent has seen, and landmarks: objects that it knows from the start.
+        known: objects that the agent has seen, and objects that it knows from the start (landmarks).
         changes: visible changes by the last command, and earlier changes of objects that are visible again.
         has_looked: whether the agent has looked around since its last action.
     """

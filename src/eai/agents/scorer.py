@@ -291,8 +291,8 @@ def find_goal_reachability_and_loss_turn(
     not lost.
 
     The agent may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
-    goals can be reached. A search through all reachable states shows that they are lost. A
-    plan does not show this for goals over time, which concern all states of an episode.
+    goals can be reached. A search through all reachable states shows that the goals are lost. For goals over
+    time, which concern all states of an episode, a plan does not show that the goals can be reached.
 
     Args:
         task: the task.

@@ -67,7 +67,7 @@ def find_implementation(name: str) -> ProtocolImplementation | None:
 
 
 def require_protocol_implementation(name: str) -> ProtocolImplementation:
-    """Return the implementation of the scoring rules (protocol) of this name, which a published script uses.
+    """Return the implementation of the named protocol: the scoring rules of a published script.
 
     Raises:
         InputError: no protocol has this name.

@@ -65,9 +65,10 @@ def blank_out_tags_and_emojis(text: str) -> str:
 def find_step_in_line(
     line: str, step_of: StepReader, actions: Collection[str]
 ) -> tuple[WrittenStep | None, bool]:
-    """Return the step in a line without a list number, and whether the line also has a title or a remark.
+    """Return the step in a line, and whether a title such as ``Answer:`` or a remark stands beside the step.
 
-    If the remark contains another step, alone or among a few other words, None is returned as the step.
+    The caller has removed list numbers. If the remark contains a second step, alone or among a few other
+    words, None is returned as the step.
     """
     title = _TITLE.match(line)
     for begin in (0, *([] if title is None else [title.end()])):

@@ -37,7 +37,7 @@ from eai.world.state import Scene
 
 
 def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
-    """Return the category of an answer from the result of the search that executed it."""
+    """Return an answer's category, correct or a kind of failure, from the search for its executions."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME

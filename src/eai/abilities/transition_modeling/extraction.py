@@ -382,7 +382,7 @@ def _add_part_to_operator(action: PddlAction, part: _OperatorPart, expression: E
     """Return an operator with one more part.
 
     Raises:
-        PddlError: the list is not valid PDDL after the part's keyword, such as ``:effect``.
+        PddlError: ``expression`` is not valid PDDL after the part's keyword, such as ``:effect``.
     """
     reader = PddlReader(part.text)
     match part.keyword:

@@ -111,7 +111,8 @@ def make_effects_of_putting_beside(obj: Variable, neighbour: Variable) -> tuple[
     """Return effects that put an object beside another object, the neighbour.
 
     Before, the object lies in or on no other object. Afterwards it lies in the neighbour's container, lies on
-    the neighbour's support, or stands on the neighbour's floor. If the neighbour is a floor, it stands on it.
+    the neighbour's support, or stands on the neighbour's floor. If the neighbour is itself a floor, the
+    object stands on that floor.
     """
     support = Exists(C, p.carries(C, neighbour))
     return (

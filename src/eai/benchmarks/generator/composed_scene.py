@@ -1,7 +1,7 @@
 """Compose scenes from several tasks of a data set: objects of other tasks, and places for objects.
 
-An added object has its states, its parts and its place. Relations between objects of different tasks that
-never change, such as that of size, are facts only if the benchmark can tell them.
+An added object has its states, its parts and its place. Static relations, such as relative size, between
+objects of different tasks are added only if the benchmark can compare these objects.
 """
 
 from __future__ import annotations

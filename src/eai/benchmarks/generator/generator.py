@@ -500,11 +500,11 @@ class TaskGenerator:
     def _make_scene(
         self, base: Task, titles: Sequence[str], rng: random.Random
     ) -> tuple[State, frozenset[int], Sequence[str]]:
-        """Return a scene after random actions, the indices of its hidden objects, and titles for its goals.
+        """Return a scene after random actions, indices of hidden objects, and task titles for likely goals.
 
         The objects come from the data set's task `base`. In a composed scene, objects of further tasks are
-        added: random tasks with the second title, the third title, and so on. The random actions leave no
-        further objects in the agent's hands.
+        added: of one random task for each title after the first. The random actions leave no further objects
+        in the agent's hands.
         """
         rich = self.spec.tier in _RICH_TIERS
         limits = self._draw_scene_limits(base, rng)

@@ -245,9 +245,9 @@ class GoalSampler:
     def _make_goal_pairing_two_categories(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
-        Returns None if the given literal (pattern) does not relate two categories, or if goals of the data
-        set do not pair or quantify them. The first category needs two objects or more, the second at least as
-        many as the first.
+        Returns None if the literal (pattern) does not relate two different categories or is not allowed in
+        such goals, or if goals may not quantify over its categories. The first category needs two objects or
+        more, the second at least as many as the first.
         """
         kinds = pattern.categories
         if (

@@ -35,8 +35,8 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
     A pattern is listed only if tasks of the data set usually put such an object in such a container, and
-    plans open such a container. Another usual goal of tasks with the same title must also be about such an
-    object.
+    plans open such a container. Besides the pattern itself, another usual goal of tasks with the same title
+    must be about such an object.
     """
     decisive = find_stored_dependencies(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_visibility_predicates(domain)}
@@ -360,7 +360,7 @@ def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.R
 
 
 def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[int]:
-    """Return the indices of an object, of the objects that contain or support it, and of parts and wholes."""
+    """Return the indices of an object, its containers, supports, parts and wholes, and theirs in turn."""
     attached, pending = set(), [index]
     while pending:
         current = pending.pop()

@@ -64,8 +64,8 @@ class TaskSeedOutcome:
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            impossible_excess: impossible minus possible tasks in earlier pairs, by property and category of
-                the removed fact. A new pair is added to these counts.
+            impossible_excess: in pairs of earlier seeds, number of impossible minus number of possible tasks,
+                by property and category of the removed fact. A pair of this seed is added to the counts.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY

@@ -65,7 +65,7 @@ VERSION = 8
 """Version of the generator for most benchmarks. With another version, the same seed gives another task."""
 
 _VERSIONS = {"behavior": 9}
-"""Benchmark -> version of the generator, if the latest change of the generator changed only its tasks."""
+"""Benchmark -> version of the generator, if the generator's latest change affected only this benchmark."""
 
 
 def get_generator_version(benchmark_reference: str) -> int:

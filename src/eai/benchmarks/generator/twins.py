@@ -111,8 +111,8 @@ def make_task_pair_chooser(
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
     The function takes the counts of earlier pairs (`ImpossibleTaskExcess`). Candidates are facts without
-    which the task has no plan. The search for candidates stops at the first fact that the function can choose
-    independently of the counts.
+    which the task has no plan. The search for candidates stops at the first fact whose pair cannot change the
+    counts: the possible task lacks the same property in an object of the same category.
 
     Args:
         made: a generated task with a plan.

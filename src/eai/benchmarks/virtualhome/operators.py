@@ -1,8 +1,8 @@
 """The actions of VirtualHome, each with its ordered checks and its effects.
 
-The operators follow the paper's description of the simulator (scoring rules `strict`). Defects of the paper's
-package are listed in `eai.extensions.reference.virtualhome_quirks`. The source is its module
-``execution.py``.
+The operators follow the paper's description of the simulator (scoring rules `strict`). Their source is the
+module ``execution.py`` of the paper's package. Defects of this package are listed in
+`eai.extensions.reference.virtualhome_quirks`.
 """
 
 from __future__ import annotations
@@ -151,8 +151,8 @@ def make_movement_effects(target: f.Variable, effects_on_held: tuple[Effect, ...
 def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
     """Return the action FIND.
 
-    If the object is near, the character steps up to it and then faces no object. It walks to any other
-    object.
+    If the object is near, the character steps up to the object and then faces no object. Otherwise the
+    character walks to the object.
     """
     checks = (
         missing_step(

@@ -36,7 +36,7 @@ _MAX_PATH_ACTIONS = 24
 """Maximum number of actions in a task's path: its plan, or random actions if it has no plan."""
 
 _RANDOM_ACTIONS = 6
-"""Number of random actions that replace the plan in the path (executable actions) of a task without a plan.
+"""Number of random actions in the path (executable actions) of a task that has no plan.
 
 The path is shorter if the draws find no possible action.
 """
@@ -288,7 +288,7 @@ class StateGraph:
         return frozenset().union(*self.added_facts)
 
     def restrict_to_actions(self, actions: Sequence[int]) -> StateGraph:
-        """Return the part of the graph that some of the actions, given as indices, can reach."""
+        """Return the part of the graph that stays reachable with only the given actions (indices)."""
         new_numbers = {number: n for n, number in enumerate(actions)}
 
         def list_kept_edges(state: int) -> Iterator[tuple[int, int]]:

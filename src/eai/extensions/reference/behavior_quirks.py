@@ -406,8 +406,8 @@ def make_behavior_goal_test(task: Task) -> GoalTest:
     """Return eai-eval's test of a task's goals.
 
     eai-eval tests only the first few alternatives (terms of the disjunctive normal form) of a goal. The goal
-    counts as reached if one of these is true (`_reduce_to_first_dnf_terms`). The kind of the goal (states,
-    relations or actions) stays as it is.
+    counts as reached if one of these alternatives is true (`_reduce_to_first_dnf_terms`). Each goal keeps the
+    kind that the task declares: states, relations or actions.
     """
     return GoalTest(task, [_reduce_to_first_dnf_terms(goal.formula, task.scene) for goal in task.goals])
 

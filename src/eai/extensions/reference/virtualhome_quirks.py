@@ -189,11 +189,11 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 def replace_wrong_order_condition(operator: Operator, check: Check) -> Check:
     """Replace the condition that the test for wrong order looks for in earlier states, as in eai-eval.
 
-    An action comes in the wrong order if its failed condition held in an earlier state. For some failed
-    conditions, eai-eval looks for a replacement (`SEARCHED_CONDITIONS`), such as the relation ``next_to``
-    instead of nearness. If an object is in a closed container, the replacement is that the object, not the
-    container, is open. If the replacement is never true, no error is of wrong order. See
-    ``execution.py``, ``update_missing_precond``.
+    An action comes in the wrong order if its failed condition held in an earlier state. In place of some
+    failed conditions, eai-eval tests another condition (`SEARCHED_CONDITIONS`), such as the relation
+    ``next_to`` instead of nearness. If an object is in a closed container, the tested condition is that the
+    object, not the container, is open. If the tested condition is never true, the failure never counts as
+    wrong order. See ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
