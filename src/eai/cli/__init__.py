@@ -100,7 +100,7 @@ class _CommandGroup(TyperGroup):
         return list(self.commands)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command by name: a placeholder with name and summary for the help, without an import."""
+        """Return a command by name. An unimported command is a placeholder with its name and summary."""
         command = self._shown.get(cmd_name)
         if command is not None and command.callback is None and command.help is None:
             command.help = _read_command_summary(_find_command_entry_points()[cmd_name])

@@ -130,12 +130,12 @@ class ModelBeliefsInPrompts:
     look: ScenePerception | None = None
 
     def copy_with_goals_of(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
-        """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
+        """Return a copy that keeps its scenes and has the goals of ``goal_beliefs``.
 
         Only tasks with both a scene and goals remain.
 
         Raises:
-            InputError: the two have different values of one option of the run.
+            InputError: the original and ``goal_beliefs`` have different values of one option of the run.
         """
         shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
         return ModelBeliefsInPrompts(

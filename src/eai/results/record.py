@@ -115,6 +115,6 @@ class Record:
         return replace(self, experiment=(self.experiment or Experiment()).replace_study_settings(experiment))
 
     def drop_explanations(self) -> Record:
-        """Return the record without explanations, also of its attempts at the task."""
+        """Return the record without its explanation and the explanations of its attempts at the task."""
         attempts = tuple([replace(attempt, explanation=None) for attempt in self.attempts])
         return replace(self, explanation=None, attempts=attempts)

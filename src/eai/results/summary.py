@@ -129,9 +129,8 @@ def compute_weights_of_averaged_metrics(
     The metrics of an ability share its weight of 1/4 equally.
 
     Args:
-        metric_values: known values in percent. A metric with a replacement
-            (`AbilityDeclaration.replacements`) gives its weight to it if the replacement's value is known.
-            None: no value is known.
+        metric_values: known values in percent; None if no value is known. If a metric has a replacement
+            (`AbilityDeclaration.replacements`) with a known value, the replacement gets the metric's weight.
     """
     known_values = metric_values or {}
     weights: dict[AbilityMetric, float] = {}

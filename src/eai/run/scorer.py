@@ -240,13 +240,13 @@ LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
 def make_record_of_logged_answer(
     suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, record_without_experiment: Record
 ) -> Record:
-    """Return the record of an answer in the log of an experiment, a run with options of studies.
+    """Return the record of a logged answer, completed with the options and results of the run's studies.
 
     Args:
         suite: the suite.
-        experiment: the experiment, as the metadata of samples has it.
-        samples: the sample of each task whose answer is scored.
-        record_without_experiment: the record, scored as if there were no experiment.
+        experiment: the options of studies, as samples' metadata has them; used for tasks without a sample.
+        samples: the logged sample of each task whose answer is scored.
+        record_without_experiment: the answer's record, scored as if the run had no studies.
     """
     metadata, epoch, question = samples.get(
         record_without_experiment.task_id, ({EXPERIMENT: experiment}, 1, "")

@@ -80,7 +80,7 @@ def restore_brace_cut_off_by_stop_sequence(parts: _ReplyParts, stop: Sequence[st
 
 
 def drop_unreadable_token_usage(model: Model) -> Model:
-    """Make a model's client drop usage figures that cannot be read from replies; return the model.
+    """Make a model's client remove usage figures that make replies unreadable. Return the model.
 
     This function changes only clients of OpenAI's protocol, which servers of all kinds speak.
     """
@@ -241,7 +241,7 @@ def make_solver_without_journal(trials: SuiteConversations | None) -> Solver:
 
 
 def add_epoch_to_metadata(state: TaskState) -> dict[str, Any]:
-    """Add the number of the round of answers to a question's metadata, for built-in models; return them."""
+    """Add the epoch (round of answers) to a question's metadata for built-in models. Return the metadata."""
     metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
     state.messages[-1].metadata = metadata
     return metadata

@@ -254,7 +254,8 @@ def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
 def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:
     """Yield a message if a task that is marked impossible has a plan, or is not proved to be impossible.
 
-    Also yield a message if `ImpossibleTaskMark` lists no missing fact, but the file states no plan.
+    Also yield a message if `ImpossibleTaskMark` lists no missing fact (for a solvable task), but the
+    file states no plan.
     """
     plans = list(_list_plans(task)) if task.has_no_plan else []
     for member, _ in plans:

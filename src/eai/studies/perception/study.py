@@ -283,7 +283,7 @@ def _make_predicates_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
 
     One row per predicate, sorted by cost. `lost`: percentage of the predicate's true facts that scene graphs
     lack or misplace. `all_cases`: number of answers whose scene graph lacks or misplaces such facts. The
-    other columns are {runs.metric} of the answers whose scene graph has no other error.
+    other columns are {runs.metric} of the answers whose scene graph has only such errors.
     """
     names = sorted(
         {name for task in runs.tasks_with_perception_errors for name in task.predicates_with_missing_facts}

@@ -60,7 +60,7 @@ class _PipelineOptions(VariationOptions):
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None: the stage of the run that obtains the goals stores these options in records."""
+        """Return None: the stage of the run that obtains the goals stores the study's options in records."""
         return None
 
     @property

@@ -11,7 +11,7 @@ _PLACE = 40
 
 
 def make_experiment_with_prompt_name(prompt_name: str | None) -> Experiment:
-    """Return an experiment that records the name of a run's prompts; without options if it is None."""
+    """Return an experiment that records the name of a run's prompts; an empty experiment for no name."""
     if prompt_name is None:
         return Experiment()
     return Experiment({STUDY: make_settings_with_option("prompt", "prompt_name", prompt_name, _PLACE)})
