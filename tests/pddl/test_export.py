@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from eai.logic.formula import (
+    TRUE,
     Atom,
     Constant,
     Equals,
@@ -206,6 +207,18 @@ def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
                     executor.initial_state - exported.export_state(initial)
                 )
     assert outcomes == {True, False}
+
+
+@pytest.mark.parametrize("chosen", [X, Variable("x", "cup")])
+def test_the_first_object_is_one_object_even_if_all_objects_fit(chosen: Variable) -> None:
+    toy = domain(Operator("paint", (), (), (Let(chosen, TRUE, (Add(RED(chosen)),)),)))
+    initial, action = SCENE.state(()), Action("paint", ())
+    exported = export_domain_and_problem(toy, initial, ())
+    executor = PddlPlanExecutor(exported.domain, exported.problem)
+    after = executor.execute_step(executor.initial_state, exported.to_pddl_step(action))
+    painted = toy.apply(initial, action)
+    assert len(list(painted.facts())) == 1
+    assert after == exported.export_state(painted) | executor.initial_state
 
 
 TOO_MANY = Exactly(999_999_999, X, RED(X))

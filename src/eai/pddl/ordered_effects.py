@@ -153,7 +153,7 @@ class _OrderedEffectsConverter:
     ) -> f.Formula:
         """Return the condition that a variable is the first object by index that satisfies ``condition``."""
         meets = self._convert_condition(condition, context)
-        if meets == f.TRUE or holds_for_at_most_one_value(condition, variable, self._vocabulary):
+        if holds_for_at_most_one_value(condition, variable, self._vocabulary):
             return meets
         other = self._conditions.make_unused_variable(variable.name)
         as_well = self._convert_condition(
