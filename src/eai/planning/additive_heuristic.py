@@ -445,7 +445,7 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _is_computation_needless(self, key: _Key, limit: float) -> bool:
-        """Whether no cost below a limit will be found: this failed before, is under way, or is too deep."""
+        """Whether a cost below the limit is out of reach: a search failed, is under way, or is too deep."""
         if self._failed_limits.get(key, 0.0) >= limit:
             while key in self._causes:
                 key = self._causes[key]

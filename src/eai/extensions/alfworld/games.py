@@ -314,7 +314,7 @@ def _quantify_effect(
 ) -> m.PddlEffect:
     """Return an effect in which quantifiers bind the parameters that its action no longer has.
 
-    The effect happens for all values of these parameters that meet the action's conditions on them.
+    The effect happens for all values with which the action's conditions on these parameters hold.
 
     Args:
         effect: the effect of an action.

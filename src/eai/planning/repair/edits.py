@@ -159,10 +159,10 @@ def count_edits_or_infinity(plan: EditedPlan | None) -> float:
 
 
 def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
-    """Yield the positions of unchanged steps whose deletion costs no further edit.
+    """Yield the positions of unchanged steps that can be deleted without a further edit.
 
-    Between such a step and the unchanged step before it, there are more insertions than deletions. So the
-    deletion turns one of these insertions into a replacement.
+    Before such a step, more insertions than deletions follow the previous unchanged step. The deletion turns
+    an insertion into a replacement.
     """
     surplus = 0
     for position, entry in enumerate(plan):

@@ -553,8 +553,8 @@ class _RepairSearch:
         """For each action, queue a copy of the plan in which the action is inserted at a position.
 
         A copy is not queued if its repair needs more edits than `min_repair_edits` of the node, or if it was
-        queued earlier. For each copy, a minimum number of edits of its repair is proved. Return the highest
-        of these numbers.
+        queued earlier. The repair of each copy has a proved minimum number of edits. Return the highest such
+        number.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])
