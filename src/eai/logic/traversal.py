@@ -145,7 +145,7 @@ class _MonotoneSubformulaIds(NamedTuple):
     true_when_longer: frozenset[int]
     """Python's ``id`` of each subformula that remains true if states are added after a segment of a trace."""
     true_when_shorter: frozenset[int]
-    """Python's ``id`` of each temporal subformula that remains true if a segment loses its last states."""
+    """Python's ``id`` of each temporal subformula that remains true if a trace segment loses its end."""
 
 
 def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:

@@ -29,7 +29,8 @@ _ENDS_OF_WORDS: Final = frozenset({"(", ")", _END})
 _ENDS_OF_ARGUMENTS: Final = _ENDS_OF_WORDS | {"-"}
 """Tokens that end a list of arguments.
 
-If a hyphen ends the list, its closing parenthesis is missing, because a hyphen precedes a category.
+A hyphen belongs before a category, not among arguments. So a list that ends at a hyphen lacks its closing
+parenthesis.
 """
 
 _SECTIONS: Final = frozenset({":domain", ":requirements", ":objects", ":init", ":goal"})

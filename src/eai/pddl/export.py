@@ -346,7 +346,7 @@ def _export_types(glossary: PddlExportNames) -> Iterator[m.TypedName]:
 
 
 def _export_constants(glossary: PddlExportNames, scene: Scene) -> Iterator[m.TypedName]:
-    """Yield the objects that operators name, with their types. All scenes give equal types."""
+    """Yield the objects that the domain names, with their types, which are equal in all scenes."""
     things = dict(zip(_list_object_names_in_formulas(scene), scene.objects, strict=True))
     for name, written in glossary.objects.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)

@@ -23,7 +23,7 @@ _SECTIONS: Final[Mapping[str, str]] = {
     "condition": ":derived",
     "derived predicate": ":derived",
 }
-"""Mapping from the words by which `eai.pddl.check` states locations to the keywords of PDDL sections."""
+"""Mapping from words for the place of a mistake (`PddlFinding.place`) to the keywords of PDDL sections."""
 
 _NAMED_SECTIONS: Final = frozenset({":action", ":derived"})
 """Keywords of sections that begin with a name and can occur several times."""

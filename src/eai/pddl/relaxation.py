@@ -1,8 +1,8 @@
 """Relaxed planning: estimate the distance to the goal as if no true literal were ever lost.
 
 A relaxed state is a set of literals that only grows (`grounding`). There is one exception: a true atom of the
-goal is lost, and must be made true again, if every way to a missing part of the goal makes this atom false.
-So a plan does not switch on a machine before its door is closed.
+goal must be made true again if every action that adds some missing atom of the goal makes the true atom
+false. Example: a machine must be switched on again if every action that closes its door switches it off.
 """
 
 from __future__ import annotations
@@ -121,8 +121,9 @@ class Relaxation:
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        The relaxed states also end if the budget is exceeded. Each atom of ``atoms_to_regain`` is true at the
-        start, and must be made true again. A second literal states that the atom is true again.
+        The relaxed states also end if the budget is exceeded. The atoms of ``atoms_to_regain`` are true at
+        the start, will be lost, and must be made true again. The goal has a second literal for each such
+        atom. An action that adds the atom makes the second literal true.
         """
         literals = start_literals
         lacking = [

@@ -53,12 +53,12 @@ class _UnboundVariable(NamedTuple):
 
 
 class _BindingProcedure(NamedTuple):
-    """A procedure that finds values for an effect's open variables: variables that are not in its atom.
+    """A procedure that finds objects for an effect's unbound variables: those without an object so far.
 
     Attributes:
-        first: the conditions that must hold and that mention no open variables.
-        steps: the open variables, one after the other.
-        needed: the conditions that actions can establish and that mention no open variables.
+        first: the conditions that must hold and that mention no unbound variables.
+        steps: the unbound variables, in the order in which they are bound.
+        needed: the conditions that actions can establish and that mention no unbound variables.
     """
 
     first: tuple[ConditionTest, ...]
@@ -639,7 +639,7 @@ class _AtomAchieverFinder:
                 tests.pop(action, None)
 
     def can_be_used_in_state(self, state: State, usable_mask: int) -> bool:
-        """Whether this finder can also be used for a state and for actions on the objects in a mask."""
+        """Whether this finder's results are valid for a state, and for actions on the objects in a mask."""
         return (
             self._state.scene is state.scene
             and self._usable == usable_mask

@@ -560,9 +560,9 @@ class CostEstimates:
         return Subgoal(derived.definition, scope, atom.truth)
 
     def _reuse_failing_conditions(self, previous: CostEstimates) -> FailingConditions:
-        """Take over the failing conditions of earlier estimates, and return those valid in this state.
+        """Take the cached failing conditions of actions from ``previous``; return those valid in this state.
 
-        The earlier estimates keep none of them.
+        The cache of ``previous`` is empty afterwards.
         """
         tests, previous._kept_tests = previous._kept_tests, {}
         if previous._matches is not self._matches:

@@ -266,10 +266,10 @@ class FactChangeFinder:
     def find_earlier_changes_for_wanted_change(
         self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes of facts that may improve a step, and whether the step undoes a wanted change.
+        """Return changes that let a step make or keep a change, and whether the step undoes this change.
 
-        A step undoes a change if it makes the opposite change. The returned changes must happen before the
-        step. Then the step may make the wanted change, or may no longer undo this change.
+        The returned changes of facts must happen before the step. Then the step may make the wanted change,
+        or may no longer undo the change by making the opposite change.
 
         Args:
             step: the step.

@@ -64,7 +64,7 @@ class _FactWithOpenArguments(NamedTuple):
 
 
 _Facts: TypeAlias = tuple[_FactWithOpenArguments, ...]
-"""Facts that a proof looks up in the initial state, all together. They have no unknown objects."""
+"""Facts that a proof examines together. Each argument is a known object, or None for any object."""
 
 
 class _Lemma(NamedTuple):

@@ -227,7 +227,7 @@ class _PreferredActionCollector:
             self._collect_preferred_actions(goal)
 
     def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
-        """Collect an action if it has no prerequisites, otherwise the actions that lead to them."""
+        """Collect an action that has no prerequisites, or else the actions that lead to its prerequisites."""
         if action is not None and not prerequisites:
             self.actions[action] = None
         for condition in prerequisites:

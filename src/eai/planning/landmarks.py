@@ -1,9 +1,9 @@
 """Landmarks: sets of actions. Every plan that succeeds contains an action of each landmark.
 
-Landmarks are found in the delete relaxation: deletions are ignored and actions are repeated. If a set of
-actions does not reach the goals in this relaxation, every plan needs another action. All actions that can be
-the first one needed form a cut (a disjunctive landmark). The set misses a cut if it has no action of the cut.
-A smallest set of actions that has an action of every missed cut is added to the set. Then the next cut is
+Landmarks are found in the delete relaxation: deletions are ignored and actions are repeated. If the actions
+of a plan do not reach the goals in this relaxation, the plan lacks actions. All lacking actions that can
+come first form a cut (a disjunctive landmark). The plan misses a cut if it has no action of the cut. A
+smallest set that has an action of every missed cut is added to the plan's actions. Then the next cut is
 computed, until the goals are reachable (an implicit hitting set, Bonet and Helmert 2010). A plan needs at
 least as many more actions as such a smallest set has.
 """
@@ -52,21 +52,21 @@ A landmark is a set of actions; every plan that succeeds has at least one action
 """
 
 _CONDITIONS_PER_EFFORT = 20
-"""Number of nodes of the graph that count as one operation in each search for a landmark (`Cut`)."""
+"""Number of nodes of a `_RelaxationGraph` that count as one operation in each search for a landmark."""
 
 
 class _RelaxationGraph:
     """The delete relaxation of one episode: a graph of conditions and changes of facts.
 
     A condition needs either all of its parts, or any single part. A change needs one action that makes the
-    change. The graph grows backwards from the goals, by the examined actions, until these actions reach the
-    goals.
+    change. The graph grows backwards from the goals, by the steps and the actions of examined sets, until the
+    examined set reaches the goals.
 
     Args:
         change_finder: the changes that conditions need, and the actions for these changes.
         initial: the state in which plans begin.
         goals: the goals of plans.
-        steps: the steps of a plan; they may use objects that no other action uses.
+        steps: the steps of a plan; they may also use objects that ``change_finder`` does not use.
     """
 
     def __init__(
@@ -130,9 +130,10 @@ class _RelaxationGraph:
     def _find_conditions_between_actions_and_goals(
         self, actions: Collection[Action], reached: bytearray
     ) -> dict[int, None]:
-        """Return the numbers of unreached conditions between the given actions and the goals, goals first.
+        """Return the numbers of the unreached nodes between the goals and the given actions, goals first.
 
-        If all parts of a condition are needed, the search follows one unreached part; otherwise every part.
+        The search follows the graph backwards from the goals. If a condition needs all of its parts, the
+        search continues at one unreached part, otherwise at every part.
         """
         seen = {self._goal: None}
         queue = [self._goal]
@@ -159,7 +160,7 @@ class _RelaxationGraph:
     def _group_actions_by_conditions(self, change_node: int) -> list[tuple[dict[Action, None], list[int]]]:
         """Return the actions that make a change of a fact, in groups whose effects have equal conditions.
 
-        Each group comes with the graph nodes (by number) of its conditions that do not hold at the start.
+        Each group comes with its conditions that do not hold at the start, as numbers of nodes of this graph.
         ``change_node`` is the number of the node of the change.
         """
         groups = self._grouped.get(change_node)

@@ -42,7 +42,7 @@ For a costlier goal, the conditions that must hold before it are reached first.
 """
 
 _MAX_KEPT_COST = 18.0
-"""Cost from which on a goal counts as unreachable if another goal must be kept."""
+"""Minimum estimated cost of a goal that counts as unreachable if actions may not undo another goal."""
 
 _NEXT_ACTION = -1
 """Index that stands for the goal to execute the next operator of `PlanningGoal.actions`.
@@ -284,8 +284,8 @@ class _ReasonableOrder:
         """Find out whether goal ``later``, which holds in a node, can be kept while ``earlier`` is reached.
 
         The order stays unknown if ``earlier`` is out of reach of a direct search. It also stays unknown if
-        actions about other objects of the same categories undo ``later``, unless ``earlier`` proves to be
-        unreachable while ``later`` is kept.
+        two conditions hold: actions about other objects of the same categories undo ``later``, and
+        ``earlier`` is not known to be unreachable while ``later`` is kept.
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
@@ -304,8 +304,9 @@ class _ReasonableOrder:
     ) -> set[bool]:
         """Return which kinds of actions on the cheapest path to a condition undo the goal ``kept_goal``.
 
-        An action has the kind True if all conditions that it serves on the path are about the
-        ``own_objects``, or about objects of other categories than theirs. Other actions have the kind False.
+        An action has the kind True if the literal that it establishes, and all literals from there to the
+        condition, are about the ``own_objects``, or about objects of other categories than theirs. Other
+        actions have the kind False.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
         own_categories = {objects[index].category for index in own_objects}
@@ -386,7 +387,7 @@ class _GoalAgenda:
         return bool(new)
 
     def _must_undo_goals(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
-        """Whether a goal seems unreachable without undoing reached goals; False after a goal's first True."""
+        """Whether a goal seems unreachable without undoing reached goals; True at most once for each goal."""
         if not self._order.has_ordered_goals or goal in self._undoing:
             return False
         kept = self._search.make_estimates(node, reached, keep_protected=True)

@@ -26,7 +26,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""Moment of a plan: number (id) of the state, and count of executed operators of `PlanningGoal.actions`."""
+"""Moment of a plan: number (id) of the state, and number of executed operators of `PlanningGoal.actions`."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
 """Moments of a plan, one before each entry of the plan up to the first impossible step.
@@ -145,7 +145,7 @@ class PlanStateCache:
         return failed + len(self.find_unmet_goals(number)) + len(self.goal.actions) - taken
 
     def plan_succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
-        """Whether all steps of a plan with this path (see `compute_path`) succeed and its goals are met."""
+        """Whether a plan has no impossible step and reaches the goal; ``path`` is the plan's `PlanPath`."""
         number, taken = path[-1]
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 
@@ -293,11 +293,11 @@ class _HelpingEditFinder:
     def _find_earlier_changes_for_wanted_changes(
         self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes of facts that may let a step make more of the wanted changes, or undo fewer of them.
+        """Return changes of facts after which a step may make more wanted changes, or may undo fewer.
 
-        The returned changes must happen before the step. If the operator of a skipped step is in
-        ``operator_names``, they also include the changes that let the step be executed. The second returned
-        value is whether the step undoes any wanted change.
+        The returned changes must happen before the step. A step is skipped if it is not needed. If the
+        operator of a skipped step is in ``operator_names``, changes that let the step be executed are also
+        returned. The second returned value is whether the step undoes any wanted change.
         """
         state, executed = (
             self._states.by_number[state_number],

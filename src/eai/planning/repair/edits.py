@@ -161,8 +161,8 @@ def count_edits_or_infinity(plan: EditedPlan | None) -> float:
 def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps that can be deleted without a further edit.
 
-    Before such a step, more insertions than deletions follow the previous unchanged step. The deletion turns
-    an insertion into a replacement.
+    Between such a step and the previous unchanged step, the plan has more insertions than deletions. If the
+    step is deleted, one insertion becomes a replacement.
     """
     surplus = 0
     for position, entry in enumerate(plan):

@@ -81,7 +81,7 @@ _MAX_CACHED_STATES = 50_000
 """Maximum number of cached states that are kept when the repair of the next plan begins."""
 
 _EASY_EFFORT = 60
-"""Effort up to which a search for repairs finds no landmarks (`Cut`): many plans need only one edit."""
+"""Effort after which a search for repairs starts to look for landmarks: many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one operation of the search."""
@@ -157,9 +157,10 @@ class Repairer:
     def _repair_by_planner(
         self, plan: PlanSteps, effort: SearchEffort
     ) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
-        """Return a proved minimum of edits, 0 or 1, and the edits of the planner's best repair, or None.
+        """Return a proved minimum number of edits, and the edits of the planner's best repair, or None.
 
-        `repair` calls this method if the domain has too many actions to prove a better minimum.
+        The minimum is 0 if the plan reaches the goal, else 1. `repair` calls this method if the domain has
+        too many actions to prove a better minimum.
         """
         if self.reaches_goal(plan):
             return 0, ()
