@@ -153,10 +153,10 @@ def compute_rate_with_error_by_sampling_unit(
 def compute_weighted_mean_of_rates(
     weighted_rates: Sequence[tuple[float, _RateWithErrorBySamplingUnit]],
 ) -> _RateWithErrorBySamplingUnit:
-    """Return the weighted mean of rates of the same tasks, with the contribution of each unit to its error.
+    """Return the weighted mean of rates of the same tasks, with each unit's contribution to the mean's error.
 
-    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit (an imagined
-    unit, see `_RateWithErrorBySamplingUnit`) is right in all rates, or wrong in all rates.
+    A unit is a task, or a group of tasks that are nearly copies of each other. Two pseudo-units (imagined
+    units, see `_RateWithErrorBySamplingUnit`) also contribute. Each is right in all rates, or wrong in all.
 
     Args:
         weighted_rates: for each rate, its weight and the result of
@@ -419,8 +419,8 @@ def _make_confidence_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _Int
 def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
     """Return the inputs of Wilson's interval; `variance` is 1 divided by the effective number of units.
 
-    This equals the variance of the estimate, divided by the variance of one yes-or-no answer. A unit is a
-    task or a group of near copies.
+    A unit is a task or a group of near copies. The effective number is the variance of one yes-or-no answer,
+    divided by the variance of the estimate.
     """
     inputs = _make_confidence_interval_inputs(rate)
     return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))

@@ -65,8 +65,8 @@ class _PaperProtocolAndTables:
         tables: mapping from each table of our reports to the names of the paper's tables with the same
             columns. If several of these tables have a rate for a cell, the first table counts.
         others: mapping from the name of each further table of the paper to our table with the same columns.
-        same_quantity: names of the tables in ``others`` whose numbers are also in tables of ``tables``. Notes
-            on our tables list the repeated numbers that differ.
+        same_quantity: names in ``others`` of tables that repeat numbers of the paper's tables in ``tables``.
+            Notes list the repeated numbers that differ.
         other_tasks: names in ``others`` of tables that cannot be compared with runs, because they are about
             other tasks.
     """

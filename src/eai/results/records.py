@@ -67,7 +67,7 @@ def read_records(path: Path) -> Iterator[Record]:
 
 
 _REMEDY = "; eai score makes records of answers"
-"""End of the message on a line that is not a record. Often, its file has answers instead of records."""
+"""End of messages about a line that is not a record: often, the file has answers instead of records."""
 
 
 def _read_lines_of_records(path: Path) -> Iterator[str]:

@@ -260,7 +260,7 @@ def _read_checked_rows(
     *,
     has_samples: bool,
 ) -> ResponseFile:
-    """Return the answers in the rows of a file. If rows have sample numbers, answers are read when used."""
+    """Return the answers in the rows of a file; if rows have sample numbers, as `_AnswersKeptInFile`."""
     samples_of_task: dict[str, bytearray] = {}
     skipped: set[int] = set()
     answers: list[Response] = []

@@ -2,11 +2,11 @@
 
 A shaping is a rule that turns the verdict on an answer into its reward, from 0 to 1. ``docs/training.md`` has
 the definitions, and what they prevent a policy from learning. For every answer, the rewards by the members of
-`Shaping` satisfy:
+`Shaping` satisfy three rules:
 
-    success <= goals <= progress
-    success <= partial
-    diagnosis <= progress
+- success <= goals <= progress
+- success <= partial
+- diagnosis <= progress
 
 A right answer has the same reward by success and by progress.
 

@@ -65,7 +65,7 @@ class RunKey(NamedTuple):
 
     @property
     def protocol_domain_ability_and_name(self) -> tuple[str, str, str, str]:
-        """Protocol, domain, ability and name of the run: its cells in columns `SUITE` (three) and `MODEL`."""
+        """Protocol, domain, ability and name of the run: its cells in the columns `(*SUITE, MODEL)`."""
         return (*self.suite, self.name)
 
     @property

@@ -48,7 +48,7 @@ class Estimate:
 
     @classmethod
     def from_cases(cls, cases: TaskContributions) -> Estimate:
-        """Return a rate in percent; its interval counts tasks with equal names (near copies) as one unit."""
+        """Return a rate in percent; in its interval, near copies (tasks with equal `name`) are one unit."""
         rate, certainty = compute_rate(case.share for case in cases), compute_rate_intervals(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
@@ -275,7 +275,7 @@ def collect_rows_in_table(
 
 
 def format_short_number(number: float | None) -> str:
-    """Return a number as text: whole, or with one digit after the point (two digits if below 10)."""
+    """Return a number as text: one decimal, two between -10 and 10, none if whole; empty for None, NaN."""
     if number is None or math.isnan(number):
         return ""
     return (

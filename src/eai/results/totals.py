@@ -113,9 +113,9 @@ class RunTotals:
 
     @property
     def rates_of_applicable_metrics(self) -> dict[str, Rate]:
-        """The rates of the metrics to which a record contributes; empty if all records are excluded.
+        """The rates of the metrics in the verdicts of records; empty if all records are excluded.
 
-        If no task has an answer, the rates are 0 of 0.
+        A rate is 0 of 0 if no task has an answer, or if the metric has no value in this run (`void`).
         """
         if not self.coverage.answered:
             return dict.fromkeys(self.sums, NOTHING)

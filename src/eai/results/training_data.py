@@ -53,7 +53,7 @@ _PROMPTS = "prompts"
 
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
-"""Reason why a record gives no training data: answers to its ability get no reward."""
+"""Reason why a record gives no training data: its ability (kind of question) has no rewards."""
 NO_STEPS = "without a plan of actions that can be read"
 
 AddColumns: TypeAlias = Callable[[Record], "TrainingRow | None"]

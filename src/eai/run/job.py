@@ -202,8 +202,8 @@ class QuestionJob:
     def split(self, max_samples: int) -> Iterator[QuestionJob]:
         """Yield jobs with consecutive tasks of this job, in order.
 
-        A sample is a task in one epoch (round of answers to all tasks). A job has more samples than
-        the maximum only if one task has.
+        A sample is a task in one epoch (round of answers to all tasks). A job has at most ``max_samples``
+        samples, or a single task with more samples.
         """
         task_ids, size = list(self.prompts), max(1, max_samples // self.epochs)
         if len(task_ids) <= size:

@@ -23,7 +23,10 @@ MIN_SECONDS_BETWEEN_TRIES = 1.0
 """Minimum seconds between a refused connection and the second, last try."""
 
 _MAX_SECONDS_BETWEEN_TRIES = 60.0
-"""Maximum seconds between two refusals of a connection that end the tries of a request."""
+"""Maximum seconds between a refused connection and the second, last try.
+
+A refusal after more seconds counts as a first refusal again.
+"""
 
 _TOO_LONG = re.compile(
     r"context_length_exceeded|exceed_context_size|context size has been exceeded"

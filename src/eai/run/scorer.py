@@ -242,9 +242,11 @@ def make_record_of_logged_answer(
 ) -> Record:
     """Return the record of a logged answer, completed with the options and results of the run's studies.
 
+    Studies are variations of the questions. Their options are called the experiment.
+
     Args:
         suite: the suite.
-        experiment: the options of studies, as samples' metadata has them; used for tasks without a sample.
+        experiment: the options, in the form of samples' metadata; used for tasks without a sample.
         samples: the logged sample of each task whose answer is scored.
         record_without_experiment: the answer's record, scored as if the run had no studies.
     """

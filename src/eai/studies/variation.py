@@ -41,8 +41,8 @@ class Endpoint:
 AskModel: TypeAlias = "Callable[..., SuiteResult]"
 """Function that asks a model (an `Endpoint`) prompts of a suite, given by task id, and scores the answers.
 
-Its further arguments are ``first``, the stage before these questions, and ``epochs``, the number of answers
-per task.
+Its further arguments are ``first``, the `StageBeforeQuestions` that obtains goals or scenes for the prompts,
+and ``epochs``, the number of answers per task.
 """
 
 
@@ -100,7 +100,7 @@ class StageBeforeQuestions:
 
     @property
     def earliest_stage(self) -> StageBeforeQuestions:
-        """The first of the stages before the run's questions, in which models state goals or scenes."""
+        """The first stage of the chain that `previous` makes from this stage backwards."""
         return self if self.previous is None else self.previous.earliest_stage
 
     @property
@@ -159,8 +159,8 @@ class VariationOptions(Options):
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
         """Return the options of the study that differ from their defaults, for the records of a run.
 
-        Some studies return None. Their options are recorded with the goals or scenes that the questions state
-        (`ModelBeliefsInPrompts.experiment`).
+        A study returns None if records get its options from the stage before the questions
+        (`ModelBeliefsInPrompts.experiment`), or if it has no options to record.
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])
@@ -266,7 +266,8 @@ class _OptionsOfCombinedStudies(VariationOptions):
     ) -> StageBeforeQuestions | None:
         """Return the last stage before the run's questions, or None if no study needs a stage.
 
-        A stage obtains scenes or goals that questions state. The stage that obtains scenes comes first.
+        Each stage obtains scenes or goals, which the questions then state. Stages that obtain scenes come
+        first.
         """
         last: StageBeforeQuestions | None = None
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):

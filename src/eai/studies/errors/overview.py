@@ -42,7 +42,7 @@ def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers, by benchmark and ability.
 
     Numbers of answers of all models by outcome. `with_additional_steps`: answers with at least one step that
-    was not needed. Such a step does not end a plan, so these answers have other outcomes.
+    was not needed. Such a step does not end a plan: these answers count by their other errors, or as right.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     suites = group_pairs(((line.protocol, line.domain, line.ability), line) for line in counted)

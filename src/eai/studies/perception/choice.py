@@ -18,7 +18,7 @@ from eai.studies.variation import VariationOptions
 from eai.tasks.options import Arguments, WebAddress
 
 STUDY = "perception"
-"""Key in the records of a run; its value has the format of the scene in the questions."""
+"""Name of this study; its key in records, for its options (such as the scene's format) and results."""
 
 SceneFormat: TypeAlias = Literal[
     "text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"
@@ -126,10 +126,10 @@ class SceneOptions(VariationOptions):
 
     @property
     def option_that_enables_study(self) -> str:
-        """Name and value of the chosen option: how questions show the scene, or the extra facts they list.
+        """Name and value of the chosen option: ``perception.scene``, or else ``perception.context``.
 
-        The extra facts (``perception.context``) describe objects outside the shown scene, and states that do
-        not hold.
+        The latter adds facts to questions: about objects outside the shown scene, and states that do not
+        hold. The text is empty if no option is chosen.
         """
         if self.scene != "text":
             return f"perception.scene {self.scene}"

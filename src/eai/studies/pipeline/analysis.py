@@ -98,7 +98,7 @@ class _ModularAndPipelineRuns:
 
     @property
     def pipeline_label(self) -> str:
-        """`goals` or `goals and subgoals`, followed by the run's other options, such as pictures."""
+        """Label of the pipeline: its stated `goals` or `goals and subgoals`, then the run's other options."""
         experiment = self.pipeline[0].experiment or Experiment()
         rest = experiment.drop_options_of_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS

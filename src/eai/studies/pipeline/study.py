@@ -93,7 +93,7 @@ class _PipelineOptions(VariationOptions):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that obtains goals interpreted by a model, before the questions that state them.
+        """Return the stage that obtains a model's goals, which the run's questions then state.
 
         If the user chose subgoals, return a second stage, which asks for subgoals after the first stage.
         """

@@ -91,7 +91,7 @@ class ObjectRectangle:
 
 
 SceneDiagrams: TypeAlias = Sequence[Sequence[ObjectRectangle]]
-"""Diagrams of the scene, at the start and after each tried step: for each, its outermost rectangles."""
+"""Diagrams of the scene, at the start and after each tried step. Each lists its outermost rectangles."""
 
 
 @dataclass(frozen=True, slots=True)
