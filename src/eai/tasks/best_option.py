@@ -40,10 +40,10 @@ way to satisfy the goal. The share of met conditions that it finds is then a low
 """
 
 _MAX_UNPRUNED_SETS = 64
-"""Maximum number of sets of conditions that a search keeps without discarding dominated sets.
+"""Maximum number of sets of common conditions that a search keeps without discarding dominated sets.
 
-Common conditions are about atoms in several parts of a goal. A set of them is dominated if another set is
-never worse, whichever other conditions are chosen.
+Common conditions are about atoms in several parts of a goal. A set is dominated if another set has at least
+its value, whichever conditions the search chooses for the other parts.
 """
 
 _MAX_DOMINATING_SETS = 8
@@ -105,14 +105,14 @@ class _BestGoalOptionFinder:
             self._find_best_condition_sets = compiler.make_finder_for_goal_part(AllOf(choices))
 
     def __call__(self, true_atoms: int, further_conditions_met: int = 0) -> _ShareOfMetConditions:
-        """Return the largest share of met conditions among all lists of conditions that satisfy the goal.
+        """Return the largest share of met conditions among all options (sets that satisfy the goal).
 
-        It is 0 of 1 if no list of conditions satisfies the goal.
+        The share is 0 of 1 if there is no option.
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            further_conditions_met: number of met conditions among the further conditions, which are in every
-                list (``further_condition_count`` conditions).
+            further_conditions_met: number of met conditions among the ``further_condition_count`` conditions
+                that every option contains.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
@@ -507,7 +507,10 @@ class _GoalPartCompiler:
     def _keep_best_condition_sets(
         self, sets: _ValueByConditionSet, search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return at most `_MAX_SETS` sets, without sets that cannot be better than one of the best sets."""
+        """Return up to `_MAX_SETS` of the best sets.
+
+        If there are more than `_MAX_UNPRUNED_SETS`, sets that one of the best sets dominates are discarded.
+        """
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
         rivals = nlargest(_MAX_DOMINATING_SETS, sets, key=lambda each: sets[each] + search.sum_values(each))

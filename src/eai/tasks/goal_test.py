@@ -195,8 +195,8 @@ class _PartialSuccessFinder:
     An option is a list of conditions that together satisfy the goals.
 
     Attributes:
-        share_if_none_met: partial success of an answer that was not executed: 0 of the number of conditions
-            in the option that is best if no atom is true.
+        share_if_none_met: partial success of an answer that was not executed: 0 of ``n`` conditions. The
+            option that is best if no atom is true has ``n`` conditions; ``n`` is at least 1.
     """
 
     def __init__(self, task: Task) -> None:
@@ -245,7 +245,10 @@ class _PartialSuccessFinder:
 
 
 def _build_option_tree_of_goal(goal: Goal, scene: Scene) -> AndOrTree | None:
-    """Return the lists of conditions that meet a goal, as a tree of choices; None for a goal without list."""
+    """Return the and-or tree of the conditions that meet a goal.
+
+    Return None if the goal is temporal or has no such tree.
+    """
     if goal.is_temporal:
         return None
     try:

@@ -223,8 +223,8 @@ def _find_mistakes_in_plan(
 ) -> Iterator[str]:
     """Yield a message for each step of a plan that fails or is needless, and for each unreached goal.
 
-    The plan is the value of the key of a task file that ``member`` names. If this key is ``reference``, the
-    plan may have needless steps, because an agent takes steps to find objects.
+    Goals are not tested if a step fails. ``member`` is the plan's key in the task file. If this key is
+    ``reference``, steps may be needless, because an agent takes steps to find objects.
     """
     trajectory = execute_plan(domain, task.initial, plan)
     for number, step in enumerate(trajectory.steps):
@@ -252,10 +252,10 @@ def _find_goals_broken_at_start(task: Task) -> Iterator[str]:
 
 
 def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield a message if a task that is marked impossible has a plan, or is not proved to be impossible.
+    """Yield messages if an `ImpossibleTaskMark` does not agree with the plans in a task's line.
 
-    Also yield a message if `ImpossibleTaskMark` lists no missing fact (for a solvable task), but the
-    file states no plan.
+    If the mark lists missing facts, the line must have no plan, and the task must be proved impossible. If
+    the mark lists no missing fact, the task is solvable, and the line must have a ``plan``.
     """
     plans = list(_list_plans(task)) if task.has_no_plan else []
     for member, _ in plans:

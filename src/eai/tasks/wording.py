@@ -69,7 +69,7 @@ class SuiteWording:
 
     @staticmethod
     def from_domain(domain: Domain) -> SuiteWording:
-        """Return the wording with all visible predicates, declared names and rules of a domain."""
+        """Return words for prompts: a domain's names, rules, and visible predicates except properties."""
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])

@@ -166,7 +166,7 @@ class Episode:
 
 
 def _lower_state_number_of_fault(step: Step, offset: int) -> Step:
-    """Return a step for a trajectory without its first ``offset`` states: `Fault.earlier` is reduced."""
+    """Return the step of a trajectory whose first ``offset`` states were removed: lower `Fault.earlier`."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

@@ -113,9 +113,9 @@ def find_when_action_was_possible(
 ) -> int | None:
     """Return the index of the last earlier state in which an action was possible; None if it never was.
 
-    Two conditions must hold in the state. First, all checks pass that were tested together with the failed
-    check. Second, the failed check's history conditions (its conditions on earlier states) hold. This
-    `HistoryRule` finds a wrong order if there was such a state.
+    In such a state, all checks of ``failure.checks`` pass, and the failed check's history conditions (its
+    conditions on earlier states) hold. The function is a `HistoryRule`: an index means that the order of
+    steps is wrong.
     """
     if history.before is None:
         return None

@@ -111,11 +111,11 @@ class Relation:
         )
 
     def get_initial_targets(self, source: int) -> ObjectMask:
-        """Return the bit mask of the targets that ``source`` had at the start of the episode."""
+        """Return the targets of ``source`` in this relation at the start of the episode, as a bit mask."""
         return self._base.rows[source]
 
     def column(self, target: int) -> ObjectMask:
-        """Return the bit mask of all sources of ``target``."""
+        """Return the bit mask of all sources that are related to ``target``."""
         if not self.targets >> target & 1:
             return 0
         line = self._columns.get(target)
@@ -302,11 +302,11 @@ def _compute_row_from_changed_columns(
 def _write_row_into_changed_columns(
     changed_columns: dict[int, ObjectMask], source: int, row: ObjectMask
 ) -> None:
-    """Write the new row of ``source`` into the changed columns of a relation.
+    """Update the changed columns of a relation by the new row of ``source``.
 
     A row is the mask of the targets of one source, and a column the mask of the sources of one target.
 
-    To write the new column of a target into changed rows, swap rows and columns in the arguments.
+    To update changed rows by a new column, pass the rows, the column's target and the column.
     """
     bit = 1 << source
     for target, column in changed_columns.items():

@@ -226,7 +226,7 @@ class BelievedTask:
     subgoals: tuple[str, ...] = ()
 
     def with_goals_of(self, other: BelievedTask) -> BelievedTask:
-        """Return this task with the goals of ``other``, and with its answer and subgoals if it has any."""
+        """Return this task with the goals of ``other``, and the answer and subgoals that ``other`` has."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 
