@@ -291,10 +291,10 @@ class _RelaxedPlanFollower:
         return True
 
     def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
-        """Make several literals true at once, by rules of layers (relaxed states) numbered below ``depth``.
+        """Make several literals true at once. Return whether all of them are true then.
 
-        Return whether all of the literals are true then. A second attempt follows if the first fails. The
-        first begins with the literals that are reached latest, the second treats them last.
+        `_make_literal_true` treats each false literal, with the same ``depth``. The first attempt begins with
+        the literals that are reached latest. If it fails, a second attempt treats these literals last.
         """
         start_point = self._get_current_lookahead_point()
         for last in (False, True):
@@ -309,10 +309,10 @@ class _RelaxedPlanFollower:
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
-        """Try to make a literal true by the first rule for it in the layers numbered below `depth`, in order.
+        """Try the first rule (effect of an action) that makes a literal true before step ``depth``.
 
-        Layers are relaxed states. If the literal was true at the start and has been lost, a rule of the first
-        layer makes it true again.
+        Steps are those of relaxed planning, from 0. If ``depth`` is 0 or less, the literal was true at the
+        start and has been lost. Then a rule of step 0 is tried, unless ``depth`` is `-_MAX_REPEAT_DEPTH`.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):

@@ -325,7 +325,7 @@ class _GroundSearch:
         return SearchResult(end, states=len(self._done))
 
     def _pop_next_node(self) -> _GroundSearchNode | None:
-        """Return the state after the last relaxed plan that was carried out, or else the next open state."""
+        """Return the unvisited state at the end of the last relaxed plan followed, or the next open state."""
         node = self._ahead or self._open.pop()
         self._ahead = None
         while node is not None and node.state in self._done:

@@ -91,9 +91,9 @@ class Achiever:
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        with_parameter_subgoals: whether conditions that mention any parameters of the operator become
-            subgoals, which other actions may establish. If false, a condition becomes a subgoal only if it
-            mentions no variables except those of the atom.
+        with_parameter_subgoals: whether the effect's conditions on any parameters of the operator become
+            subgoals, which other actions may establish. If false, a condition with a variable that is not in
+            the atom becomes no subgoal.
 
     Attributes:
         schema: the effect.
@@ -536,13 +536,14 @@ class _CandidateActions:
 
 
 class _PartlyBoundAchiever:
-    """An effect of an operator, with the objects that a ground atom gives to some of its variables.
+    """An operator's effect on a ground atom, which determines the objects of some of the effect's variables.
 
     Args:
-        achiever: the achiever.
+        achiever: the compiled effect.
         partial: the binding of the variables that the atom determines.
         cached_bindings: all complete bindings; None if they must be searched in every state.
-        readers: mapping from each fact to the cached actions whose conditions read it; extended in place.
+        readers: mapping from each fact to the cached actions that have a condition on the fact. New cached
+            actions are added.
         cached_action_counter: counter of cached actions. At its limit, further actions are not cached.
     """
 
@@ -566,9 +567,9 @@ class _PartlyBoundAchiever:
     def generate_complete_bindings(
         self, state: State, usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield the complete bindings of the achiever's variables in a state.
+        """Yield bindings of all variables of the operator's effect in a state.
 
-        Each binding meets the conditions of the effect that are not subgoals.
+        Each binding meets the effect's conditions, except subgoals, which other actions may establish.
         """
         return (
             generate_complete_bindings(state, self._partial, usable_mask, effort)
@@ -690,7 +691,7 @@ class _AtomAchieverFinder:
         return matches
 
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
-        """Return for each named operator an achiever; its ground actions are all actions of the operator."""
+        """Return, for each named operator, an object that makes all ground actions of the operator."""
         matches = []
         for achiever in self._achievers.get_achievers_for_executing_operators(operator_names):
             if achiever not in self._operators:

@@ -367,7 +367,8 @@ class CostEstimates:
 
         The cost of the action must be below ``limit``. It must be possible to establish its conditions
         without first establishing the atom. If a search without a cost limit finds no action, a second search
-        uses only effects with subgoals about parameters that are not in the atom.
+        uses only effects with conditions on operator parameters that are not in the atom. These conditions
+        then become subgoals, too.
         """
         supporter = self._supporters.get(atom)
         if supporter is None:
@@ -445,7 +446,7 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _is_computation_needless(self, key: _Key, limit: float) -> bool:
-        """Whether a cost below the limit is out of reach: a search failed, is under way, or is too deep."""
+        """Whether a search for a cost below ``limit`` is needless: it failed, is running, or is too deep."""
         if self._failed_limits.get(key, 0.0) >= limit:
             while key in self._causes:
                 key = self._causes[key]
@@ -464,8 +465,8 @@ class CostEstimates:
     def _end_computation(self, key: _Key, cost: float, limit: float, before: tuple[int, int]) -> None:
         """Note the result of a computation.
 
-        A failure is uncertain if it is caused by a condition that is still being computed. If that condition
-        gets a finite cost, the failure is certain only up to a cost that is higher by one action.
+        A failure is uncertain if its cause is a condition that is still being computed. If that condition
+        gets a finite cost, the failure proves only that at least one more action is needed.
         """
         depth = self._open.pop(key)
         cut, self._cut_depth = self._cut_depth, before[0]
@@ -526,7 +527,7 @@ class CostEstimates:
         return total
 
     def _choose_cheapest_parts(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
-        """Return the cheapest choice of parts that make a condition true; None if no choice exists."""
+        """Return the cheapest parts that together make a compound condition true; None if no parts do."""
         match parts:
             case AllOf(conditions):
                 return conditions

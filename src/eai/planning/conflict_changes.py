@@ -44,7 +44,7 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""If at most this many actions make a set of changes, the search for a set with fewer actions ends.
+"""If at most this many actions make the changes for a part of a condition, no other part is examined.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """
@@ -171,10 +171,10 @@ class FactChangeFinder:
     def _find_schemas_making_change(
         self, change: FactChange
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
-        """Yield each effect schema that makes a change of a fact, with a binding and actions.
+        """Yield each effect schema that makes a change of a fact, with a binding and a list of actions.
 
-        The binding maps variables to the objects that the change determines. The schema's actions
-        fit this binding.
+        The binding maps variables to the objects that the change determines. The actions are those of the
+        schema's operator with these objects.
         """
         for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
             scope = match_atom(schema.atom, change.arguments, self._find_object_index)
@@ -401,9 +401,9 @@ class FactChangeFinder:
     ) -> ChangeSet:
         """Return changes; one of them must happen before a compound condition can have the value ``truth``.
 
-        If all parts must have this value, return the changes for one failing part: the first with at most
-        `_FEW_ACTIONS` actions that make these changes, or else the part with the fewest. Otherwise return the
-        changes for all parts.
+        If not all parts need this value, return the changes for all parts. Otherwise the changes for one
+        failing part suffice: return the changes that the fewest actions make, or the first that at most
+        `_FEW_ACTIONS` actions make.
         """
         if not all_needed:
             return frozenset().union(

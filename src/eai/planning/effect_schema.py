@@ -24,7 +24,7 @@ _Object = TypeVar("_Object")
 """Type variable for objects: an object is given by its index or its name."""
 
 FindObject: TypeAlias = "Callable[[f.Constant], int | None]"
-"""Function that returns the number of the object that a constant names, or None for any object."""
+"""Function that returns the number of the object that a constant names, or None if it may be any object."""
 
 
 class EffectSchema(NamedTuple):

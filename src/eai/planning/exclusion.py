@@ -465,11 +465,15 @@ class _HypotheticalState:
     ) -> list[_FactArgument]:
         """Return the values of a variable for which the body of its quantified formula is examined.
 
-        The value None means any object. If the formula is assumed true, an existential formula gives one new
-        unknown object, or no value if an outer variable is None. A universal formula then gives None, or no
-        value if its variable has a category. Otherwise the formula is tested for impossibility: its body must
-        be impossible for one returned value. An existential formula gives None, and a universal formula gives
-        the objects of the facts, if they belong to the variable's category.
+        The value None stands for any object. If the formula is assumed true, values are:
+
+        - existential formula: one new unknown object; no value if an outer variable is None.
+        - universal formula: None; no value if its variable has a category.
+
+        Otherwise the formula is tested: it is impossible if one value makes its body impossible. Values are:
+
+        - existential formula: None.
+        - universal formula: the objects in the facts, if they belong to the variable's category.
         """
         if is_existential and is_assumed_true:
             self._unknown += 1

@@ -265,7 +265,7 @@ class _ReasonableOrder:
         self._held = held_goals
 
     def _make_literal(self, goal: Subgoal) -> GroundAtom:
-        """Return a goal as a literal of a stored predicate; for another goal, a literal without objects."""
+        """Return a goal as a literal of a stored predicate. Other goals become a literal without objects."""
         formula, scope, truth = goal
         if not isinstance(formula, Atom) or formula.predicate in self._search.heuristic.derived:
             return GroundAtom("", (), truth)
@@ -399,9 +399,9 @@ class _GoalAgenda:
     def _generate_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
         """Yield the indices of goals by their estimated cost, hard goals first.
 
-        Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. If
-        only one goal is pending, it is yielded at once. Its cost is estimated only if the caller asks for
-        another goal, and is used in later calls.
+        Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. A
+        single pending goal is yielded at once. If the caller then asks for another goal, the cost of the
+        single goal is estimated for later calls.
         """
         if len(pending) == 1:
             yield pending[0]

@@ -65,7 +65,7 @@ class PossibleFacts:
 
     @property
     def has_examined_all_actions(self) -> bool:
-        """Whether all actions were examined within the limit of effort. If not, every fact may hold."""
+        """Whether all actions were examined within the limit of effort. If not, `may_hold` returns True."""
         return not self._effort.is_limit_exceeded
 
     def count_possible_literals(self) -> int:
@@ -176,9 +176,9 @@ class PossibleFacts:
     ) -> bool:
         """Whether an atom of a defined predicate may ever have the truth value ``truth``.
 
-        A recursive definition is evaluated as a least fixpoint. The evaluation may need its own result, for
-        the same atom and truth value. It then assumes that the atom never becomes true, but may become false.
-        The outermost evaluation is repeated until it finds no new possible literal.
+        A recursive definition is evaluated as a least fixpoint. If the evaluation needs its own result, it
+        assumes an answer: the atom can never be true, but it can be false. The outermost evaluation is
+        repeated until its result is True or it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
         if literal in self._assumed:

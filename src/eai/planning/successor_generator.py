@@ -12,9 +12,9 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number that one tried action adds to a search's limited count of tried parameter values.
+"""Effort of one tried action in a search with limited effort. One tried parameter value has effort 1.
 
-The number is more than one, because an action takes more time to try than a value.
+An action takes more time to try than a value.
 """
 
 PlanNode: TypeAlias = SearchNode[State, Action]

@@ -84,9 +84,9 @@ def align_plans(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
 
 
 def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]:
-    """Yield all plans with one edit fewer than an edited plan.
+    """Yield all plans in which one insertion of an edited plan is undone, or one deletion, or one of each.
 
-    Each plan undoes one insertion or one deletion, or one insertion together with one deletion.
+    An insertion and a deletion can be one edit, a replacement.
     """
     yield from _undo_one_insertion(plan)
     start = 0
@@ -215,8 +215,8 @@ def insert_or_delete_step(
 ) -> tuple[EditedPlan, FirstChangedPosition]:
     """Return a plan after one more edit, and the index of the first entry that the edit changed.
 
-    Between unchanged steps, inserted steps come before deleted steps. If ``inserted`` is None, the entry at
-    ``position`` is deleted.
+    If ``inserted`` is None, the step at ``position`` is deleted: its entry loses its action. Between
+    unchanged steps, entries of inserted steps come before entries of deleted steps.
     """
     start = position
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:

@@ -403,8 +403,9 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: the moment (`PlanMoment`) before each entry of the plan. If ``first_unknown`` is not -1, these
-            are the moments of the plan without its last edit; they are right up to entry ``first_unknown``.
+        path: the moment (`PlanMoment`) before each entry of the plan. If ``first_unknown`` is not -1, this is
+            the path of the plan before its last edit, and only its moments up to entry ``first_unknown`` hold
+            for the edited plan.
         first_unknown: number of the first entry whose moment is not computed yet; -1 if all are computed.
         failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
             for the plan before the last edit.
@@ -502,9 +503,9 @@ class _RepairSearch:
     def _execute_plan_and_check_success(self, node: _RepairNode) -> bool:
         """Execute the plan of a node. Return True if the plan succeeds.
 
-        If the plan fails, its node is queued again, with the result of the execution. Plans with one more
-        deleted step are queued, too. They cost no further edit, because the deletion and an earlier insertion
-        count as one replacement.
+        If the plan fails, its node is queued again, with the result of the execution. Copies of the plan with
+        one more deleted step, up to the failed step, are queued, too, if the deletion costs no edit: with an
+        insertion before the step it counts as one replacement.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.compute_path(node.plan, node.path, node.first_unknown)
@@ -553,9 +554,9 @@ class _RepairSearch:
     ) -> int:
         """For each action, queue a copy of the plan in which the action is inserted at a position.
 
-        A copy is not queued if its repair needs more edits than `min_repair_edits` of the node, or if it was
-        queued earlier. The repair of each copy has a proved minimum number of edits. Return the highest such
-        number.
+        A minimum number of edits is proved for the repair of each copy. A copy is not queued if its minimum
+        is greater than `min_repair_edits` of the node, or if it was queued earlier. Return the highest
+        minimum.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])
