@@ -80,12 +80,12 @@ _PSEUDO_UNITS = 2
 class _RateWithErrorBySamplingUnit:
     """An estimated rate, or difference of rates, with the contribution of each unit to its error.
 
-    Units are tasks, or groups of near copies of a task. Two pseudo-units are added to the variance, so that
-    it is not too small with few tasks. They are imagined units of mean size, right or wrong by even chance.
+    Units are tasks, or groups of near copies of a task. Two imagined units (pseudo-units) of mean size are
+    added to the variance, so that it is not too small with few tasks. Each is right with probability 1/2.
 
     Attributes:
         value: the estimate, as a fraction of 1.
-        centre: the estimate with the two pseudo-units included, one right and one wrong.
+        centre: the estimate if two pseudo-units were added to the units, one of them right and one wrong.
         of_units: mapping from each unit to its contribution; the contributions sum to 0.
         of_pseudo_units: the possible contributions of one pseudo-unit to the error, all equally likely.
             For a rate there are two: one if the unit is right, one if it is wrong.
@@ -177,8 +177,8 @@ def compute_rate_difference_by_sampling_unit(
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
     A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit (an imagined
-    unit, see `_RateWithErrorBySamplingUnit`) can be right or wrong in each of the two rates, so it has four
-    possible contributions.
+    unit, see `_RateWithErrorBySamplingUnit`) has four possible contributions: it is right in both rates, only
+    in the first, only in the second, or in neither.
     """
     return _RateWithErrorBySamplingUnit(
         second.value - first.value,

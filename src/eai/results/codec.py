@@ -311,7 +311,7 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
 
 
 def _convert_explanation_goals_to_mapping(explanation: Any) -> Any:
-    """Replace the list of goals in the stored explanation of a verdict by a mapping from the goals' texts."""
+    """Replace the list of goals in a stored explanation by a mapping from a goal's text to its fields."""
     if not isinstance(explanation, dict) or not isinstance(explanation.get("atoms"), list):
         return explanation
     atoms = {

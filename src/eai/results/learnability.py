@@ -49,8 +49,8 @@ def measure_rewards_of_trivial_baselines(
 ) -> dict[str, _TrivialBaselineRewards]:
     """Return the rewards of null models (models that do not try to solve tasks), by model name.
 
-    Models that cannot answer the suite (ability in a benchmark) are left out. By default, this process
-    computes the rewards.
+    Models that cannot answer the suite (ability in a benchmark) are left out. If ``scoring`` is None, this
+    process computes the rewards.
     """
     suite = reward.suite
     rewards = {}

@@ -326,7 +326,7 @@ def compute_goal_share(answer: AnswerLine) -> Share:
 
 
 def make_task_contribution(line: TidyTableLine, share: Share) -> TaskContribution:
-    """Return a share (numerator and denominator) that a rate counts for the task of a table line."""
+    """Return the contribution of a table line's task to a rate, with the given numerator and denominator."""
     return TaskContribution(line.task, line.name, share)
 
 

@@ -45,8 +45,8 @@ class Shaping(str, Enum):
     SUCCESS = "success"
     """The reward is 1 if the whole answer is right, else 0.
 
-    In subgoal decomposition, every `Shaping` divides its reward by 1 plus the number of actions that scoring
-    added to the answer to reach its subgoals.
+    In subgoal decomposition, the rewards of all rules (`Shaping`) are divided by 1 plus the number of actions
+    that scoring added to the answer to reach its subgoals.
     """
     GOALS = "goals"
     """The share of goals that the answer reaches, or 0 if an error stops its execution.

@@ -327,7 +327,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
 def _add_operator_shares_to_breakdown(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
-    """Add each clause, as right or wrong, to the results of its operator and of the predicates in it."""
+    """Add each clause of a precondition or effect, as right or wrong, to its operator and its predicates."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)

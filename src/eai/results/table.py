@@ -105,8 +105,8 @@ class TextCell:
     Attributes:
         text: the text.
         target: address of the text's link; None for no link. Markdown shows the text as a link.
-        origin: source of the named item if it is not a run, shown after the text; empty for a run. A terminal
-            dims a cell with an origin.
+        origin: source of the numbers about the named item, such as ``paper``, shown after the text; empty for
+            a run. A terminal dims a cell with an origin.
         notes: numbers of footnotes, from 1.
         bold: whether the text is emphasized.
         dim: whether the text is shown less prominently.

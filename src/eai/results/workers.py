@@ -109,7 +109,7 @@ def _pickle_error(error: Exception) -> bytes:
 
 @lru_cache(maxsize=8)
 def unpickle_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
-    """Unpickle a function that works on batches; cached, because another copy would reopen tasks."""
+    """Unpickle a function that works on batches. Cached, as a second copy would reopen its tasks."""
     work_function: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
     return work_function
 

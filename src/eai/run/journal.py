@@ -124,7 +124,8 @@ class _ConversationInJournal(NamedTuple):
 class RunState:
     """The answers so far to a job (the questions of a suite to a model, in one or more rounds).
 
-    Only the solver that asks the questions holds a conversation, so that memory does not grow with prompts.
+    Conversations are not stored here, so that memory does not grow with prompts. Only the solver that asks
+    the questions holds a conversation.
 
     Args:
         job: the job.
@@ -210,7 +211,10 @@ class RunState:
         self.stopped = EaiError(f"{self.job.endpoint.model}: {reason}; {hint}")
 
     def record_request(self, key: AnswerKey) -> None:
-        """Record that a request begins, but only for the first `MAX_FIRST_FAILURES` tasks of a run."""
+        """Record the task of a request that begins, unless `MAX_FIRST_FAILURES` tasks are recorded already.
+
+        `stop_if_all_requests_fail` reads the recorded tasks.
+        """
         if len(self._first_tasks) < MAX_FIRST_FAILURES:
             self._first_tasks.setdefault(key, False)
 

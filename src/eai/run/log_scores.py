@@ -74,9 +74,9 @@ def _write_scores_of_log(
 
     Args:
         path: the log.
-        scored: the record (scored answer) and the epoch of each sample, for the sample's score.
+        scored: for each sample, the record (scored answer) from which its score is made, and the epoch.
         kept: the records without explanations, which take less memory, for the log's metrics.
-        result: the scores of the model's answers; states the scoring rules and the errata.
+        result: the scored answers to all requests; the log states their scoring rules and errata.
     """
     log = read_inspect_log(path, header_only=True)
     log.samples, partial_file = [], path.with_name(f".{path.stem}.part")

@@ -122,7 +122,7 @@ class _SamplesFedToInspect(SampleSource):
         return self._take_next_samples_within_limit()
 
     async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
-        """Return the samples that Inspect can start next, after a waiting or running sample was cancelled."""
+        """Return the samples that Inspect can start next, after a sample that waited or ran was cancelled."""
         self._unfinished -= 1
         return self._take_next_samples_within_limit()
 
