@@ -170,16 +170,16 @@ _NumberedChoice: TypeAlias = (
 """An and-or tree of the conditions of a goal. Its leaves are the numbers of conditions."""
 
 _ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
-"""The ways to satisfy one part of a goal: mapping from sets of common conditions, as bit masks, to values.
+"""The best ways to satisfy one part of a goal: mapping from sets of conditions, as bit masks, to values.
 
-Common conditions are about atoms in several parts of the goal. Each condition has a value, and the search
-looks for a way with the greatest sum of values. A way has common conditions and other conditions. For each
-set of common conditions, the mapping has the greatest sum of the values of the other conditions.
+A way is a set of conditions with values (`_GoalOptionSearch`). Common conditions are about atoms in several
+parts of the goal. The mapping's keys are sets of common conditions. The value of a key is the greatest sum of
+the values of the other conditions in a way with these common conditions.
 """
 
 
 class _GoalOptionSearch:
-    """One search for the option whose conditions have the greatest sum of values.
+    """One search for the conditions that satisfy a goal with the greatest sum of values.
 
     Attributes:
         values: the value of each condition by number: how much it adds to the sum that the search maximizes.
@@ -283,8 +283,8 @@ class _GoalPartCompiler:
         """Return how many conditions in a part of the goal are about each atom.
 
         Conditions that are always necessary, and their negations, are not counted. As a side effect, an atom
-        is added to `_common` if two operands of the part mention it and one way to satisfy the part can use
-        both operands.
+        is added to `_common` if two operands of the part mention this atom. Operands of a disjunction do not
+        count, because a single operand satisfies the disjunction.
         """
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -397,7 +397,7 @@ class _GoalPartCompiler:
         return steps
 
     def _find_atoms_also_in_other_parts(self, mention_counts: Counter[int]) -> list[int]:
-        """Return the atoms in ``mention_counts`` that other parts of the goal mention, too."""
+        """Return the common atoms that the goal mentions more often than ``mention_counts`` says."""
         return [
             atom for atom, times in mention_counts.items() if atom in self._common and times < self._all[atom]
         ]
@@ -406,8 +406,7 @@ class _GoalPartCompiler:
         """Return the conditions on common atoms that occur only in given parts of the goal, as a bit mask.
 
         Common atoms occur in several parts of the goal. `mention_counts` has the number of times that each
-        atom occurs in the given parts. An atom occurs only in the given parts if it occurs as often in the
-        whole goal.
+        atom occurs in the given parts. If the whole goal has the same number, no other part has the atom.
         """
         atoms = [
             atom
@@ -451,9 +450,9 @@ class _GoalPartCompiler:
     def _find_best_condition_sets_of_object_pairing(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return the ways to satisfy ``count`` parts of the goal, no two of them in one row or column.
+        """Return the best ways to satisfy ``count`` cells of a table, no two of them in one row or column.
 
-        The parts are the cells of a table; each cell has the ways to satisfy its part. The search goes row by
+        Each cell is a part of the goal, given by the ways to satisfy this part. The search goes row by
         row, and keeps the best ways for every set of columns used so far.
         """
         best: dict[int, _ValueByConditionSet] = {0: {0: 0}}

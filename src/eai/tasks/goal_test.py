@@ -159,8 +159,8 @@ class GoalTest:
     def partial_success_without_execution(self) -> Share:
         """The partial success of an answer that never ran: 0 of N met conditions.
 
-        N is the number of conditions of one list that satisfies all goals: the list with the largest share of
-        met conditions if no atom is true.
+        N is the length of a list of conditions that together satisfy all goals. Of several such lists, it is
+        the list with the largest share of met conditions if no atom is true.
         """
         return self._partial_success_finder.share_if_none_met
 
@@ -311,7 +311,7 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 _CreditByKind: TypeAlias = tuple[int, int, int]
-"""Credit for one goal, in halves: for states, for relations and for actions. The sum is 2 halves."""
+"""Numbers of half points for one goal: for states, for relations and for actions. Their sum is 2."""
 
 
 def _divide_credit_among_kinds(goal: Goal) -> _CreditByKind:

@@ -100,7 +100,7 @@ _ValueFinder: TypeAlias = Callable[[State, FrameBinding], ObjectMask]
 class ConditionCompiler:
     """A compiler of state formulas over one vocabulary into functions of a state and a binding.
 
-    All functions share one frame, which numbers the variables.
+    All functions share one frame, which gives each variable a position in the binding.
 
     Raises:
         DomainError: raised by the methods if a predicate is not declared or is defined by itself, if a

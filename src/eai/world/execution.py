@@ -107,7 +107,7 @@ def _diagnose_fault(
 ) -> Fault:
     """Choose one of a step's faults by the domain's precedence of kinds of fault.
 
-    A wrong order is among the faults if the history rule finds an earlier state in which the check passed.
+    A wrong order is among the faults if `Domain.history_rule` finds an earlier state for a failed check.
     """
     kinds: dict[FaultKind, Check] = {}
     earlier = None

@@ -141,7 +141,7 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.options_label}"
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None, because the stage that makes a run's scenes stores these options in records."""
+        """Return None: the stage of the run that obtains the scenes stores the study's options in records."""
         return None
 
     @property
@@ -199,7 +199,7 @@ class SceneOptions(VariationOptions):
         return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_prompt_context}"
 
     def copy_with_pictures_only(self) -> Self:
-        """Return options with the same pictures and no text, for the model that describes scenes."""
+        """Return options for questions that ask a model to describe the scenes: same pictures, no text."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property

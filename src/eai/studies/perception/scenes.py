@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs_with_scene_format(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> ModelBeliefsInPrompts:
-    """Return scenes that questions state instead of the true scenes. Records store the scene format."""
+    """Return the scenes that questions state instead of the true scenes, and the scene format for records."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
     return ModelBeliefsInPrompts(beliefs, experiment, lacking, **further_fields)

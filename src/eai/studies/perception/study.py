@@ -46,12 +46,13 @@ if TYPE_CHECKING:
 
 
 class _PerceptionRunOptions(SceneOptions):
-    """Options for the scene in the questions of a run, with a method that makes the stage for the scenes."""
+    """Options for the scene in the questions of a run, and the stage of the run that obtains the scenes."""
 
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that makes the scenes for a run's questions. Only runs import its modules."""
+        """Return the stage that obtains the scenes for a run's questions."""
+        # Only runs import this module.
         from eai.studies.perception.scenes import collect_scene_beliefs
 
         return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))
@@ -101,7 +102,7 @@ class _TaskWithPerceptionErrors:
 
     @property
     def predicates_with_missing_facts(self) -> frozenset[str]:
-        """Names of the predicates of true facts that the scene graph lacks or misplaces."""
+        """Names of the predicates of true facts that are missing or misplaced (`PerceptionErrors`)."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def make_contribution_to_rate(self, share: Share) -> TaskContribution:

@@ -132,10 +132,10 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Step that causes a failure.
 
-    answers: failed answers whose plan a single edit makes right. step: every such edit deletes or replaces
-    the same step, or inserts before this step. interval: every such edit inserts the same action, at
-    different places. several: all other answers. earlier: percentage of the answers in column step whose
-    edited step comes before the failed step.
+    answers: failed answers whose plan a single edit makes right. step: answers for which every such edit
+    deletes or replaces the same step, or inserts before it. interval: answers for which every such edit
+    inserts the same action, but at different places. several: all other answers. earlier: of the answers in
+    column step, the percentage whose edited step comes before the failed step.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]

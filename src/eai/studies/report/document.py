@@ -211,7 +211,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _list_epoch_successes_with_run_key(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
-    """Yield the key of a run and the successes of its answers, if the summary covers one epoch of the run.
+    """Yield the key of a summary's run and the successes of its answers, if the summary covers one epoch.
 
     A run can ask every question several times; each time is an epoch. The key is without the epoch's number.
     """

@@ -48,8 +48,8 @@ A group of columns is, for example, the runtime errors. An empty list means all 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
 """Lines of a panel: a mapping from each line to its dots, one dot for each domain.
 
-A line shows one rate of a model. The key of a line has the heading above it and the column of the rate. A dot
-is given by a table and the model's row in that table.
+A line shows one rate of a model. Its key is the heading above the line, and the column of the rate. A dot is
+a table of one domain, and the model's row in that table.
 """
 
 _PAPERS = ("paper", "published")

@@ -67,7 +67,7 @@ _LEGEND_COLUMNS = {1: 1, 2: 3}
 _MARKS = "os^Dv<>ph"
 _STYLES = ("-", "--", ":", "-.")
 _MODEL_DISTANCE = 0.09
-"""Horizontal distance between the points of models with intervals, as a share of a bin's width."""
+"""Horizontal distance between the points of two models in a bin, if intervals are drawn, in bin widths."""
 
 Bins = Mapping[int, TaskContributions]
 """Successes of one model by index of the bin, a range of goal counts or plan lengths. No bin is empty."""

@@ -244,7 +244,7 @@ def _make_errors_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[R
 
 
 def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
-    """Yield each error of an operator, most frequent first, with the failures with and without this error."""
+    """Yield each error of an operator, most frequent first, with the failure rates with and without it."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [
         make_task_contribution(trial, make_rate_contribution_of_answer(trial.outcome != _SOLVED))
