@@ -163,10 +163,10 @@ class AnswerFormat(Generic[T]):
         description: the expected value in words, for messages that begin with "there is no".
         read: returns the meaning of a JSON value, or None if the value has another form. It gets objects as
             `JsonObject` and arrays as lists.
-        is_part: whether a bracketed text looks like a part of the answer, even if it cannot be read.
+        is_part: whether a text in brackets looks like a part of the answer, even if it cannot be read.
         is_answer_line: whether a line outside brackets looks like a part of the answer.
-        is_text_with_part: whether a line in a string beside the value has a part of the answer among few
-            other words.
+        is_text_with_part: whether a line has a part of the answer among few other words. The line is from a
+            string under another key of the object around the value.
         flaw: returns in words why a JSON value that looks like a part of the answer has another form, or
             None.
         join: combines the meanings of parts that follow each other without a list around them; None if such
@@ -414,7 +414,7 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _find_unmatched_end_of_list(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
-        """Return a closing bracket which shows that a list around the parts lacks its beginning, or None."""
+        """Return a closing bracket that seems to end a list whose opening bracket is missing, or None."""
         for stray in self.strays:
             if len(pieces) > 1 or stray.start < pieces[0].start or self.text[stray.start] == "]":
                 return stray

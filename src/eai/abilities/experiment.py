@@ -171,7 +171,7 @@ class Experiment:
         return {name: value for name, value in values.items() if value is not None}
 
     def drop_options_of_study(self, study: str) -> Experiment | None:
-        """Return the experiment without the options of one study, or None if no settings are left."""
+        """Return this experiment without the settings for one study, or None if no settings are left."""
         left = replace(self, study={name: self.study[name] for name in self.study if name != study})
         return None if left == Experiment() else left
 

@@ -395,7 +395,7 @@ class PlanVerdict(Verdict):
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Return the verdict on a missing answer, made from this verdict, which is on an empty answer.
+        """Turn this verdict, which must be on an empty answer, into the verdict on a missing answer.
 
         No goal counts as reached, even if it holds at the start.
         """

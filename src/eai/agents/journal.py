@@ -119,7 +119,10 @@ def _read_journal_content(path: Path, seal_key: bytes, expected_game: RecordedGa
 
 
 def _make_journal_header(game: RecordedGame) -> dict[str, Any]:
-    """Return the JSON object of a journal's first line: the task, and the episode without turns and end."""
+    """Return the JSON object of a journal's first line.
+
+    It has the task's id and digest, and all fields of the episode except its turns and end.
+    """
     about = game.to_json("stopped")
     task = game.task
     del about["turns"], about["ended"]

@@ -94,7 +94,7 @@ class AgentSetting(Options):
 
     @property
     def label(self) -> str:
-        """Text with the fields that differ from the standard setting, without the harness; may be empty."""
+        """Text with all fields that differ from their defaults, except ``harness``; may be empty."""
         chosen = self.model_dump(mode="json", exclude_defaults=True, exclude={"harness"})
         return RULES_SEPARATOR.join(f"{name}-{value}" for name, value in chosen.items())
 

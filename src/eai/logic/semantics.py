@@ -133,9 +133,10 @@ class _TraceEvaluator:
     def _compute_starts_of_sequences(
         self, parts: Sequence[f.Formula], binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of positions from which consecutive segments satisfy the parts in turn.
+        """Return the mask of positions at which a sequence of adjacent segments of the trace can start.
 
-        The last segment ends just before a position of the mask ``next_starts``.
+        The first segment satisfies the first part, and so on. The last segment ends just before a position of
+        the mask ``next_starts``.
         """
         for part in reversed(parts):
             next_starts = self._find_segment_starts_before(part, binding, next_starts)
@@ -255,9 +256,9 @@ class _TraceEvaluator:
         evaluate: _EvaluatePart,
         wanted_truth: bool,
     ) -> list[PositionMask]:
-        """Return a list of masks: the positions at which the body holds, for each value of the variable.
+        """Return, for each value of a quantified variable, the mask of positions at which the body holds.
 
-        Values that cannot give the body the wanted truth are left out.
+        Values with which the body nowhere has the truth value ``wanted_truth`` are left out.
         """
         name = variable.name
         values = self._find_values_for_truth(variable, body, binding, wanted_truth)

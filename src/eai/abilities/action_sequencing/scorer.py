@@ -126,7 +126,7 @@ class ActionSequencingScorer(PlanScorer):
     def assess_execution(self, text: str, execute: PlanExecutor) -> Assessment:
         """Return the assessment of a plan.
 
-        If the task is excluded from scoring, the plan is executed only for the explanation.
+        If the task is excluded from scoring, the plan is executed only when `Assessment.explain` is called.
 
         Args:
             text: the answer.

@@ -171,11 +171,12 @@ def read_plan_lines(
     looks_like_step: Callable[[str], bool],
     comment: re.Pattern[str] = _COMMENT,
 ) -> WrittenPlan | Unreadable | None:
-    """Return a plan with one step a line, or None if the text has no step and not only comments.
+    """Return a plan with one step a line, or None if the text has no step.
 
-    A text with only comments is a plan without steps. If several code fences contain plans, the last plan
-    counts. The answer is unreadable if this plan is a single step and an earlier fence has a different step.
-    It is also unreadable if the fence before has a different plan and no words stand between.
+    A text that consists of comments is a plan without steps. If several code fences contain plans, the last
+    plan counts. The answer is unreadable if this plan is a single step and an earlier fence has a different
+    step. It is also unreadable if the previous fence has a different plan and no words stand between the two
+    fences.
 
     Args:
         text: the answer.

@@ -54,9 +54,10 @@ _BEFORE = " \t,\"'“”‘’"
 
 
 def blank_out_tags_and_emojis(text: str) -> str:
-    """Return a text with blanks in place of tags, control tokens and emojis. Positions stay the same.
+    """Return a text of equal length with blanks in place of tags, control tokens and emojis.
 
-    Escaped line breaks become real line breaks if the stripped text has no real line break.
+    If the text has no line break except at its ends, each escaped line break (two characters) becomes a blank
+    and a real line break.
     """
     lines = text.replace("\\n", " \n") if "\\n" in text and "\n" not in text.strip() else text
     return _SIGNS.sub(lambda sign: " " * len(sign[0]), lines)

@@ -48,7 +48,8 @@ _FORMULA_LINE = re.compile(
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
 """Characters that may stand next to the name of an object or variable, but never next to a formula.
 
-A name without arguments is read as a formula, and gets brackets, only if no such character is next to it.
+If no such character is next to the name of a predicate or action without arguments, the name is read as a
+formula: ``ready`` means ``ready()``.
 """
 
 
@@ -119,7 +120,10 @@ class SubgoalNotation:
     def _write_subgoal(
         self, action: Action, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
-        """Return the subgoal for an action between two states, or None if the notation cannot express it."""
+        """Return a subgoal for an action: facts that it changes, or the action itself.
+
+        Return None if the notation can express neither.
+        """
         about = {*action.arguments} - {before.scene.agent}
         named = lexicon.has_text_name_for_action(action.operator)
         if about or not named:

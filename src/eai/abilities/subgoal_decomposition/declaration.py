@@ -36,12 +36,12 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
-    An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
-    If the verdict has `SummaryCounts`, these hold its errors during the execution. Otherwise only the error
-    that ended the execution counts.
+    An answer rejected before its execution counts as one error: ``parsing``, ``hallucination`` or
+    ``argument_number``. If the verdict has `SummaryCounts`, these hold its errors during the execution.
+    Otherwise the error that ended the execution counts, and additional steps count once.
 
-    The metric ``granularity`` is the number of actions that the search added, divided by the number of
-    subgoals with executed actions.
+    The metric ``granularity`` is the number of added actions, divided by the number of subgoals with executed
+    actions. For each subgoal, all executed actions except one are added actions.
     """
     category = verdict.category
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER

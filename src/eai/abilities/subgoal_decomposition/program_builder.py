@@ -67,7 +67,7 @@ TOO_MUCH = f"the answer expands to more than {MAX_LITERALS:,} literals"
 
 
 class _QuantifierRange:
-    """Finds the objects over which quantifiers in subgoals range, and counts literals for these objects.
+    """Finds the objects over which quantifiers in subgoals range, and refuses formulas with many literals.
 
     Args:
         task: the task.
@@ -118,8 +118,8 @@ class _QuantifierRange:
         one literal: for example, a ``forall`` over a class without objects.
 
         Raises:
-            InputError: there are more than `MAX_LITERALS` literals, or more than `MAX_LITERALS` literals are
-                evaluated to test the formula once.
+            InputError: the bound is above `MAX_LITERALS`, or one test of the formula may evaluate more than
+                `MAX_LITERALS` literals (`count_literals`).
         """
         self.count_literals(formula)
         return _require_count_within_literal_limit(
@@ -434,10 +434,10 @@ class _SubgoalProgramBuilder:
     def _add_conjunction(
         self, parts: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
     ) -> _InstructionNumber:
-        """Add instructions that execute the actions of a conjunction in order and meet its conditions then.
+        """Add instructions that execute the actions of a conjunction, and meet its conditions at the end.
 
-        Further actions make the conditions true. The program tries two orders: the further actions come
-        before the actions of the conjunction, or after them.
+        The search may add actions that make the conditions true. The program tries two orders: the added
+        actions come before the actions of the conjunction, or after them.
         """
         states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))

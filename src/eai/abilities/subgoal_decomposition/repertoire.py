@@ -82,10 +82,10 @@ class _OperatorInfo(NamedTuple):
     Attributes:
         operator: the compiled operator.
         role: the operator's role in a search, such as movement.
-        movable: for each check whether movement can change its truth value; the last item is about the checks
-            of the operator's alternatives: its several ways to act (`OperatorAlternative`).
+        movable: for each check whether movement can change its truth value. One more item, the last, is about
+            the conditions of all alternatives: the operator's several ways to act (`OperatorAlternative`).
         fixable: for each check whether movement can make the check true and so the action possible. False for
-            checks that fail because the action is not needed, and for the alternatives.
+            checks whose failure means that the action is needless. The last item, for alternatives, is False.
         fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
         rest_checks_hold: tests in a state whether all `REST` checks hold.

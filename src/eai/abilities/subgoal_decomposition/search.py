@@ -67,7 +67,7 @@ class _GoalPart:
         return self._test(action.operator)(state, action.arguments)
 
     def _compile_test_for_taken_action(self, action_name: str | None) -> StateTest:
-        """Return a test of the formula for positions at which the agent takes an action with a given name.
+        """Return a test of this part of the goal for states in which the agent takes the named action.
 
         The name is None if the agent takes no action, or an action that does not occur in the formula.
         """
@@ -456,9 +456,10 @@ class _Exploration:
     def _follow_plan(
         self, branch: ExecutionBranch, plan: ActionSequence, instruction: ExecuteSubgoalPlansInstruction
     ) -> ExecutionBranch:
-        """Return a branch after the steps of a plan, up to the first step that fails.
+        """Return a branch (one execution of the subgoals), extended by a plan up to the first failing step.
 
-        Additional (needless) steps do not end the branch. A plan that is too long ends it.
+        Additional (needless) steps do not end the branch. More than ``max_actions`` executed actions for the
+        subgoal end it.
         """
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
         subgoal, most = instruction.subgoal, instruction.max_actions

@@ -390,8 +390,8 @@ class _FailedSearch:
     def find_failed_plan_nearest_to_goal(self) -> _NearestAttempt | None:
         """Return the failed plan that comes nearest to the goal, or None if there is no plan to report.
 
-        A failing action is not considered if some visited state already meets as many literals of the goal as
-        would hold after the action. Such an action does not explain the failure.
+        A failing action explains the failure if more literals of the goal would hold after the action than in
+        any visited state. If no plan makes progress, an action that fails in the first state may be reported.
         """
         best: _TriedAction | None = None
         distance: _DistanceToSubgoal = (0, 0, 0)

@@ -29,8 +29,8 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome of the answer.
-        goals_elsewhere: whether the verdict counts the goals that a different execution of the subgoals
-            reaches, because the reported execution reaches fewer goals.
+        goals_elsewhere: whether the verdict's goals are those reached by another execution of the subgoals,
+            because the reported execution reaches fewer goals.
         errors: kinds of all errors in the reported execution of the subgoals, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.
@@ -57,8 +57,8 @@ class SubgoalVerdict(PlanVerdict):
     def count_faults_by_kind(self) -> Mapping[FaultKind, int]:
         """Return the number of faults by kind.
 
-        Count the errors of the reported execution (`errors`). If it has no errors, count the error in `error`
-        and the additional steps.
+        The faults are the items of `errors`. If `errors` is empty, the faults are the single fault `error`
+        and the `additional_steps`.
         """
         return Counter(self.errors) or PlanVerdict.count_faults_by_kind(self)
 
