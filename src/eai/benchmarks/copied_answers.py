@@ -66,7 +66,7 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
 
     Actions may have any objects. Quantifiers are expanded, because not every notation has them. A goal about
     pairs of objects becomes a goal about the first pairs in scene order, as many as it demands. Goals over
-    time are left out. Each conjunct is a part of its own, because a subgoal takes few actions.
+    time are left out. Each conjunct becomes a subgoal, because few actions are executed for a subgoal.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities

@@ -169,7 +169,7 @@ def open_scoring_workers(workers: int | None, ray: str | None) -> Scoring:
 
 
 SETTING = "--with"
-"""Flag for options without a flag of their own."""
+"""Flag that sets options without a flag of their own, as in ``--with agent.slip=0.1``."""
 
 Chosen = TypeVar("Chosen", bound=Options)
 

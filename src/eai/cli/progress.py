@@ -109,7 +109,10 @@ def show_run_progress(title: str, *, quiet: bool) -> AbstractContextManager[Prog
 
 @contextmanager
 def show_scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[ProgressCallback]:
-    """Show the progress of scoring on standard error. Without a terminal, lines begin after a few seconds."""
+    """Show the progress of scoring on standard error: a bar on a terminal, else lines.
+
+    The first line comes after `PATIENCE` seconds.
+    """
     if quiet:
         yield lambda scored: None
         return

@@ -78,8 +78,8 @@ def check(
     any.
 
     With --against, count tasks that another benchmark gives away: equal tasks, tasks with equal goals, and
-    tasks that the plan of its most similar task solves. With --split, check that the set was made with the
-    --secret whose digest the manifest contains.
+    tasks solved by the plan of its task with the most similar goals. With --split, check that the set was
+    made with the --secret whose digest the manifest contains.
 
     With --references, also search the shortest plan of each task in task files, and actions that win games of
     the task. Environments then need not search them. If the files are right, missing plans are added to them.

@@ -73,7 +73,7 @@ def _build_state_and_condition_translator(
 
     Args:
         problem: the problem.
-        published_record: the data set's task that is made from the problem with this name, or None.
+        published_record: the data set's task whose problem has the same name, or None.
         usual_object_by_category: category -> the most frequent model, synset and abilities of its objects.
     """
     published_objects = {

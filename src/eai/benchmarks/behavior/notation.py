@@ -129,7 +129,7 @@ def map_predicates_to_categories(scene: Scene) -> dict[str, str]:
 def map_object_names(scene: Scene) -> dict[str, int]:
     """Return a mapping from each accepted name to the index of its object: both ``jar.0`` and ``jar_0``.
 
-    Names in formulas have underscores in place of hyphens.
+    Hyphens become underscores: ``half-jar_0`` is accepted as ``half_jar_0`` and ``half_jar.0``.
     """
     names = {obj.name.replace("-", "_"): i for i, obj in enumerate(scene.objects)}
     return {**names, **{_replace_underscore_before_number(name): i for name, i in names.items()}}

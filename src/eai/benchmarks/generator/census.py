@@ -219,8 +219,8 @@ def _compute_pattern_weights_from_plans(
 
     A pattern is a literal with categories in place of objects. In each task, each goal with a pattern adds
     `_GOAL_WEIGHT` to its weight, and effects of the plan together add `_EFFECT_WEIGHT`. The initial facts of
-    all tasks together add `_FACT_WEIGHT`. They add nothing if the relation has too many facts to be about
-    places (`_count_facts_above_max_mean_targets`).
+    all tasks together add `_FACT_WEIGHT`. They add nothing if the pattern's predicate is a relation with too
+    many facts to tell where objects are (`_count_facts_above_max_mean_targets`).
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}

@@ -209,7 +209,7 @@ class _ComposedScene:
         return index
 
     def _list_relations_and_object_parts(self, state: State, index: int) -> Iterator[tuple[str, int]]:
-        """Yield the parts of an object of another scene, each with its relation to the object."""
+        """Yield the parts of an object in another task's scene, each after its relation to the object."""
         for name in self._prior.part_relations:
             yield from ((name, part) for part in iterate_bits(state.relation(name).column(index)))
 

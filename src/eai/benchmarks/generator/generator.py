@@ -557,8 +557,8 @@ class TaskGenerator:
     def _draw_scene_limits(self, base: Task, rng: random.Random) -> _SceneLimits:
         """Return the limits of a scene that is based on a task of the data set.
 
-        If objects of several tasks can be compared, a random task of the data set gives the number of objects
-        of each category. Outside `_RICH_TIERS`, this task and ``base`` also limit the number of all objects.
+        If the data set has a function `compare_objects`, a random task gives the number of objects of each
+        category. Outside `_RICH_TIERS`, this task and ``base`` then also limit the number of all objects.
         """
         most, number = self.spec.most_objects, len(base.scene.objects)
         if self._compare_objects is None:

@@ -274,9 +274,10 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
 
 
 def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
-    """Return the patterns for goals that quantify over the category of the pattern's first argument.
+    """Return the patterns over whose first category a goal can quantify.
 
-    A pattern is a literal with categories in place of objects. The scene has several objects of the category.
+    A pattern is a literal with categories in place of objects. The scene must have several objects of the
+    first category, and goals must be allowed to quantify over it.
     """
 
     def has_several_quantifiable_objects(pattern: LiteralPattern) -> bool:

@@ -273,8 +273,8 @@ class TemporalGoalFinder:
         listings: one lister for each predicate, which finds the predicate's facts in a state.
         proposals: draws random facts, for temporal goals that require a detour.
         rng: the random generator.
-        begin: returns an empty plan in the task's initial state, to which actions are added goal by goal.
-            The actions resemble actions in plans of the data set.
+        begin: returns an empty plan in the task's initial state. This class adds actions for one goal after
+            another. The actions resemble actions in plans of the data set.
     """
 
     task: Task

@@ -37,7 +37,7 @@ More seeds fail then, because the two tasks must be alike.
 """
 
 _MAX_FEW_GOALS = 10
-"""A world with at most this number of different lists of goals has few goals."""
+"""Maximum number of different lists of goals in a world with few goals. Generation then fails earlier."""
 
 _MAX_FAILED_SEEDS_WITH_FEW_GOALS = 100
 """Number of seeds in a row without an accepted task after which generation fails if goals are few."""

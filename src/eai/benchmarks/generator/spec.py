@@ -69,7 +69,7 @@ _VERSIONS = {"behavior": 9}
 
 
 def get_generator_version(benchmark_reference: str) -> int:
-    """Return the version of the generator for a reference to a benchmark, such as `rules:behavior`."""
+    """Return the version of the task generator for a benchmark, such as `behavior` or `rules:behavior`."""
     return _VERSIONS.get(benchmark_reference.rpartition(":")[2], VERSION)
 
 
@@ -159,7 +159,7 @@ HeldOut: TypeAlias = Literal["goals", "starts", "pairs", "titles", "scenes"]
 
 - ``goals``: no two tasks of different splits have equal sets of goals after categories replace objects.
 - ``starts``: no two tasks of different splits have equal goals and equal initial states. Objects are
-  compared by name. So a world with few goals has many tasks.
+  compared by name. Tasks with equal goals can differ, so a world with few goals gives many tasks.
 - ``pairs``: each task of the later split has a goal whose pair of predicate and category no goal of the
   earlier split has.
 - ``titles``: the splits share neither goals nor titles of the data set's tasks from which tasks are made.
@@ -177,7 +177,7 @@ class TaskSpecification:
             drawn.
         tier: the range of lengths of the plans that solve the tasks.
         forms: the shapes of goals.
-        actions: whether goals may ask for actions, if goals of the data set ask for actions.
+        actions: whether goals may ask for actions; without effect if no goal of the data set does.
         kind: the kind of tasks.
         by_place: whether instructions distinguish objects of one category by their place or state, and never
             by their names.
