@@ -1,8 +1,8 @@
 """The difficulties of tasks, a model's ability, and the most informative tasks to ask next.
 
 The difficulties come from scores of nine of the paper's models by the rules ``strict``. They are estimated by
-the Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models. A
-model's ability differs between groups of tasks with one name. The variance between these groups is stored
+the Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models. Tasks
+with equal names form a group. A model's ability differs between groups. The variance between groups is stored
 with the difficulties. ``tools/short_tests.py`` computes difficulties for action sequencing and subgoal
 decomposition, because these answers are right or wrong without a planner.
 

@@ -122,15 +122,15 @@ def estimate_reliability(scores: Matrix) -> float | None:
 def estimate_ability_variance_between_task_names(
     scores: Matrix, fitted: RaschModel, task_names: Sequence[str]
 ) -> float:
-    """Return the variance of a model's ability between groups of tasks with one name, in squared logits.
+    """Return the variance of a model's ability between groups of tasks with equal names, in squared logits.
 
     Near copies of a task share a name. Variation by chance is not part of the result.
 
     If a group is unexpectedly difficult for a model, its scores in two tasks of the group both fall below the
-    expected scores. To first order, the mean product of these two deviations is the variance, times the
-    Fisher information of one task, times that of the other. The result is averaged over all pairs of tasks
-    with one name (method of moments). It is 0 if no two tasks share a name, or if such tasks do not deviate
-    together.
+    expected scores. To first order, the mean product of the two deviations is ``V * I1 * I2``, where ``V`` is
+    the variance, and ``I1`` and ``I2`` are the tasks' Fisher information. The result is the sum of the
+    products of deviations over all pairs in groups, divided by the sum of ``I1 * I2`` (method of moments). It
+    is 0 if no two tasks share a name, or if such tasks do not deviate together.
 
     Args:
         scores: the scores that the Rasch model was fitted to.

@@ -49,7 +49,7 @@ _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
 _COMMAND_LIKE = re.compile(r"[a-z]+(?: +[a-z/]+)*(?: +\d+)(?: +[a-z/]+| +\d+)*")
 """Regular expression for a command: lower-case words with a number, such as ``go to fridge 1``."""
 _MAX_WORDS_AROUND, _MAX_WORDS = 3, 6
-"""Maximum number of words beside a command in a line, and in a line that only begins like a command."""
+"""Maximum number of words on a side of a command in a line, and in a line that only begins like a command."""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
 _PARAMETER = re.compile(r"\{(\w+)\}")
@@ -67,7 +67,7 @@ _GOAL_LABELS = {
     "istoggled": "device-operation",
     "issliced": "cutting irreversible",
 }
-"""Mapping from the predicate of a goal to the labels of its task (`eai.benchmarks.labels`)."""
+"""Predicate of a goal -> labels of its task: words for the kind of task (`eai.benchmarks.labels`)."""
 
 
 def open_alfworld_games(reference: str) -> Benchmark:
@@ -312,7 +312,7 @@ def _add_condition_and_merge_groups(
 def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionsWithSharedParameters], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
-    """Return an effect in which quantifiers bind the parameters that its action no longer has.
+    """Return an effect in which quantifiers bind the parameters that were removed from its action.
 
     The effect happens for all values with which the action's conditions on these parameters hold.
 

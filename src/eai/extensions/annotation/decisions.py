@@ -372,7 +372,7 @@ class _GoalDecisionFile(Options):
     """The content of a TOML file of decisions about the meaning of task titles.
 
     Attributes:
-        without: names of predicates whose patterns are not counted.
+        without: names of predicates. Changes of their facts are not counted in recorded plans.
         title: task title -> decisions about it.
     """
 
@@ -616,9 +616,9 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def annotate_demonstrations(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, GoalDecisions]
 ) -> Iterator[Annotation]:
-    """Yield the goals of each demonstration (recorded plan) that follow from the decisions about its title.
+    """Yield each demonstration's changes, and its goals by the decisions about the meaning of its title.
 
-    Demonstrations of one title come together.
+    A demonstration is a recorded plan. Demonstrations of one title come together.
 
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.

@@ -118,7 +118,7 @@ def write_task_folders(
 
 
 def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, solution: str) -> str | None:
-    """Return why a task gets no folder, or None if it gets one.
+    """Return why a task is not exported to a Harbor folder, or None if it is exported.
 
     Raises:
         InputError: The prompt has pictures.

@@ -54,7 +54,7 @@ class _EpisodeLogOptions(Options):
 
     Attributes:
         tasks: A benchmark with the tasks of the logs, such as alfworld:FOLDER. Logged actions are replayed in
-            these tasks. A table named twins describes each task with the name of a logged task.
+            these tasks. The table twins describes each of these tasks that has the name of a logged task.
     """
 
     tasks: str = ""

@@ -32,8 +32,8 @@ _RANDOM_BINDINGS = 40
 _FEWEST_UNMET_PROBABILITY = 0.5
 """Probability that a question of kind `WHY_NOT` is about the candidate with the fewest unmet requirements.
 
-Otherwise, it is about a random candidate. Candidates are drawn actions that do not meet one requirement,
-which is chosen at random.
+Otherwise, the question is about a random candidate. One requirement is chosen at random. The candidates are
+all drawn actions that do not meet this requirement, and perhaps further requirements.
 """
 
 _PATH_OPERATOR_PROBABILITY = 0.2
@@ -275,10 +275,10 @@ def _make_which_action_question(
 ) -> QuestionContent | None:
     """Make a question that asks which single action leads to a state with a given property.
 
-    An action is right if it can change all predicates in ``changed``, and ``has_wanted_truth`` holds for the
-    state after it. All actions on all objects are tried. If there are more than `_MAX_BINDINGS`, return None.
-    A wrong action shares its name or its objects with a right action or with another wrong action. Some
-    wrong actions are possible.
+    An action is right if its operator can change all predicates in ``changed``, and ``has_wanted_truth`` is
+    true for the state after it. All actions on all objects are tried. If there are more than `_MAX_BINDINGS`,
+    return None. Wrong actions are drawn: some share the operator or the objects of ``action`` or of each
+    other, and some are random executable actions.
     """
     bindings, all_objects = SearchEffort(_MAX_BINDINGS), range(len(setting.scene.objects))
     tried = [

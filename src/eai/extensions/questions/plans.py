@@ -288,8 +288,9 @@ def _make_outcome_question(
 ) -> QuestionContent | None:
     """Make a question about the outcome of a plan.
 
-    Return None if the failing step was added to the plan, because added steps have no number. Each question
-    offers the same kinds of choice: the plan works, it misses a goal, or one of two steps fails.
+    Return None if the failing step was added to the plan: choices name a step by its number, and added steps
+    have none. Each question offers the same kinds of choice: the plan works, it misses a goal, or one of two
+    steps fails.
     """
     failing = plan[outcome.failing_step][0] if outcome.unmet_requirement else 0
     if outcome.unmet_requirement and not failing:

@@ -66,8 +66,8 @@ class QuestionSetting:
         path: actions that can be executed in order from the start of the task.
         states: the states along the path, from the start to the state after the last action.
         seed: seed of the random choices that all questions about the task share.
-        state_graphs: sets of actions with the states they lead to, by the number of the set; filled when
-            needed. None marks a set that leads to too many states.
+        state_graphs: number of a set of drawn actions -> graph of all states that they lead to, or None if
+            there are too few actions or too many states. Filled when needed.
     """
 
     task: Task

@@ -42,28 +42,27 @@ Choices are drawn again if shortcuts would be right too often. After the last dr
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _CUE_WEIGHT = 12
-"""Weight of one statement in the balance of its cue.
+"""Amount by which a wrong statement lowers the balance of its cue.
 
 A cue is a mark by which a shortcut chooses a statement, such as the greatest length. The balance of a cue is
-the excess of right statements with the cue over the number that chance predicts. A wrong statement lowers the
-balance by this weight. A right statement raises the balance by this weight for each wrong choice of its
-question, so random choices leave the balance unchanged on average. Statements of one question with the same
-cue share the change equally.
+above 0 if statements with the cue were right more often than chance predicts. A right statement raises the
+balance by this amount for each wrong choice of its question. So random choices leave the balance unchanged on
+average. Statements that tie for a mark, such as two longest statements, share the change equally.
 """
 
 _TOLERATED_BIAS = 6
 """Tolerated bias of the first questions. The bias is the sum of the squared balances of all cues.
 
 A cue is a mark by which a shortcut chooses a statement. The balance of a cue is the excess of right
-statements with the cue over the number that chance predicts. One question changes the balance of a cue by one
-unit if its right statement is its only statement with the cue.
+statements with the cue over the number that chance predicts. The unit of a balance is the change by one
+question whose right statement is its only statement with the cue.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
-"""Number of questions after which the tolerated bias grows by 1 (see `_TOLERATED_BIAS`)."""
+"""Number of questions after which the tolerated bias grows by 1 above `_TOLERATED_BIAS`, in its unit."""
 
 _MAX_OCCURRENCES = 5
-"""Maximum count of a statement's names in a question's text. Higher counts are treated as this count."""
+"""Maximum number of occurrences of a statement's names in the question's text that count for shortcuts."""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
@@ -109,9 +108,9 @@ def make_feature_reader(
     Args:
         question_text: the text of the question without the statements.
         initial_facts: texts of the facts that hold before the actions.
-        labels: the labels of statements that do not begin with an operator or predicate. The label of every
-            other statement is its operator or predicate. The shortcut `operator` treats statements with equal
-            labels alike.
+        labels: text of a statement -> its labels, if it does not begin with an operator or predicate. The
+            label of every other statement is its operator or predicate. The shortcut ``operator`` (see
+            `SHORTCUTS`) treats statements with equal labels alike.
     """
     mentioned = Counter(_NAME_PATTERN.findall(question_text))
 
@@ -145,7 +144,7 @@ class ClosedQuestion(NamedTuple):
 
 
 _SurfaceCue: TypeAlias = tuple[str, str]
-"""A cue: the name of a shortcut, and the label of a group of statements that the shortcut treats equally."""
+"""A cue, the mark by which a shortcut chooses a statement: the shortcut's name, and a text for the mark."""
 
 
 class SurfaceCueCounts:

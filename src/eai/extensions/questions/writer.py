@@ -166,7 +166,7 @@ class QuestionGenerator:
     def __reduce__(
         self,
     ) -> tuple[Callable[..., QuestionGenerator], tuple[str, Source, PromptTemplates]]:
-        """Pickle a generator as the call that opens it again; functions of domains cannot be pickled."""
+        """Pickle this object as a call that makes it again. Functions of domains cannot be pickled."""
         if not self._benchmark.reference:
             raise InputError(
                 f"{self._benchmark.name}: worker processes need a benchmark opened by name or module:object"

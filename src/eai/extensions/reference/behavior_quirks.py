@@ -140,7 +140,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 def make_placing_inside_floor_fail(operator: Operator) -> Operator:
     """Make placing an object inside a floor fail with an uncategorised error, because eai-eval aborts there.
 
-    Transfers of contents lose the check for a floor. See ``evolving_graph.py``, ``place_inside``.
+    Actions that pour contents no longer check for a floor. See ``evolving_graph.py``, ``place_inside``.
     """
     if o.NO_INSIDE not in operator.checks:
         return operator

@@ -238,7 +238,8 @@ class _TrialWithRandomFailures(Trial):
     def try_answer(self, text: str) -> Attempt:
         """Execute an answer as the next attempt.
 
-        If an action that is not needed ended the plan, the attempt fails with the error ``additional_step``.
+        If the execution ended at an action that is not needed, the attempt fails with the error
+        ``additional_step``.
         """
         attempt = super().try_answer(text)
         verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()

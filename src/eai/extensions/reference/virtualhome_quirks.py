@@ -191,9 +191,9 @@ def replace_wrong_order_condition(operator: Operator, check: Check) -> Check:
 
     An action comes in the wrong order if its failed condition held in an earlier state. In place of some
     failed conditions, eai-eval tests another condition (`SEARCHED_CONDITIONS`), such as the relation
-    ``next_to`` instead of nearness. If an object is in a closed container, the tested condition is that the
-    object, not the container, is open. If the tested condition is never true, the failure never counts as
-    wrong order. See ``execution.py``, ``update_missing_precond``.
+    ``next_to`` instead of nearness. If an object is in a closed container, eai-eval looks for a state in
+    which this object, instead of the container, is open. If the tested condition is never true, the failure
+    never counts as wrong order. See ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)

@@ -21,7 +21,7 @@ BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Arrows in texts of relations: for a relation that holds in both directions, and for one direction only."""
 
 HANDS = "(hands)"
-"""Name of the rectangle with the objects in the hands, for scenes in which no object is the agent."""
+"""Name of the drawn rectangle around the objects in the hands, for scenes in which no object is the agent."""
 
 
 def make_object_rectangles(
