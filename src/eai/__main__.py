@@ -26,7 +26,7 @@ def main() -> None:
 
 
 def _ignore_interrupts_and_shorten_exit() -> None:
-    """Ignore interrupts and shorten garbage collection while Python exits, to keep the exit status."""
+    """Ignore interrupts while Python exits, to keep the exit status. Also shorten garbage collection."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # without this, the garbage collection at the end of `eai run` takes a second
     eval("0")  # noqa: S307 - or Python ends by the signal, where an interrupt once hit what it evaluates so

@@ -192,7 +192,7 @@ class Experiment:
 
     @property
     def study_label(self) -> str:
-        """The label without `harness` and `effort`; empty if there are no other settings."""
+        """The experiment's `label` without `harness` and `effort`; empty if no other settings are left."""
         return self._join_label_parts({"rules": self.rules} if self.rules is not None else {})
 
     def _join_label_parts(self, agent: Mapping[str, str]) -> str:

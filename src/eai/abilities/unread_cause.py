@@ -63,7 +63,7 @@ _MIN_REPEATS, _MIN_LOOP = 5, 40
 """Minimum number of repeats of a text in a loop, and minimum length of all repeats together in characters."""
 
 _LONG_LOOP = 1000
-"""Minimum length, in characters, of all repeats together if they fill less than half of the answer."""
+"""Minimum length, in characters, of all repeats of a loop together if they fill less than half the answer."""
 
 _MAX_QUOTED = 60
 _MAX_BEFORE_REFUSAL = 200

@@ -88,7 +88,7 @@ class AgentSetting(Options):
 
     @classmethod
     def from_metadata(cls, metadata: Mapping[str, Any]) -> AgentSetting:
-        """Return the setting in a question's metadata, or the standard setting if there is no setting."""
+        """Return the agent setting in a question's metadata, or `STANDARD` if it states no setting."""
         stated = metadata.get(AGENT_SETTING_FIELD)
         return STANDARD if stated is None else cls.model_validate_json(stated)
 

@@ -62,7 +62,7 @@ class _GoldGoals:
         goals: the goals, in order.
         option_finders: for each goal, a function that takes the mask of the conditions in an answer, and
             returns the option with most stated conditions.
-        stated: for each condition, the goal by which an answer states the condition, in canonical form.
+        stated: for each condition, the goal (in canonical form) that an answer writes for the condition.
         mask_of: mapping from each goal in ``stated`` to the mask of all conditions that it can mean.
         mask_of_kind: mapping from the name of each kind of goals to the mask of the conditions of this kind.
     """

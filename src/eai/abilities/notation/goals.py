@@ -518,7 +518,8 @@ class JsonGoalNotation(GoalNotation):
 def _get_sections_if_all_are_lists(sections: GoalSections) -> GoalSections | None:
     """Return the sections of an answer if each is a list or null, else None.
 
-    If a key is in `SECTIONS`, members with other keys may also be texts or numbers, which count as remarks.
+    If a key is a section of goals (a value of `SECTIONS`), members with unknown keys may also be texts or
+    numbers, which count as remarks.
     """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]

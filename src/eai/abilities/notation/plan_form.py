@@ -207,7 +207,7 @@ def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
 def _has_step_and_few_other_words(
     text: str, line_pattern: re.Pattern[str], action_names: Collection[str]
 ) -> bool:
-    """Whether a line has a step, and at most `_MAX_WORDS_AROUND` words that belong to no call.
+    """Whether a line has a step, and at most `_MAX_WORDS_AROUND` words outside calls such as ``walk(soap)``.
 
     Args:
         text: the line.

@@ -66,8 +66,8 @@ class _PlanLine(NamedTuple):
         block: number of code-fence marks before the line; odd inside a code fence.
         has_label: whether the line begins with a number or a list sign.
         step: the step that the line states, or None.
-        has_prose: whether the line has a title or a remark beside its step. If ``step`` is None: whether
-            the line has a step, and a remark with a second step.
+        has_prose: whether the line has a step with a title or a remark beside it. If the remark contains a
+            second step, ``step`` is None.
     """
 
     start: int

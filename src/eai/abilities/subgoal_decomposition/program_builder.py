@@ -93,7 +93,7 @@ class _QuantifierRange:
         """Return the maximum number of literals that a test of a formula evaluates.
 
         A quantifier counts its formula once for each object of its class. A class without objects counts as
-        one object, because the formulas inside and around its quantifier are evaluated.
+        one object, so that the literals inside the quantifier and around it still count.
 
         Raises:
             InputError: there are more than `MAX_LITERALS` literals.
@@ -204,7 +204,7 @@ class _StateRequirement:
     Attributes:
         holds: tests the condition in a state.
         check: the check that fails if the condition does not hold.
-        effort: cost of the test, in applied actions.
+        effort: cost of the test, as a number of applied actions of equal cost.
         refused: returns a check that says why no state can meet the condition, or None if a state may meet
             it.
     """

@@ -1,12 +1,12 @@
 """Refinement: find the actions for one subgoal by a small search in the declared domain.
 
-A subgoal gets at most `MAX_ACTIONS` actions. An action that changes the world makes a part of the subgoal
-true. Three other kinds of actions (`OperatorRole`) may prepare it: *movement*, *taking* an object of the
-subgoal into a hand, and, if nothing else helps, *releasing* an object. So a goal that needs many actions
-fails as a subgoal. The shortest plan is taken. If several plans have this length, the search over the answer
-tries each plan. A number of applied actions limits the effort, never time. Operators and objects are tried in
-their order. (Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded
-number of actions for each subgoal.)
+A subgoal gets at most `MAX_ACTIONS` actions. Each action makes a part of the subgoal true, or prepares
+another action. Only three kinds of actions (`OperatorRole`) prepare others: *movement*, *taking* an object of
+the subgoal into a hand, and, if nothing else helps, *releasing* an object. So a goal that needs many actions
+fails as a subgoal. The shortest plan is taken. If several plans have this length, the search over all
+executions of the answer (``search.py``) tries each plan. A number of applied actions limits the effort, never
+time. Operators and objects are tried in their order. (Paper, section "Ability Module 2: Subgoal
+Decomposition": a breadth-first search with a bounded number of actions for each subgoal.)
 """
 
 from __future__ import annotations
@@ -161,10 +161,10 @@ class SubgoalRefiner:
     def find_needless_actions_if_literals_hold(
         self, literals: Sequence[GroundAtom], state: State
     ) -> ActionSequence | None:
-        """Return needless actions: they would make the literals true, but the literals hold already.
+        """Return needless actions that would make literals true, or None if a literal does not hold already.
 
-        Each action fails as an additional (needless) step. The result has the first needless action for each
-        literal. It is None if a literal does not hold.
+        A needless action fails as an additional step. For each literal, the result has the first needless
+        action that may make the literal true and releases no object.
         """
         if not all(self._repertoire.make_literal_test(literal, state.scene)(state) for literal in literals):
             return None

@@ -145,7 +145,8 @@ class GoalProgress:
     def is_reached(self, parts_met: int, final_state: State) -> bool:
         """Whether the goal is reached at the end of a trajectory.
 
-        If only the last part of the goal is not met yet, the final state may meet this part.
+        Before the final state, ``parts_met`` parts of the goal were met. This state can add only the last
+        part.
         """
         missing = len(self._parts) - parts_met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final_state, None))
@@ -295,8 +296,9 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches that begin a subgoal; the search continues only the first of
-            them. All branches that executed the last subgoal are tested for the goal.
+        branches: maximum number of branches to which the search applies an instruction that can make new
+            branches. It drops later branches. All branches that executed the last subgoal are tested for the
+            goal.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 

@@ -449,7 +449,7 @@ class _FailedSearch:
         return failures_unfixable_by_movement or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Try an action in a node's state, and return the attempt. Move first if fewer checks then fail."""
+        """Try an action in a node's state. Move first if the action then fails fewer of its checks."""
         self.effort += 1
         failing = candidate.find_indices_of_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
@@ -468,10 +468,10 @@ class _FailedSearch:
         return best
 
     def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
-        """Return the action to report as the reason why a plan failed, or None.
+        """Return the attempt to report as the reason why a plan failed, or None.
 
-        Usually this is the failing action. A helping action would make failing checks of this action true. If
-        there are helping actions and all of them fail, too, the first is reported instead.
+        Usually this is the failed attempt. After a helping action, the failed action would fail fewer checks.
+        If there are helping actions and all of them fail, too, the first is reported instead.
 
         Return None if the plan fails only because it is too long: if no check fails, or if a helping action
         is possible and keeps all true literals of the goal true.

@@ -65,8 +65,9 @@ class SubgoalVerdict(PlanVerdict):
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the inputs of the reward for the executed subgoals, or None if all goals hold at the start.
 
-        One input is the number of actions that the search added to reach subgoals. If the goals of another
-        execution count (`goals_elsewhere`), errors and added actions are also those of that execution.
+        One input is the number of actions that the search added to reach subgoals. If the verdict counts the
+        goals of another execution of the subgoals (`goals_elsewhere`), errors and added actions also come
+        from that execution.
         """
         earned = PlanVerdict.compute_reward_inputs(self, goals_at_start)
         if earned is None:

@@ -94,8 +94,8 @@ _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCES
 def list_unmeasured_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     """Return the metrics about planning if the run used no planner, else no metrics.
 
-    Without a planner, these metrics also omit answers that need no planner, such as answers without
-    operators.
+    Without a planner, these metrics leave out all answers: even answers that need no planner, such as answers
+    without operators.
     """
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
