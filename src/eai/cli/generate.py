@@ -110,10 +110,10 @@ def generate_tasks(
     Options:
         out: Output folder.
         n: Number of tasks.
-        split: Name of the file. Files train, validation and test share no goals; a file tasks may share goals
-            with all.
-        held_out: What train, validation and test do not share: goals, starts (goals with the same start),
-            pairs of predicate and object kind, titles, or scenes.
+        split: Name of the file. The files train, validation and test share no goals; the file tasks may share
+            goals with each.
+        held_out: What train, validation and test do not share: goals, starts (goals and initial state
+            together), pairs of predicate and object kind, titles, or scenes.
         against: Other task files, such as training tasks. Their tasks, and tasks that their plans solve, are
             refused. Repeatable.
         secret: A secret that is needed to make the same tasks again.

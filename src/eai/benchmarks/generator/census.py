@@ -47,8 +47,8 @@ from eai.world.vocabulary import Predicate
 class DomainOfActionsSeenInPlans:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
-    An action is usual if plans of the data set use its operator. As each argument, a plan must use an object
-    of the same category as the action does.
+    An action is usual if plans of the data set use its operator. Each of its arguments must have the category
+    of an object that a plan uses as the same argument of this operator.
 
     Attributes:
         domain: the restricted domain.
@@ -337,10 +337,10 @@ def _find_fact_patterns(
 def _count_facts_above_max_mean_targets(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, its number of facts minus the maximum number for a relation of places.
+    """Return, for each relation, its number of facts minus the maximum for relations such as *inside*.
 
-    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. Fewer facts
-    give a negative number.
+    A relation with more facts does not state places of objects. The maximum is `MAX_MEAN_TARGETS` facts for
+    each object that is the first argument of a fact. Fewer facts give a negative number.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:

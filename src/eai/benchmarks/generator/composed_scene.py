@@ -107,7 +107,7 @@ class _ComposedScene:
         size: maximum number of objects.
         origins: name of an object -> the object of a task from which it was made; it is changed.
         model_of: returns the model of an object; None to compare objects by their categories.
-        limits: category -> number of its objects (0 counts as 1) at which no object of a new model is added.
+        limits: category -> number of its objects after which no object of a new model is added; 0 means 1.
     """
 
     def __init__(

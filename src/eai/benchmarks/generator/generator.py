@@ -142,7 +142,7 @@ class _SceneLimits(NamedTuple):
         least_of_base: minimum number of objects of `base`.
         most_of_base: maximum number of objects of `base`.
         most_objects: maximum number of objects.
-        counts: category -> number of its objects (0 counts as 1) at which no object of a new model is added.
+        counts: category -> number of its objects after which no object of a new model is added; 0 means 1.
     """
 
     least_of_base: int

@@ -35,8 +35,8 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
     A pattern is listed only if tasks of the data set usually put such an object in such a container, and
-    plans open such a container. Besides the pattern itself, another usual goal of tasks with the same title
-    must be about such an object.
+    plans open such a container. Another usual goal of tasks with the given task's title must also be about
+    such an object.
     """
     decisive = find_stored_dependencies(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_visibility_predicates(domain)}
@@ -288,9 +288,9 @@ _MAX_SIMILAR_OBJECTS = 5
 """Maximum number of objects added to a scene so that a category has several objects."""
 
 _DRAWS_PER_GUEST = 30
-"""Number of random draws for each added object of another task (guest).
+"""Maximum number of random draws for each object (guest) that a scene may get from another task.
 
-Most objects of other tasks do not fit: no goal pattern of `UsualGoals` relates them to an object here, or the
+Most drawn objects do not fit: no usual goal (`UsualGoals`) relates them to an object of the scene, or the
 scene has no place of the same kind.
 """
 

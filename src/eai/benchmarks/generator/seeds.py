@@ -1,8 +1,8 @@
 """Choose tasks from the tasks that seeds give.
 
 The task of a seed does not depend on other seeds, so several processes can make tasks. Only the comparison
-with earlier tasks must follow the order of the seeds: it rejects copies, and chooses pairs whose categories
-do not show which task is impossible.
+with earlier tasks must follow the order of the seeds: it rejects copies. It also chooses pairs of a possible
+and an impossible task so that categories of objects do not show which task is impossible.
 """
 
 from __future__ import annotations
@@ -48,8 +48,9 @@ class TaskSeedOutcome:
     """The task made from a seed or the reason for rejection, before comparison with tasks of earlier seeds.
 
     Attributes:
-        outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks. The
-            function takes counts of earlier pairs (`ImpossibleTaskExcess`), on which its choice depends.
+        outcome: the task, the reason why the seed is rejected, or a function that makes a possible and an
+            impossible task. The function's choice depends on earlier pairs of such tasks: it takes their
+            counts (`ImpossibleTaskExcess`).
         fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before these
             were known.
     """

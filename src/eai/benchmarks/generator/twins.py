@@ -55,7 +55,7 @@ _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the added copy of an object instead of the object."""
 
 ImpossibleTaskExcess: TypeAlias = Counter[tuple[str, str]]
-"""Counts of tasks by property and object category of their removed fact: impossible minus possible tasks."""
+"""Counts of impossible minus possible tasks, by the property that an object lacks and its category."""
 
 TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskExcess], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
@@ -70,12 +70,13 @@ counts. The result is None if every possible pair would unbalance these counts.
 class _TaskPairCandidate:
     """A candidate for a pair of tasks: facts to remove, so that one task is impossible and one possible.
 
+    From the possible task, a fact of `same` may be removed; if `same` is empty, a fact of `similar`.
+
     Attributes:
         fact: an initial fact without which there is no plan. It is removed from the impossible task.
-        same: facts with the same property as `fact`, about objects of the same category. One of them may be
-            removed from the possible task.
+        same: facts with the same property as `fact`, about objects of the same category.
         similar: facts with the same property, about objects that goals mention in the same way; empty if
-            `same` has facts. If `same` is empty, one of them may be removed from the possible task.
+            `same` has facts.
     """
 
     fact: Fact
@@ -111,8 +112,8 @@ def make_task_pair_chooser(
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
     The function takes the counts of earlier pairs (`ImpossibleTaskExcess`). Candidates are facts without
-    which the task has no plan. The search for candidates stops at the first fact whose pair cannot change the
-    counts: the possible task lacks the same property in an object of the same category.
+    which the task has no plan. The search for candidates stops at the first pair that cannot change the
+    counts: in both tasks, an object of the same category lacks the same property.
 
     Args:
         made: a generated task with a plan.

@@ -289,7 +289,7 @@ def make_push_or_pull_action(name: str, *checks: Check) -> Operator:
 
 
 def make_operators() -> tuple[Operator, ...]:
-    """Return all actions. Each makes its checks in the order of the paper's package."""
+    """Return all actions. Each makes its checks in the order of ``execution.py`` in the paper's package."""
     return (
         *make_movement_actions(make_effects_moving_held_objects(p.room_of(X, R))),
         *_make_posture_actions(),
