@@ -28,9 +28,9 @@ from eai.world.action import Action
 def make_task_flag_reader(source: Source) -> FlagReader:
     """Return a function that yields flags of a task: reasons to use its answers with caution.
 
-    For a task that no model solves, the function looks for a plan. A plan exists if the gold answer is right,
-    or an answer made from a plan of the built-in planner. Both are scored by the rules (protocol) of
-    the models' answers.
+    For a task that no model solves, the function looks for a plan. A plan exists if one of two answers is
+    right: the gold answer, or an answer made from a plan of the built-in planner. Both answers are scored by
+    the same rules (protocol) as the models' answers.
 
     Args:
         source: access to the data set.

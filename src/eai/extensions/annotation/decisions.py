@@ -1,8 +1,8 @@
 """Make, save and apply decisions about the goals that a task title means.
 
-The decisions are in a TOML file, which people may also edit by hand. A demonstration is a plan that the data
-set records for a task with the title. A pattern is a change that demonstrations share. A user decides which
-patterns the title means.
+A demonstration is a plan that the data set records for a task with the title. A pattern is a change that
+demonstrations share. A user decides which patterns the title means. The decisions are in a TOML file, which
+people may also edit by hand:
 
     without = ["NEXT_TO"]
 
@@ -15,6 +15,7 @@ patterns the title means.
       ],
     ]
 
+Patterns of the predicates in ``without`` are not counted. The title does not ask for patterns in ``dropped``.
 A candidate is a possible meaning of a task title: a list of entries. An entry is a list of patterns, of which
 one must be met. Patterns name an object by its class or by all its properties: ``ON(washing_machine)`` is a
 state, ``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH`` an action.
@@ -383,10 +384,10 @@ class _GoalDecisionFile(Options):
 def read_uncounted_predicates_and_decisions(
     path: Path,
 ) -> tuple[tuple[str, ...], dict[str, GoalDecisions]]:
-    """Read a user's decisions about the goals that task titles mean, from a TOML file.
+    """Read a user's decisions about the goals for which task titles stand, from a TOML file.
 
     Returns:
-        The names of predicates to leave out of lists of changes, and the decisions by task title. Both are
+        The names of predicates whose patterns are not counted, and the decisions by task title. Both are
         empty if the file does not exist.
 
     Raises:
@@ -592,10 +593,10 @@ def _add_conditions_to_last_candidate(
 
 
 Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
-"""A demonstration's changes, the index of the first meaning of its title that they satisfy, and its goals.
+"""The changes of a demonstration (recorded plan), the index of a meaning of its title, and its goals.
 
-A demonstration is a recorded plan. If the changes satisfy no meaning, the index is None and the goals are
-empty.
+A meaning is a `GoalTemplate`; the index is that of the first meaning that the changes satisfy. If they
+satisfy no meaning, the index is None and the goals are empty.
 """
 
 

@@ -270,7 +270,7 @@ def _read_leaderboard_season(folder: Path) -> tuple[Benchmark | None, str]:
 def _require_small_file(file: Path) -> Path:
     """Return the given path; raise InputError if the file is too large.
 
-    The files describe a submission or a season.
+    The file describes a submission, its run, or a season (a folder of generated tasks).
     """
     if file.is_file() and file.stat().st_size > _MAX_DESCRIPTION_BYTES:
         raise InputError(f"{file}: expected at most {_MAX_DESCRIPTION_BYTES:,} bytes")

@@ -207,7 +207,7 @@ class _BatchActor:
     """A process on a node of the cluster that applies functions to batches."""
 
     def start(self, folder: str) -> None:
-        """Enter the folder in which the caller's process runs, so that relative paths name the same files."""
+        """Enter the folder of the caller's process, so that a relative path names the caller's file."""
         with suppress(OSError):  # a machine of the cluster may lack the folder
             os.chdir(folder)
 

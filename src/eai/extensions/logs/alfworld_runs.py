@@ -260,9 +260,9 @@ def _translate_steps_to_commands(
     """Yield the command of each logged step, in the words of the game in which the log is replayed.
 
     ``put X in/on Y`` and ``move X to Y`` are the same command in games of different versions. If the log's
-    game accepted neither, its version is unknown, and None stands for both. None also stands for accepted
-    steps without effect. The replay skips steps with None, because they changed nothing. An empty text stands
-    for a command that the log's game could not read.
+    game accepted neither, its version is unknown. None stands for a step that changed nothing: an accepted
+    step without effect, or either command if the version is unknown. The replay skips such steps. An empty
+    text stands for a command that the log's game could not read.
     """
     puts = {step.action[0].lower() for step in steps if step.accepted and _PUT.fullmatch(step.action)}
     notation, objects = CommandNotation(task, benchmark), range(len(task.scene.objects))

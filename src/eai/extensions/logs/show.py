@@ -28,7 +28,7 @@ _GRADED = (EpisodeOutcome.WON, EpisodeOutcome.GOAL_UNMET)
 
 
 def show_logs(context: typer.Context, paths: Sequence[Path], out: Path | None, *, as_json: bool) -> None:
-    """Print the outcomes in logs, and with a folder write tables and an explorer. Nothing is scored.
+    """Print the outcomes in logs; with ``out``, also write tables and a page of episodes. Nothing is scored.
 
     Raises:
         InputError: a log is damaged, or an option for scoring is given.

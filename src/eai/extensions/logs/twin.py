@@ -53,7 +53,7 @@ def _format_setting_and_outcome(episode: LoggedEpisode) -> str:
 
 
 def _make_cells_of_same_named_task(task: Task, benchmark: Benchmark) -> Row:
-    """Return the cells that describe a task in the table `twins`, from the column `labels` to the last."""
+    """Return a benchmark's task as cells for a row of the table `twins`, from column `labels` to the last."""
     labels = " ".join(derive_labels(task, benchmark.data.labels))
     if task.unplannable_reason is not None:
         return labels, str(task.unplannable_reason), "", "", None, None, None

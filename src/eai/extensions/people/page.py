@@ -167,10 +167,10 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
 
 
 class _PlayPageServer(ThreadingHTTPServer):
-    """Serves the page of some tasks.
+    """Serves the page on which a person plays tasks.
 
     Attributes:
-        tasks: Generator that takes each line and yields the page's content (`_run_tasks`).
+        tasks: Generator that takes each command line and yields the page's new content (`_run_tasks`).
         content: Current content of the page.
         lock: Held while `tasks` or `content` is used.
         error: Error that ended the server early, or None.

@@ -124,10 +124,10 @@ def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation
 def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that one answer adds to each rate, by the name of the rate.
 
-    ``right``: whether the answer is right. The rates of the question's kind, form, and kind with depth add
-    the same. Depth is the number of actions to consider. ``chance``: the probability that guessing, or a
-    shortcut rule such as "take the longest choice", is right. ``f1``: the F1 score of the listed items, for
-    open form only. ``parsing``: whether the answer could not be read.
+    ``right``: whether the answer is right. This also counts for the rates of the question's kind, of its
+    form, and of its kind and depth together. Depth is the number of actions to consider. ``chance``: the
+    probability that guessing, or a shortcut rule such as "take the longest choice", is right. ``f1``: the F1
+    score of the listed items, for open form only. ``parsing``: whether the answer could not be read.
     """
     right = make_rate_contribution_of_answer(verdict.success)
     is_open = verdict.form is QuestionForm.OPEN

@@ -379,7 +379,7 @@ def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> l
 def _generate_sets_of_similar_wrong_answers(
     right: str, wrong: Sequence[str], rng: random.Random
 ) -> Iterator[Sequence[str]]:
-    """Yield sets of wrong answers that resemble each other as much as they resemble the right answer.
+    """Yield sets of wrong answers among which the right answer does not stand out by its similarity.
 
     The first set has the wrong answers with the right answer's predicate or operator, the second set those
     with its arguments. The third set has a random wrong answer, and wrong answers that combine its predicate
@@ -418,7 +418,7 @@ def compute_answer_entropy(
 
 
 def _get_class_of_gold_answer(question: Question) -> tuple[str, ...]:
-    """Return the class of a gold answer: the whole answer, or the first word of a plan's outcome."""
+    """Return the class of equal gold answers: the whole answer, or the first word of a plan's outcome."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,
         QuestionKind.VALIDATION,

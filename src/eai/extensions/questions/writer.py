@@ -106,8 +106,7 @@ class _QuestionGroupProgress:
         form: form of the answers.
         turn: number of the next question.
         tried_tasks: number of tasks that were tried so far.
-        cue_counts: how often the statements that shortcuts (rules without knowledge of the world) choose were
-            right.
+        cue_counts: how often shortcuts (rules without knowledge of the world) chose a right statement.
         prompt_hashes: SHA-256 digests of all prompts.
         failures: number of failed attempts in a row.
     """

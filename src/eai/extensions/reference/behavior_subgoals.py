@@ -261,8 +261,8 @@ def reject_wrong_argument_counts_and_names(
 
     The package eai-eval checks the numbers of objects before their names, and predicates before actions. In
     two cases it raises an exception, which counts as a parsing error: a predicate or action has no objects,
-    or eai-eval does not know its number of objects. If an earlier predicate or action has a wrong number of
-    objects, eai-eval reports that number and does not find the second case.
+    or eai-eval does not know a predicate's number of objects. If an earlier predicate has a wrong number of
+    objects, eai-eval reports that number instead of an unknown number.
     """
     parts = tuple(walk_subformulas(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [

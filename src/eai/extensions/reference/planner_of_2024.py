@@ -166,8 +166,8 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
 def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
     """Return a planning task on which a current planner gives the result of the published planner.
 
-    The published planner (Fast Downward before mid-2024) crashed on some tasks. It crashed if a plan of the
-    returned task can reach the atom ``fatal``.
+    The published planner (Fast Downward before mid-2024) crashed if a plan could reach an effect that
+    adds an atom with an unbound variable. In the returned task, such an effect adds the atom ``fatal``.
 
     Args:
         header: the domain without operators.

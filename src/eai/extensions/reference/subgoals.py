@@ -104,9 +104,9 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         """
 
     def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:
-        """Return a program for the search for executions, which makes the literals true in order.
+        """Return a program (list of instructions) that makes the literals true in order.
 
-        Each instruction executes the plans for a literal, even if the literal holds already.
+        Each instruction executes the plans for one or several literals, even if these hold already.
         """
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners_with_first_literal_index(literals)):

@@ -66,8 +66,8 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
 
     Defects of eai-eval:
 
-    * a name means the relevant object of its class with the largest id (eai-eval takes the last element
-      of a set in hash order, which is this object for all published counts);
+    * a name means the relevant object of its class with the largest id (eai-eval takes the last object
+      of a set in hash order; for all published counts, the two objects are the same);
     * predictions with an unknown name and ill-formed entries are not counted;
     * several predictions can meet one action goal, which may make the number of false negatives negative;
     * in an unreadable answer, no goal counts as missing.
@@ -97,7 +97,7 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         )
 
     def score_missing_answer(self) -> GoalVerdict:
-        """Return a verdict in which all goals are missing; eai-eval leaves out only unreadable answers."""
+        """Return a verdict in which all goals are missing: eai-eval ignores only unreadable answers."""
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:

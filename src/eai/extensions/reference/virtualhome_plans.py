@@ -195,11 +195,11 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """Return the verdict on an executed plan. Add eai-eval's counts for a summary if they differ.
+        """Return the verdict on an executed plan, with eai-eval's counts for its summary if they differ.
 
-        The summary that eai-eval makes of many answers counts every action that was not needed as an error.
-        It also requires action goals in the order of the data set. If eai-eval judges a single plan, it has
-        action goals in this order only by chance.
+        This summary of many answers counts every action that was not needed as an error. It also requires
+        action goals in the order of the data set. If eai-eval judges a single plan, it has action goals in
+        this order only by chance.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied

@@ -228,7 +228,7 @@ def report_lacking_state_as_additional_step(operator: Operator, check: Check) ->
 
 @_apply_to_all_checks
 def report_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Count a second grab of an object as an additional step, even if no hand holds it (``GrabExecutor``)."""
+    """Report a second grab of an object as an additional step, even after its release (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
@@ -236,8 +236,9 @@ def report_second_grab_as_additional_step(operator: Operator, check: Check) -> C
 def report_repeated_sitting_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Report sitting down as an additional step if the character sits on any object; the same for lying.
 
-    The changed checks `NOT_SEATED` and `NOT_IN_BED` cover every seat or bed. So return None, which removes
-    the check, for the separate checks for another seat or bed. See ``SitExecutor`` and ``LieExecutor``.
+    `NOT_SEATED` and `NOT_IN_BED` are changed: they fail on any seat or bed. So `NOT_SEATED_ELSEWHERE` and
+    `NOT_IN_BED_ELSEWHERE` are not needed: return None, which removes these checks. See ``SitExecutor`` and
+    ``LieExecutor``.
     """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None

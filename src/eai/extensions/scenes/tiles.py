@@ -95,7 +95,7 @@ def _compute_nesting_depth(name: str, below: dict[str, list[SceneGraphFact]], ab
 
 
 def _write_object_names_and_relation_lines(facts: Sequence[SceneGraphFact]) -> Iterator[tuple[str, str]]:
-    """Yield for each relation the name of its first object, and the line for this object's rectangle."""
+    """Yield for each relation the name of its first object, and a text line for this object's rectangle."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:
