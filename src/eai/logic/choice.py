@@ -289,10 +289,10 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
 
 
 def _count_dnf_terms_of_object_pairing(pair_count: int, term_counts: Sequence[Sequence[int]]) -> int:
-    """Count the DNF terms of an `AndOrTreePairing`, given the number of DNF terms of each cell's subtree.
+    """Count the DNF terms of an `AndOrTreePairing`, given the number of DNF terms of each cell of its table.
 
-    The pairing is true if ``pair_count`` of its cells are true, with no two in one row or column. Each choice
-    of cells has as many DNF terms as the product of the numbers of the cells.
+    The pairing is true if ``pair_count`` of its cells are true, with no two in one row or column. Each
+    such set of cells has as many DNF terms as the product of the numbers of its cells.
     """
     rows, columns = len(term_counts), len(term_counts[0]) if term_counts else 0
     if pair_count > min(rows, columns):
@@ -349,8 +349,8 @@ Its argument is the mask of the answer's conditions. It returns None if the goal
 def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal], int]) -> FindClosestDnfTerm:
     """Return a function that finds the DNF term that shares most conditions with an answer.
 
-    If several DNF terms share equally many, the shortest is chosen, then the first. Parts that must be true
-    together are scored separately, so a condition in two parts counts twice.
+    If several DNF terms share equally many, the shortest is chosen, then the first. A conjunction's literals
+    are scored together, its other parts separately. So a condition in two parts counts twice.
 
     Args:
         tree: the and-or tree of the goal.

@@ -164,7 +164,7 @@ class _TraceEvaluator:
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
     def _find_satisfying_one_state_segments(self, formula: f.Formula, binding: Binding) -> PositionMask:
-        """Return the mask of the positions at which the formula holds on a trace of this one position."""
+        """Return the mask of the positions at which a segment of one state satisfies the formula."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding)
         match formula:
@@ -278,7 +278,7 @@ class _TraceEvaluator:
     def _find_arguments_on_trace(
         self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
-        """Return the values of an action's argument on the trace. For an atom return None: any object."""
+        """Return the values of an action's argument on the trace; None (any object) for an atom."""
         return (
             self._trace.find_values_of_argument(leaf.action, argument_index)
             if isinstance(leaf, f.Occurs)

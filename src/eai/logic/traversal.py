@@ -149,7 +149,7 @@ class _MonotoneSubformulaIds(NamedTuple):
 
 
 def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:
-    """Find the subformulas that stay true if the segment on which they hold is made longer, or shorter.
+    """Find subformulas that stay true on longer segments of a trace, or that stay true on shorter segments.
 
     A segment (consecutive states of a trace) keeps its start. Only operators are examined, not atoms, so that
     some of these subformulas may be missed.

@@ -373,9 +373,9 @@ class GroundProblem:
         looks: the budget: the number of literals, disjuncts, conditions and effects that may be tested.
 
     Attributes:
-        atoms: number of atoms. In a mask of literals, the bits of true atoms come first, then the bits of
-            false atoms. The next ``atoms`` bits are kept free for `Relaxation`. The bits of disjunctions
-            follow.
+        atoms: number n of atoms. In a mask of literals, the first n bits stand for true atoms, and the next n
+            bits for false atoms. Only `Relaxation` uses the n bits after these. All higher bits stand for
+            disjunctions.
         initial: the initial state.
         goal: the literals that the goal needs.
         actions: the ground actions.

@@ -217,7 +217,7 @@ _LookaheadPoint: TypeAlias = tuple[int, StateMask, LiteralMask]
 
 
 class _MissingGoalCounts(NamedTuple):
-    """Numbers of false goal literals in a state: literals that were also false at the start, and all."""
+    """Number of false goal literals that were also false at the start, and number of all false literals."""
 
     false_at_start: int
     all: int
