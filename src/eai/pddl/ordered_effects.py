@@ -151,7 +151,7 @@ class _OrderedEffectsConverter:
         pddl_variable: f.Variable,
         context: _EffectContext,
     ) -> f.Formula:
-        """Return the condition that ``condition`` holds for a variable's object, but not for lower indexes."""
+        """Return the condition that ``condition`` holds for a variable, but for no object of lower index."""
         meets = self._convert_condition(condition, context)
         if holds_for_at_most_one_value(condition, variable, self._vocabulary):
             return meets
