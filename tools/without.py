@@ -30,6 +30,7 @@ TESTS_OF_ALL = (
     "tests/test_gallery.py",
     "tests/test_glossary.py",
     "tests/test_mutants.py",
+    "tests/test_names_in_docs.py",
     "tests/test_plain_english.py",
     "tests/test_readme.py",
     "tests/test_study.py",
