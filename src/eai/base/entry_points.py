@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from eai.base.errors import InputError, prefix_errors_with_location
+from eai.base.errors import InputError
 
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
@@ -46,8 +46,8 @@ class EntryPoint(NamedTuple):
         try:
             module = import_module(self.module)
         except SystemExit as error:
-            with prefix_errors_with_location(f"{self.module} (entry point {self.name} of {self.group})"):
-                raise InputError(describe_exit(error)) from error
+            origin = f"{self.module} (entry point {self.name} of {self.group})"
+            raise InputError(f"{origin}: {describe_exit(error)}") from error
         return reduce(getattr, filter(None, self.attr.split(".")), module)
 
 

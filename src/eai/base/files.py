@@ -17,7 +17,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.base.errors import InputError, prefix_errors_with_location
+from eai.base.errors import InputError
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -156,10 +156,9 @@ def parse_json(path: Path, content: bytes, line: int | None = None) -> object:
         where = f"line {error.lineno + (line or 1) - 1}, column {error.colno}"
         raise InputError(f"{path}, {where}: expected JSON ({error.msg})") from error
     except (InputError, ValueError, RecursionError) as error:
-        with prefix_errors_with_location(path if line is None else f"{path}, line {line}"):
-            if isinstance(error, InputError):
-                raise
-            raise InputError(f"expected JSON in UTF-8 ({error})") from error
+        where = "" if line is None else f", line {line}"
+        problem = str(error) if isinstance(error, InputError) else f"expected JSON in UTF-8 ({error})"
+        raise InputError(f"{path}{where}: {problem}") from error
     return value
 
 

@@ -245,7 +245,7 @@ def read_errata(text: str) -> Errata:
     try:
         entries = TypeAdapter(tuple[_Erratum, ...]).validate_python(values.get("erratum", []))
     except ValidationError as error:
-        raise DataError(describe_validation_error(error, location=_FILE)) from error
+        raise DataError(f"{_FILE}: {describe_validation_error(error)}") from error
     for entry in entries:
         if entry.since > number:
             raise DataError(

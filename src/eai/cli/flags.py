@@ -13,7 +13,7 @@ from typing import Any
 import typer
 
 from eai.abilities.protocol import SCENE_GRAPH, Ability
-from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
+from eai.base.errors import InputError, did_you_mean
 from eai.base.files import read_toml, to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite
@@ -91,10 +91,9 @@ def read_run_specification(
     try:
         return read_spec(tables)
     except InputError as error:
-        if file is None or str(error) != _describe_mistake_in_spec_file(file):
-            raise
-        with prefix_errors_with_location(file):
-            raise
+        if file is not None and str(error) == _describe_mistake_in_spec_file(file):
+            raise InputError(f"{file}: {error}") from error
+        raise
 
 
 def _describe_mistake_in_spec_file(file: Path) -> str:

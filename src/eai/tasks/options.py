@@ -36,11 +36,7 @@ _BRANCHES = ("str", "list[str]")
 
 
 def describe_validation_error(
-    error: ValidationError,
-    known: Iterable[str] = (),
-    within: Iterable[str] = (),
-    whole: str = "the line",
-    location: object = None,
+    error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
 ) -> str:
     """Return the first error of a validation in words: the path of the value, the expectation, and the value.
 
@@ -49,7 +45,6 @@ def describe_validation_error(
         known: the allowed names of members. If a name is unknown, the message suggests the most similar one.
         within: the path of the validated value in an enclosing structure, outermost name first.
         whole: the text in place of the path, if the complete value is wrong and ``within`` is empty.
-        location: the file, or the file and line, that the message names first; None for no location.
     """
     first = error.errors()[0]
     path = [*within, *map(str, first["loc"])] or [whole]
@@ -63,8 +58,7 @@ def describe_validation_error(
     else:
         expected = _EXPECTED.get(kind, first["msg"].replace("Input should be", "expected"))
         problem = f"{expected}{_describe_wrong_value(first['input'])}"
-    start = "" if location is None else f"{location}: "
-    return f"{start}{'.'.join(path)}: {problem}"
+    return f"{'.'.join(path)}: {problem}"
 
 
 def _describe_wrong_value(value: Any) -> str:
@@ -133,7 +127,7 @@ class Options(BaseModel):
             return cls.model_validate(read_toml(file))
         except ValidationError as error:
             raise InputError(
-                describe_validation_error(error, cls.model_fields, whole="the file", location=file)
+                f"{file}: {describe_validation_error(error, cls.model_fields, whole='the file')}"
             ) from error
 
     @classmethod

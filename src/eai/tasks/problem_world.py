@@ -10,12 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.base.errors import (
-    DomainError,
-    InputError,
-    prefix_errors_with_location,
-    read_items_or_raise_all,
-)
+from eai.base.errors import DomainError, InputError, read_items_or_raise_all
 from eai.base.files import find_files_below
 from eai.logic.rewriting import map_terms
 from eai.logic.traversal import map_subformulas
@@ -85,8 +80,7 @@ def _open_domain_and_problems(
             (f"( {p.name}" for p in domain.predicates if f" {p.name} " in str(error)), None
         )
         place = f"{domain_file}: line {find_line_of_word(text, word)}" if word else str(domain_file)
-        with prefix_errors_with_location(place):
-            raise
+        raise InputError(f"{place}: {error}") from error
     declared = (domain_file, text)
     files = read_items_or_raise_all(
         find_problem_files(), lambda path: read_problem_file(path, domain, declared)

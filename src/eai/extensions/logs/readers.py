@@ -154,4 +154,4 @@ def validate(model: type[M], place: str, value: object) -> M:
     try:
         return model.model_validate(value)
     except ValidationError as error:
-        raise InputError(describe_validation_error(error, whole="the log", location=place)) from error
+        raise InputError(f"{place}: {describe_validation_error(error, whole='the log')}") from error

@@ -117,7 +117,7 @@ def read_questions_and_sha256(file: Path) -> tuple[Sequence[Question], str]:
             question = Question.model_validate_json(line)
         except ValidationError as error:
             raise InputError(
-                describe_validation_error(error, Question.model_fields, location=position)
+                f"{position}: {describe_validation_error(error, Question.model_fields)}"
             ) from error
         if question.id in questions:
             raise InputError(f"{position}: the id {question.id!r} occurs twice; ids must be unique")

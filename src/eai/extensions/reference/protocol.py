@@ -73,7 +73,7 @@ def open_virtualhome(
 
             return TaskSet(task_ids, lambda i: Subgoals(tasks[i]), tasks.sha256)
         case _:
-            raise _make_unscored_error(benchmark, ability)
+            raise _make_unscored_error(f"{benchmark.name} {ability.value}")
 
 
 def choose_suite_opener_for_answers(
@@ -113,7 +113,7 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
 
             return TaskSet(tasks, lambda task_id: Subgoals(tasks[task_id]), tasks.sha256)
         case _:
-            raise _make_unscored_error(benchmark, ability)
+            raise _make_unscored_error(f"{benchmark.name} {ability.value}")
 
 
 def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
@@ -141,14 +141,13 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
         InputError: the benchmark is not VirtualHome or BEHAVIOR, or the paper does not measure the ability.
     """
     if benchmark.name not in _OPENERS:
-        raise _make_unscored_error(benchmark)
+        raise _make_unscored_error(benchmark.name)
     if ability is Ability.TRANSITION_MODELING:
         return _open_transition_modeling(benchmark, source)
     return _OPENERS[benchmark.name](benchmark, ability, source)
 
 
-def _make_unscored_error(benchmark: Benchmark, ability: Ability | None = None) -> InputError:
-    suite = benchmark.name if ability is None else f"{benchmark.name} {ability.value}"
+def _make_unscored_error(suite: str) -> InputError:
     return InputError(f"{suite} is not scored under {NAME}; choose another protocol or ability")
 
 
