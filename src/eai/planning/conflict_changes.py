@@ -158,7 +158,7 @@ class FactChangeFinder:
             for action in actions:
                 groups.setdefault(tuple([action.arguments[i] for i in positions]), []).append(action)
             for values, group in groups.items():
-                inner = {**scope, **dict(zip([names[i] for i in positions], values, strict=True))}
+                inner = scope | {names[i]: value for i, value in zip(positions, values, strict=True)}
                 yield group, [(condition, inner) for condition in conditions]
 
     def _get_operators_of_unread_effects(self, change: FactChange) -> list[str]:

@@ -121,9 +121,9 @@ class _RelaxationGraph:
         is_apart = between.keys().isdisjoint
         for number in between:
             if number in self._changes:
-                groups = self._group_actions_by_conditions(number)
-                for makers in [makers for makers, conditions in groups if is_apart(conditions)]:
-                    cut_actions.update(makers)
+                for makers, conditions in self._group_actions_by_conditions(number):
+                    if is_apart(conditions):
+                        cut_actions.update(makers)
                 cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers[number]]))
         return [action for action in cut_actions if action not in actions]
 

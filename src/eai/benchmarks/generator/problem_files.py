@@ -107,9 +107,9 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
     readings = FormulaEvaluator(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
-        meant = _require_known_names(meaning(each), initial, file, _find_line_of_fact(file.text, each))
+        line = _find_line_of_fact(file.text, each)
+        meant = _require_known_names(meaning(each), initial, file, line)
         if not readings.holds(meant, {}, initial):
-            line = _find_line_of_fact(file.text, each)
             raise InputError(
                 f"{file.path}: line {line}: the facts contradict each other: "
                 f"{format_ltl(each)} is stated, but does not follow from all facts together"
