@@ -485,10 +485,11 @@ class _ViolatedSubformula:
 def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedSubformula:
     """Return the violated part of a formula that does not hold on the trace.
 
-    For ``always``, the violated part is its body, with the first position at which the body is false. For
-    ``until``, the violated part is the left side, with the first position at which the left side is false; or
-    the right side, if the left side always holds. For a conjunction, the violated part is the first false
-    conjunct, or the conjunction if its conjuncts hold only at different positions.
+    - ``always``: its body, with the first position at which the body is false.
+    - ``until``: its left side, with the first position at which this side is false. If the left side always
+      holds: its right side.
+    - Conjunction: the first false conjunct. If the conjuncts hold, but only at different positions: the
+      conjunction.
     """
     evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     match formula:

@@ -403,10 +403,10 @@ class _GoalPartCompiler:
         ]
 
     def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
-        """Return the conditions on common atoms that occur only in given parts of the goal, as a bit mask.
+        """Return the conditions on atoms that occur only in the given parts of the goal, as a bit mask.
 
-        Common atoms occur in several parts of the goal. `mention_counts` has the number of times that each
-        atom occurs in the given parts. If the whole goal has the same number, no other part has the atom.
+        `mention_counts` has the number of times that each atom occurs in the given parts. If the whole goal
+        has the same number, no other part has the atom. Only common atoms count: those in several parts.
         """
         atoms = [
             atom

@@ -219,8 +219,8 @@ def report_running_device_as_additional_step(operator: Operator, check: Check) -
 def report_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Report the change of a state that an object lacks as an additional step, not an affordance error.
 
-    An object lacks a state if, for example, it is neither open nor closed. For the checks for such a state,
-    return None, which removes them. Return all other checks unchanged. See ``execution.py``,
+    An object lacks a state if, for example, it is neither open nor closed. Checks that an object has one of
+    two such states are removed (None). All other checks are returned unchanged. See ``execution.py``,
     ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
     """
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
