@@ -1,7 +1,7 @@
 """Achievers: the effects of operators that make an atom true or false, and the conditions of these effects.
 
-A ground atom binds some variables of an achiever. Static facts (facts that no action changes) restrict the
-other variables. Therefore the achievers of each atom are computed once in a search.
+A ground atom binds some variables of an achiever. Facts that no action changes restrict the other variables.
+These facts are the same in all states of a search, so the achievers of each atom are computed only once.
 """
 
 from __future__ import annotations
@@ -91,9 +91,9 @@ class Achiever:
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        with_parameter_subgoals: whether the effect's conditions on any parameters of the operator become
-            subgoals, which other actions may establish. If false, a condition with a variable that is not in
-            the atom becomes no subgoal.
+        with_parameter_subgoals: whether the effect's conditions on operator parameters outside the atom
+            become subgoals, which other actions may establish. If False, only conditions whose variables are
+            all in the atom become subgoals.
 
     Attributes:
         schema: the effect.
@@ -125,7 +125,7 @@ class Achiever:
         self.reads_single_facts = all(literal is not None for literal in self._literals)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """Return the object for each variable so that the effect's atom has these arguments, or None."""
+        """Return a mapping from variables to objects that gives the atom these arguments, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def generate_complete_bindings(
@@ -255,6 +255,7 @@ def _complete_bindings_by_steps(
     values: Sequence[int],
     effort: SearchEffort,
 ) -> Iterator[FrameBinding]:
+    """Yield ``binding`` with an object for each variable in ``steps``; ``values`` has their masks."""
     if not steps:
         yield binding
         return
@@ -302,8 +303,8 @@ class AchieversByPredicate:
         """Return the `Achiever` objects that make atoms of a predicate true, or false, simplest first.
 
         The simplest achievers use only the objects of the atom, and have fewest conditions. With
-        ``with_parameter_subgoals``, only achievers are returned that have subgoals about other parameters of
-        their operator.
+        ``with_parameter_subgoals``, conditions on operator parameters outside the atom become subgoals, too.
+        Then only achievers with such a condition are returned.
         """
         return self._compiled(predicate, adding, with_parameter_subgoals)
 
@@ -332,7 +333,7 @@ class AchieversByPredicate:
         ]
 
     def get_achievers_for_executing_operators(self, operator_names: Iterable[str]) -> list[Achiever]:
-        """Return, for each named operator, the `Achiever` of the goal to execute any action of the operator.
+        """Return an `Achiever` for each named operator. It stands for the execution of any of its actions.
 
         The achiever has one binding for each action of the operator. Unknown names are skipped.
         """
@@ -368,8 +369,8 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
 def _find_effect_conditions(schema: EffectSchema, *, with_parameter_subgoals: bool) -> list[f.Formula]:
     """Return the conditions of an effect that become subgoals if they do not hold.
 
-    These are the conditions that mention only variables of the effect's atom. With
-    ``with_parameter_subgoals``, conditions on other parameters of the operator become subgoals, too.
+    These are the conditions whose variables are all in the effect's atom. With ``with_parameter_subgoals``,
+    they also include conditions on the operator's other parameters.
     """
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
@@ -640,7 +641,7 @@ class _AtomAchieverFinder:
                 tests.pop(action, None)
 
     def can_be_used_in_state(self, state: State, usable_mask: int) -> bool:
-        """Whether this finder's results are valid for a state, and for actions on the objects in a mask."""
+        """Whether this finder may be used for a state if actions may use the objects in ``usable_mask``."""
         return (
             self._state.scene is state.scene
             and self._usable == usable_mask
@@ -691,7 +692,7 @@ class _AtomAchieverFinder:
         return matches
 
     def get_achievers_of_operators(self, operator_names: Iterable[str]) -> Sequence[_PartlyBoundAchiever]:
-        """Return, for each named operator, an object that makes all ground actions of the operator."""
+        """Return, for each named operator, an object that finds all ground actions of the operator."""
         matches = []
         for achiever in self._achievers.get_achievers_for_executing_operators(operator_names):
             if achiever not in self._operators:

@@ -206,9 +206,9 @@ class _SubgoalSplitter:
     def _find_objects_meeting_a_conjunct(
         self, variable: f.Variable, body: f.Formula, scope: Scope
     ) -> list[int]:
-        """Return the values of a quantified variable for which at least one conjunct of the body holds.
+        """Return the objects for which at least one conjunct of a quantifier's body holds.
 
-        Values are objects that actions may use. If no conjunct holds for any value, return all values.
+        Only objects that actions may use are returned. If no conjunct holds for any of them, return them all.
         """
         usable = self._find_usable_objects(variable)
         parts = body.operands if isinstance(body, f.And) else ()
@@ -297,8 +297,9 @@ class CostEstimates:
         self._costs: dict[_Key, float] = {}
         self._failed_limits: dict[_Key, float] = {}
         self._undone: dict[Action, int] = {}
-        # Depths of the computations under way, and the lowest depth that the innermost one has met again.
+        # The conditions whose costs are being computed, each with its depth in the recursion.
         self._open: dict[_Key, int] = {}
+        # Lowest depth of such a condition whose cost the innermost computation needed, too.
         self._cut_depth = _MAX_DEPTH
         # Conditions whose failure is uncertain, and the condition that caused each failure.
         self._uncertain: list[_Key] = []
@@ -365,10 +366,10 @@ class CostEstimates:
     def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _CheapestAction:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
-        The cost of the action must be below ``limit``. It must be possible to establish its conditions
-        without first establishing the atom. If a search without a cost limit finds no action, a second search
-        uses only effects with conditions on operator parameters that are not in the atom. These conditions
-        then become subgoals, too.
+        The cost is infinite if no action costs less than ``limit``. Actions do not count if one of their
+        conditions cannot be established without first establishing the atom. If a search without a cost limit
+        finds no action, conditions on operator parameters outside the atom become subgoals, too
+        (`AchieversByPredicate.find_achievers`).
         """
         supporter = self._supporters.get(atom)
         if supporter is None:
@@ -394,8 +395,8 @@ class CostEstimates:
     ) -> _CheapestAction:
         """Return the first of the cheapest actions that cost less than the action ``best``, else ``best``.
 
-        ``target`` is an atom with the truth that the action must give to the atom, or the names of the
-        operators that the action may execute.
+        ``target`` is a literal that the action must make true, or the names of the operators that the action
+        may execute.
         """
         matches = (
             self._matches.find_achievers_of_atom(target, with_parameter_subgoals=with_parameter_subgoals)
@@ -446,7 +447,7 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _is_computation_needless(self, key: _Key, limit: float) -> bool:
-        """Whether a search for a cost below ``limit`` is needless: it failed, is running, or is too deep."""
+        """Whether a cost below ``limit`` is not computed: it failed before, is under way, or is too deep."""
         if self._failed_limits.get(key, 0.0) >= limit:
             while key in self._causes:
                 key = self._causes[key]
@@ -456,6 +457,7 @@ class CostEstimates:
         return True
 
     def _begin_computation(self, key: _Key) -> tuple[int, int]:
+        """Mark the cost of a condition as being computed. Return values for `_end_computation`."""
         self._causes.pop(key, None)
         self._open[key] = len(self._open)
         before = self._cut_depth, len(self._uncertain)
@@ -463,10 +465,11 @@ class CostEstimates:
         return before
 
     def _end_computation(self, key: _Key, cost: float, limit: float, before: tuple[int, int]) -> None:
-        """Note the result of a computation.
+        """Store the cost of a condition; an infinite cost means that no cost below ``limit`` was found.
 
-        A failure is uncertain if its cause is a condition that is still being computed. If that condition
-        gets a finite cost, the failure proves only that at least one more action is needed.
+        Such a failure is uncertain if it was caused by another condition whose cost is still being computed.
+        If that condition gets a finite cost, the failure proves only that the failed condition needs at least
+        one action more. ``before`` is the result of `_begin_computation`.
         """
         depth = self._open.pop(key)
         cut, self._cut_depth = self._cut_depth, before[0]

@@ -162,7 +162,7 @@ class FactChangeFinder:
                 yield group, [(condition, inner) for condition in conditions]
 
     def _get_operators_of_unread_effects(self, change: FactChange) -> list[str]:
-        """Return the names of operators that may change a fact by an unread effect (without effect schema).
+        """Return the names of the operators that may change a fact by an effect without a schema.
 
         `make_effect_schemas` makes no schema if an effect reuses the name of an outer variable.
         """
@@ -266,10 +266,9 @@ class FactChangeFinder:
     def find_earlier_changes_for_wanted_change(
         self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes that let a step make or keep a change, and whether the step undoes this change.
+        """Return changes before a step that let it make a wanted change, or no longer undo this change.
 
-        The returned changes of facts must happen before the step. Then the step may make the wanted change,
-        or may no longer undo the change by making the opposite change.
+        The second returned value is whether the step undoes the wanted change by making the opposite change.
 
         Args:
             step: the step.
@@ -302,10 +301,7 @@ class FactChangeFinder:
         return frozenset(earlier_changes), undoes
 
     def get_changes_by_unknown_effects(self, operator_name: str) -> ChangeSet:
-        """Return all possible changes of facts if effect schemas of an operator are missing, else none.
-
-        An operator without complete schemas may have any effect.
-        """
+        """Return every possible change of a fact if an effect of the operator has no schema, else none."""
         names = [p.name for p in self._domain.vocabulary.predicates] if operator_name in self._unread else ()
         return frozenset(self._find_changes_of_predicates(names))
 
@@ -401,9 +397,9 @@ class FactChangeFinder:
     ) -> ChangeSet:
         """Return changes; one of them must happen before a compound condition can have the value ``truth``.
 
-        If not all parts need this value, return the changes for all parts. Otherwise the changes for one
-        failing part suffice: return the changes that the fewest actions make, or the first that at most
-        `_FEW_ACTIONS` actions make.
+        If one part with this value is enough, the changes for all parts are returned. If all parts need this
+        value (``all_needed``), the changes for one failing part are enough. This is the part whose changes
+        the fewest actions make, or the first part with at most `_FEW_ACTIONS` such actions.
         """
         if not all_needed:
             return frozenset().union(
@@ -426,7 +422,7 @@ class FactChangeFinder:
     ) -> ChangeSet:
         """Return changes; one of them must happen before a quantified formula can have the value ``truth``.
 
-        The formula has this value if its body has it for one object in place of the variable.
+        The formula has this value as soon as its body has it for one object.
         """
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
@@ -462,9 +458,9 @@ class FactChangeFinder:
     def _find_possible_changes_towards(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
-        """Yield the changes of facts that may give a condition its wanted truth.
+        """Yield the changes of facts that may give a condition the value ``truth``.
 
-        A variable with value None may be any object.
+        A variable that ``scope`` maps to None stands for any object.
         """
         vocabulary = self._domain.vocabulary
         for change in find_changes_towards(formula, scope, truth, vocabulary, self._find_object_index):

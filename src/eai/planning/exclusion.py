@@ -81,7 +81,7 @@ class _Lemma(NamedTuple):
 
 
 class _Condition(NamedTuple):
-    """A formula that must be true, or (``truth`` False) false.
+    """A formula that must be true, or must be false if ``truth`` is False.
 
     Attributes:
         unfolded: derived predicates whose definitions contain the formula; they are not replaced by their
@@ -426,7 +426,7 @@ class _HypotheticalState:
     def _get_parts_and_whether_all_needed(
         self, condition: _Condition, *, is_assumed_true: bool = False
     ) -> tuple[bool, Sequence[_Condition]]:
-        """Return whether all parts of a condition must be met (if False, one part), and the parts.
+        """Return whether all parts of a condition must be met, or only one part, and the parts.
 
         A condition that cannot be split has no parts.
         """
@@ -465,19 +465,21 @@ class _HypotheticalState:
     ) -> list[_FactArgument]:
         """Return the values of a variable for which the body of its quantified formula is examined.
 
-        The value None stands for any object. If the formula is assumed true, values are:
+        A value is an object, the name of an unknown object, or None for any object.
 
-        - existential formula: one new unknown object; no value if an outer variable is None.
-        - universal formula: None; no value if its variable has a category.
+        If the formula is assumed to be true, its body is true for each returned value:
 
-        Otherwise the formula is tested: it is impossible if one value makes its body impossible. Values are:
+        - Existential formula: the name of a new unknown object. If an outer variable is None, no value.
+        - Universal formula: None. If its variable has a category, no value.
 
-        - existential formula: None.
-        - universal formula: the objects in the facts, if they belong to the variable's category.
+        Otherwise the formula is impossible if its body is impossible for one returned value:
+
+        - Existential formula: None.
+        - Universal formula: the objects in the facts that belong to the variable's category.
         """
         if is_existential and is_assumed_true:
             self._unknown += 1
-            # If an outer variable stands for any object (None), each such object may need another witness.
+            # An outer variable that is None stands for many objects, which may need different objects here.
             return [] if None in scope.values() else [f"{self._unknown}"]
         if is_existential or is_assumed_true:
             return [None] if is_existential or variable.category is None else []
@@ -507,9 +509,9 @@ class _HypotheticalState:
         return True
 
     def _is_fact_impossible(self, fact: _FactWithOpenArguments, *, truth: bool) -> bool:
-        """Whether a fact is proved false, whatever objects its open arguments (None) stand for.
+        """Whether a fact is proved false; if ``truth`` is False, whether it is proved true.
 
-        If ``truth`` is False: whether the fact is proved true for all these objects.
+        An argument that is None stands for any object. The proof then holds for all objects.
         """
         rules, general = self._prover.rules, _replace_unknown_objects_by_none(fact)
         if fact in self._true:

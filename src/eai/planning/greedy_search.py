@@ -44,7 +44,7 @@ class GreedySearch:
         heuristic: the heuristic of the domain.
         successors: the generator of the states after one action.
         effort: counter of states that were reached and estimated.
-        bindings: counter of values that were given to parameters to find actions.
+        bindings: counter of the parameter values that were tried to find actions.
     """
 
     def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, limits: Limits) -> None:
@@ -130,7 +130,7 @@ class GreedySearch:
 
 
 class _NodeWithActionsToTry(NamedTuple):
-    """A state to expand, its rank, and the actions that expand the state; None for all applicable actions."""
+    """A node to expand, its rank, and the actions to try from it; None to try all applicable actions."""
 
     node: PlanNode
     rank: tuple[float, int]

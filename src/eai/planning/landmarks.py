@@ -59,8 +59,8 @@ class _RelaxationGraph:
     """The delete relaxation of one episode: a graph of conditions and changes of facts.
 
     A condition needs either all of its parts, or any single part. A change needs one action that makes the
-    change. The graph grows backwards from the goals, by the steps and the actions of examined sets, until the
-    examined set reaches the goals.
+    change. The graph begins with the goals, and `find_cut_without_actions` extends it backwards if
+    necessary. It contains only steps of the plan, and actions that were passed to this method.
 
     Args:
         change_finder: the changes that conditions need, and the actions for these changes.
@@ -130,10 +130,11 @@ class _RelaxationGraph:
     def _find_conditions_between_actions_and_goals(
         self, actions: Collection[Action], reached: bytearray
     ) -> dict[int, None]:
-        """Return the numbers of the unreached nodes between the goals and the given actions, goals first.
+        """Return the numbers of the nodes that separate the given actions from the goals, goals first.
 
-        The search follows the graph backwards from the goals. If a condition needs all of its parts, the
-        search continues at one unreached part, otherwise at every part.
+        The search follows unreached nodes backwards from the goals. If a condition needs all of its parts,
+        the search continues at one unreached part, otherwise at every part. From a change, it continues at
+        the conditions of the given actions that make the change.
         """
         seen = {self._goal: None}
         queue = [self._goal]
@@ -158,10 +159,11 @@ class _RelaxationGraph:
         return seen
 
     def _group_actions_by_conditions(self, change_node: int) -> list[tuple[dict[Action, None], list[int]]]:
-        """Return the actions that make a change of a fact, in groups whose effects have equal conditions.
+        """Return the actions that make a change of a fact, grouped by the conditions of their effects.
 
-        Each group comes with its conditions that do not hold at the start, as numbers of nodes of this graph.
-        ``change_node`` is the number of the node of the change.
+        ``change_node`` is the number of the change's node. A group is a pair: its actions, and the numbers of
+        the nodes of its conditions. Conditions that hold at the start are left out, and so are groups with a
+        condition that can never hold.
         """
         groups = self._grouped.get(change_node)
         if groups is None:
@@ -331,10 +333,10 @@ class _RelaxationGraph:
         return _TRUE if _TRUE in numbers else self._get_and_or_node(numbers, 1, _FALSE)
 
     def _get_and_or_node(self, part_nodes: tuple[int, ...], needed_count: int, node_if_no_parts: int) -> int:
-        """Return the number of the graph node of a condition with some parts: a conjunction or a disjunction.
+        """Return the number of the node of a conjunction or disjunction, given the nodes of its parts.
 
-        The condition is a disjunction if ``needed_count`` (the number of parts that must hold) is 1.
-        Otherwise it is a conjunction, and ``needed_count`` is the number of its parts.
+        ``needed_count`` is the number of parts that must hold: 1 in a disjunction, all in a conjunction. If
+        there is only one part, its node is returned.
         """
         if len(part_nodes) < 2:
             return part_nodes[0] if part_nodes else node_if_no_parts
@@ -411,9 +413,9 @@ class Landmarks:
         return missed
 
     def count_min_actions_for_cuts(self, cuts_mask: int) -> int:
-        """Return the proved minimum number of actions in a set that has one of each landmark.
+        """Return a proved lower bound of the size of a set that has an action of each given landmark.
 
-        The landmarks (sets of actions, see `Cut`) are given as a bit mask.
+        The landmarks (see `Cut`) are given as a bit mask.
         """
         return self._get_min_hitting_set(cuts_mask)[0]
 

@@ -42,7 +42,7 @@ For a costlier goal, the conditions that must hold before it are reached first.
 """
 
 _MAX_KEPT_COST = 18.0
-"""Minimum estimated cost of a goal that counts as unreachable if actions may not undo another goal."""
+"""Estimated cost from which a goal counts as unreachable, if actions may not undo a certain other goal."""
 
 _NEXT_ACTION = -1
 """Index that stands for the goal to execute the next operator of `PlanningGoal.actions`.
@@ -226,7 +226,7 @@ class _ReasonableOrder:
         self._must_precede: dict[tuple[object, ...], bool] = {}
 
     def _find_related_goals(self) -> list[list[int]]:
-        """Return a list for each goal: the numbers of the goals with a common object."""
+        """Return, for each goal, the indices of all goals with a common object."""
         goals_of_object = group_pairs(
             (index, i) for i, literal in enumerate(self._literals) for index in literal.arguments
         )
@@ -257,7 +257,10 @@ class _ReasonableOrder:
         self._must_precede = dict.fromkeys(self._must_precede, False)
 
     def learn_order(self, node: PlanNode, estimates: CostEstimates, held_goals: Set[int]) -> None:
-        """Learn the order of goals from a node in which the ``held_goals`` hold, some for the first time."""
+        """Learn the order of goals from a node in which the ``held_goals`` hold.
+
+        Only goals that did not hold at the last call are compared with goals that do not hold yet.
+        """
         for later in sorted(held_goals - self._held):
             for earlier in self._related_goals[later]:
                 if earlier not in held_goals and self._get_pair_key(earlier, later) not in self._must_precede:
@@ -281,11 +284,11 @@ class _ReasonableOrder:
         return (*signature, *categories, *map(arguments.index, arguments))
 
     def _learn_goal_order(self, node: PlanNode, estimates: CostEstimates, earlier: int, later: int) -> None:
-        """Find out whether goal ``later``, which holds in a node, can be kept while ``earlier`` is reached.
+        """Find out whether goal ``earlier`` must be reached before ``later``, which holds in a node.
 
-        The order stays unknown if ``earlier`` is out of reach of a direct search. It also stays unknown if
-        two conditions hold: actions about other objects of the same categories undo ``later``, and
-        ``earlier`` is not known to be unreachable while ``later`` is kept.
+        It must be reached before if it seems unreachable while ``later`` is kept. The order stays unknown if
+        ``earlier`` is too costly for a direct search. The order also stays unknown if ``earlier`` seems
+        reachable, but an action about other objects of the same categories undoes ``later``.
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
@@ -302,11 +305,11 @@ class _ReasonableOrder:
     def _find_kinds_of_undoing_actions(
         self, condition: Subgoal, own_objects: tuple[int, ...], kept_goal: Subgoal, estimates: CostEstimates
     ) -> set[bool]:
-        """Return which kinds of actions on the cheapest path to a condition undo the goal ``kept_goal``.
+        """Return the kinds of the actions on the cheapest path to a condition that undo ``kept_goal``.
 
-        An action has the kind True if the literal that it establishes, and all literals from there to the
-        condition, are about the ``own_objects``, or about objects of other categories than theirs. Other
-        actions have the kind False.
+        A foreign object is not in ``own_objects``, but has the category of an object in ``own_objects``. An
+        action has the kind False if a foreign object occurs in the literal that it establishes, or in a
+        literal between this one and the condition. All other actions have the kind True.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
         own_categories = {objects[index].category for index in own_objects}
@@ -387,7 +390,10 @@ class _GoalAgenda:
         return bool(new)
 
     def _must_undo_goals(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
-        """Whether a goal seems unreachable without undoing reached goals; True at most once for each goal."""
+        """Whether a goal seems unreachable unless reached goals are undone.
+
+        The result is False if no goal must come after another goal, or if it was True for this goal before.
+        """
         if not self._order.has_ordered_goals or goal in self._undoing:
             return False
         kept = self._search.make_estimates(node, reached, keep_protected=True)
@@ -397,11 +403,11 @@ class _GoalAgenda:
         return True
 
     def _generate_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
-        """Yield the indices of goals by their estimated cost, hard goals first.
+        """Yield the indices of pending goals: hard goals first, then by estimated cost.
 
-        Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. A
-        single pending goal is yielded at once. If the caller then asks for another goal, the cost of the
-        single goal is estimated for later calls.
+        Goals are first sorted by their costs from earlier calls. The first goal in the queue is then
+        estimated for this node, and may move back. A single pending goal is yielded without an estimate. If
+        the caller asks for another goal, the single goal is estimated for later calls.
         """
         if len(pending) == 1:
             yield pending[0]

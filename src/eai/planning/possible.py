@@ -26,9 +26,9 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of operations to find the possible facts; number of operations that an action counts as.
+"""Maximum number of operations to find the possible facts, and the number that each tried action costs.
 
-An object that is tried as an argument of an action counts as one operation.
+Each object that is tried as an argument of an action costs one operation, too.
 """
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
@@ -176,9 +176,9 @@ class PossibleFacts:
     ) -> bool:
         """Whether an atom of a defined predicate may ever have the truth value ``truth``.
 
-        A recursive definition is evaluated as a least fixpoint. If the evaluation needs its own result, it
-        assumes an answer: the atom can never be true, but it can be false. The outermost evaluation is
-        repeated until its result is True or it finds no new possible literal.
+        A recursive definition is evaluated as a least fixpoint. If the evaluation of an atom needs the atom
+        itself, the atom is assumed to be never true, but possibly false. The outermost evaluation is repeated
+        until its result is True or it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
         if literal in self._assumed:

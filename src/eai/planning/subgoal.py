@@ -14,7 +14,10 @@ from eai.world.state import Scene
 
 
 class Subgoal(NamedTuple):
-    """A condition that must be true, or (``truth`` False) false; ``scope`` maps free variables to objects."""
+    """A condition that must be true, or must be false if ``truth`` is False.
+
+    ``scope`` maps the free variables of the formula to objects.
+    """
 
     formula: f.Formula
     scope: Scope

@@ -26,7 +26,10 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""Moment of a plan: number (id) of the state, and number of executed operators of `PlanningGoal.actions`."""
+"""A moment in the execution of a plan: a state, and the number of goal operators executed so far.
+
+The state is given by its number in a `PlanStateCache`. Goal operators are those in `PlanningGoal.actions`.
+"""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
 """Moments of a plan, one before each entry of the plan up to the first impossible step.
@@ -120,7 +123,7 @@ class PlanStateCache:
         Args:
             plan: the plan.
             earlier_path: a path that agrees with the plan's path up to the moment before ``first_entry``.
-            first_entry: the number of the first entry (step of the plan) to execute.
+            first_entry: the index of the first step to execute.
         """
         moments = [*earlier_path[: first_entry + 1]]
         for _, action in plan[first_entry:]:
@@ -209,7 +212,7 @@ class _HelpingEditFinder:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _get_cached_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
-        """Return changes of facts that may make an impossible step possible, or needless (then skipped)."""
+        """Return changes of facts after which an impossible step may be possible, or skipped as needless."""
         changes = self._fatal.get((state_number, action))
         if changes is None:
             changes = self._fatal[state_number, action] = self._find_changes_to_enable_step(
@@ -262,6 +265,7 @@ class _HelpingEditFinder:
     def _find_edits_making_any_change(
         self, plan: EditedPlan, path: PlanPath, fact_changes: ChangeSet, operator_names: frozenset[str]
     ) -> list[HelpingEdits]:
+        """Return edits that may make any of the changes, or execute any of the operators, within the path."""
         helping_edits: list[HelpingEdits] = []
         actions = {
             **self._change_finder.find_actions_making_any_change(fact_changes),
@@ -293,11 +297,11 @@ class _HelpingEditFinder:
     def _find_earlier_changes_for_wanted_changes(
         self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes of facts after which a step may make more wanted changes, or may undo fewer.
+        """Return changes before a step after which it may make more wanted changes, or undo fewer.
 
-        The returned changes must happen before the step. A step is skipped if it is not needed. If the
-        operator of a skipped step is in ``operator_names``, changes that let the step be executed are also
-        returned. The second returned value is whether the step undoes any wanted change.
+        A step that is not needed is skipped. If the operator of a skipped step is in ``operator_names``, the
+        result includes changes after which the step is executed. The second returned value is whether the
+        step undoes any wanted change.
         """
         state, executed = (
             self._states.by_number[state_number],

@@ -403,12 +403,11 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: the moment (`PlanMoment`) before each entry of the plan. If ``first_unknown`` is not -1, this is
-            the path of the plan before its last edit, and only its moments up to entry ``first_unknown`` hold
-            for the edited plan.
-        first_unknown: number of the first entry whose moment is not computed yet; -1 if all are computed.
-        failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
-            for the plan before the last edit.
+        path: the moment (`PlanMoment`) before each entry of the plan. Before the plan is executed, this is
+            the path before its last edit. Then only the moments up to the entry ``first_unknown`` are right.
+        first_unknown: index of the first entry to execute after the last edit; -1 if the plan was executed.
+        failures: number of failed steps and missed goals. Before the plan is executed, this is the number
+            before its last edit.
         cost: the numbers of edits of the plan, by kind of edit.
         missed_cuts: the landmarks (sets of actions, see `Cut`) without an action of this plan, as a bit mask.
         known_cuts: number of landmarks known when ``missed_cuts`` was computed.
@@ -503,9 +502,9 @@ class _RepairSearch:
     def _execute_plan_and_check_success(self, node: _RepairNode) -> bool:
         """Execute the plan of a node. Return True if the plan succeeds.
 
-        If the plan fails, its node is queued again, with the result of the execution. Copies of the plan with
-        one more deleted step, up to the failed step, are queued, too, if the deletion costs no edit: with an
-        insertion before the step it counts as one replacement.
+        If the plan fails, its node is queued again, with the result of the execution. Some copies of the plan
+        with one more deleted step are queued, too. The step is at or before the failure, and its deletion
+        costs no edit, because it counts as a replacement together with an earlier insertion.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.compute_path(node.plan, node.path, node.first_unknown)
