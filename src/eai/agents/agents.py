@@ -1,9 +1,9 @@
 """Play games without a language model: by null agents, which do not know the goals, or by planning agents.
 
 An agent is made for one game and returns its next command whenever it is called. Null agents take random
-actions: possible actions, possible actions that lead to new states, or any actions. Planning agents know the
-goals and read facts about known objects from the state. Their results show how well an agent can play by the
-rules of the games.
+actions. One of them takes possible actions, one takes possible actions that lead to new states, and one takes
+any actions. Planning agents know the goals and read facts about known objects from the state. Their results
+show how well an agent can play by the rules of the games.
 """
 
 from __future__ import annotations
@@ -233,9 +233,10 @@ class _Explorer:
         return [goal for goal, reached in goals if not reached]
 
     def _find_plan_for_goals(self, limits: Limits = _LIMITS_OF_FIRST_SEARCH) -> Sequence[Action]:
-        """Return a plan for the goals; empty if an object of an unmet goal is unknown and cannot be made.
+        """Return a plan for the goals, or an empty plan if no search finds one.
 
-        A first search uses only the objects of the goals; a second search uses all known objects.
+        A first search uses only the objects of the goals; a second search uses all known objects. Nothing is
+        searched while an object of an unmet goal is unknown, except objects that actions create.
         """
         game, task = self._game, self._game.task
         usable_objects, effort = (
@@ -303,8 +304,8 @@ class _Explorer:
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that can hide other objects, each with the condition under which it hides nothing.
 
-        Objects that goals name come first. Other objects are sorted by category: the fewer containers of a
-        category were opened in vain, the earlier its objects come. Among equals, visible objects come first.
+        Objects that goals name come first. Then come objects of categories with few containers that were
+        opened in vain. Among equals, visible objects come first.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)

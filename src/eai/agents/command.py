@@ -40,7 +40,7 @@ def is_look_command(text: str, domain: Domain) -> bool:
 
 
 ParsedCommand: TypeAlias = Action | ErrorReport | None
-"""A command after reading: an action, an error if it is not valid, or None for `DONE`, which ends a game."""
+"""The meaning of a command: an action, the error in an invalid command, or None for `DONE`."""
 
 
 class CommandNotation:

@@ -300,7 +300,7 @@ class Game:
     def _make_result(
         self, outcome: _CommandOutcome, repairs: tuple[str, ...], *, done: bool = False
     ) -> _StepResult:
-        """Record after a command whether and how the game ended. Return the turn's observation and reward."""
+        """End the game if a command has ended it. Return the observation and the reward of the turn."""
         self.outcome = outcome
         complete, limit = all(self.reached), self.setup.action_limit
         if self.refused is not None:
@@ -418,8 +418,8 @@ class Game:
         """Yield all actions that are possible now, about known objects.
 
         Args:
-            effort: limit of the parameter values to try, after which no more actions are yielded; by
-                default `_MAX_BINDINGS`.
+            effort: counts the parameter values that are tried. At its limit, by default `_MAX_BINDINGS`, no
+                more actions are yielded.
         """
         known = self.memory.known
         objects = [index for index in self.setup.observer.subjects if index in known]

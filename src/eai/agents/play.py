@@ -279,7 +279,8 @@ class RecordedGame(Game):
     Attributes:
         turns: the commands so far.
         failed: for each command, whether its action was impossible or slipped.
-        max_actions: the limit of actions; 100 if actions are not limited. Replies are limited by it.
+        max_actions: the limit of actions; 100 if actions are not limited. The limit of a model's replies is a
+            multiple of it.
         harness: the harness of the agent.
         without_call: the first reply that called no tool; empty if each reply called a tool.
     """

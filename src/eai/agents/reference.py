@@ -173,9 +173,10 @@ def add_reference_plans(task: Task, benchmark: Benchmark) -> Task:
 
 
 def describe_wrong_recorded_plans(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
-    """Yield messages on wrong plans that a task records: its shortest plan, or its reference plan.
+    """Yield a message on each wrong plan that a task records: its shortest plan, or its reference plan.
 
-    The reference plan can be carried out by an agent that sees only a part of the world.
+    The shortest plan may need knowledge of the whole scene. An agent in the standard setting, which sees only
+    a part of the world, can carry out the reference plan.
 
     Args:
         task: a task whose recorded plans reach its goals (`eai.tasks.task_files.find_mistakes_in_task`).
