@@ -76,7 +76,10 @@ def _open_tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) ->
 
 
 def _begin_episode(state: TaskState) -> RecordedGame | None:
-    """Begin or resume the episode of a sample from the store; return None if its task cannot be played."""
+    """Begin the episode of a sample, and replay the commands that Inspect's store has of it.
+
+    Return None if the task cannot be played.
+    """
     metadata = state.metadata
     errata = find_errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
     benchmark = find_benchmark(str(metadata["domain"]))

@@ -32,10 +32,10 @@ one token for four characters would be 0.50 to 1.02 times the count.
 """
 
 MIN_ANSWER_TOKENS = 1024
-"""Lower bound of the default token limit of an answer (`GOLD_LENGTHS`). Users may set a lower limit."""
+"""Minimum of the token limit that a run sets by default for an answer. Users may set a lower limit."""
 
 GOLD_LENGTHS = 4
-"""Default of the maximum number of tokens of an answer, as a multiple of the data set's longest answer."""
+"""Default token limit of an answer, as a multiple of the data set's longest answer."""
 
 _REASONING_MODEL = re.compile(
     r"think|reason|magistral|qwq|qwen-?3|gpt-(?:5|oss)|\b(?:r1|o[1-9])\b", re.IGNORECASE
@@ -209,12 +209,17 @@ def _find_served_name(model: Model) -> str:
 
 
 def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any]:
-    """Yield what a server states of a model's context, the most reliable statement first.
+    """Yield the context lengths that a server states for a model, the most reliable one first.
 
     vLLM and SGLang list ``max_model_len`` with each model, hosted services ``context_length``. llama.cpp
     lists ``meta.n_ctx``, older versions only in ``/props``. Ollama states the context of a running model in
-    ``/api/ps``, and otherwise the parameter ``num_ctx``. The last statements are the context lengths for
-    which the model was trained.
+    ``/api/ps``, and otherwise the parameter ``num_ctx``. The last values are the context lengths for which
+    the model was trained. A value that the server does not state is None.
+
+    Args:
+        server: OpenAI's client of the server.
+        address: address of the server.
+        name: name of the model.
     """
     root = address.rstrip("/").removesuffix("/v1")
     models = _read_dicts_in_field(_read_json(server, "/models"), "data")
@@ -236,7 +241,13 @@ def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any
 
 
 def _read_json(server: Any, path: str, body: Mapping[str, str] | None = None) -> Any:
-    """Return the JSON value of a page of a server, or None if the server has no such page."""
+    """Return the JSON that a server sends for a path, or None if the server does not know the path.
+
+    Args:
+        server: OpenAI's client of the server.
+        path: the path.
+        body: the body of a POST request; None for a GET request.
+    """
     from openai import OpenAIError
 
     try:

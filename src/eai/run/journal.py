@@ -129,7 +129,7 @@ class RunState:
 
     Args:
         job: the job.
-        journal: the journal for new answers; answers that it already has to the same requests are used.
+        journal: the journal for new answers. Requests that it has already an answer to are not sent again.
         watch: called at every answer and failure.
 
     Attributes:

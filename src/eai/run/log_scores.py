@@ -29,7 +29,7 @@ from eai.run.tasks import read_inspect_log
 _START = "_journal/start.json"
 
 _UNSUMMARIZED: dict[str, Any] = {"events": [], "events_data": None, "attachments": {}, "store": {}}
-"""Empty values for large fields of a sample that Inspect's summary of the sample does not need."""
+"""Large fields of a sample with empty values: Inspect's summary of a sample does not need them."""
 
 _RecordOfEpoch: TypeAlias = tuple[Record, int]
 """A record (scored answer), and its epoch (round of answers to all tasks)."""
@@ -114,7 +114,7 @@ def _write_scores_of_log(
 
 
 def _dump_json(value: object) -> bytes:
-    """Return a value as JSON. Lone surrogates become escapes as plain text, as Inspect writes them."""
+    """Return a value as JSON. A lone surrogate becomes the text of its escape, as in Inspect's own logs."""
     text = json.dumps(value, ensure_ascii=False)
     return _LONE_SURROGATE.sub(lambda match: f"\\\\u{ord(match[0]):04x}", text).encode()
 

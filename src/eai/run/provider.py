@@ -60,9 +60,10 @@ from eai.world.action import Action
 DEFAULT_NOISE = 0.1
 
 PLANNER_LIMITS = Limits(200)
-"""Search limits of `eai/planner` for plans that start in a later state or a perceived scene.
+"""Search limits of `eai/planner` if a question describes a changed state or a scene as a model perceived it.
 
-They end the search if such a task is unsolvable. All tasks of the household benchmarks need less search.
+The goals may be out of reach there; then the limits end the search. All tasks of the household benchmarks
+need less search.
 """
 
 T = TypeVar("T")
@@ -272,7 +273,7 @@ class _BuiltInModel(ModelAPI):
         return self._corrupt_answer(answers, question).text
 
     def _describe_scene(self, question: _ModelQuestion) -> str:
-        """Return the scene graph of a task with errors.
+        """Return a task's scene graph, corrupted by random errors.
 
         On average, half of the errors leave out a fact, and half give a fact a wrong object.
         """

@@ -63,7 +63,7 @@ def describe_error(error: BaseException) -> str:
     if isinstance(error, UNREADABLE):
         return f"the provider's reply cannot be read ({first_line if lines else 'it is no completion'})"
     cause = _find_first_cause(error)
-    # the message of a cause that is no OSError may contain an API key
+    # the messages of other causes than OSError may contain an API key
     if cause is not error and isinstance(cause, OSError) and cause.strerror:
         return f"{first_line} ({cause.strerror})"
     return first_line

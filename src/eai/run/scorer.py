@@ -111,10 +111,12 @@ def _describe_goal_part(part: GoalPartReport, number: int) -> str:
 def make_inspect_metric_of_paper_scores(ability: str) -> Metric:
     """Return Inspect's metric with the columns of the paper's tables, as fractions.
 
-    The fractions are ratios of sums over all tasks, as in ``summary.json``; columns to which no answer
-    contributes are left out. For several answers to a task the mean counts, or the answer with the most
-    frequent meaning, as in ``eai run --epochs``. Some protocols (scoring rules) look at all answers of a
-    model to tell whether plans name objects with ids. For such a protocol, the answers are scored again.
+    A fraction is a sum over all tasks divided by another sum, as in ``summary.json``. Columns to which no
+    answer contributes are left out. If a task has several answers, their mean counts, or the answer with the
+    most frequent meaning, as in ``eai run --epochs``.
+
+    Some protocols (scoring rules) look at all answers of a model to tell whether plans name objects with ids.
+    For such a protocol, the answers are scored again.
     """
 
     def compute_metrics_of_paper(scores: list[SampleScore]) -> Value:
@@ -211,11 +213,11 @@ def add_study_results_to_record(
 
     Studies are variations of the questions. Their options (the experiment) are read from the sample's
     metadata. If a task had several attempts, all answers are executed again. If the question stated goals or
-    a scene from an earlier answer, these are judged again.
+    a scene that a model gave earlier, the values that studies report on them are computed again.
 
     Args:
         record: the record of the last answer, scored as if there were no experiment.
-        suite: the suite, opened for the answers.
+        suite: the suite, adapted to the model's answers (`Suite.choose_suite_for_answers`).
         metadata: metadata of the sample.
         epoch: epoch of the sample.
     """
@@ -246,7 +248,7 @@ def make_record_of_logged_answer(
 
     Args:
         suite: the suite.
-        experiment: the options, in the form of samples' metadata; used for tasks without a sample.
+        experiment: the options, in the form of samples' metadata, for a task that ``samples`` lacks.
         samples: the logged sample of each task whose answer is scored.
         record_without_experiment: the answer's record, scored as if the run had no studies.
     """
@@ -286,9 +288,9 @@ def _open_suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: 
 
 
 RECORD = "record"
-"""Name under which a score's metadata has the `Record`.
+"""Key in a score's metadata, whose value is the `Record`.
 
-The metadata of a score that is read from a log has the fields of the record, not the record.
+A score that is read from a log lacks this key: its metadata has the fields of the record instead.
 """
 
 

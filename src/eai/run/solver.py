@@ -197,7 +197,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
             transcript.add_question(question, conversation)
             transcript.add_recorded_answer(answer)
         while not conversation.is_over:
-            if run.stopped is not None:  # the run raises its error once, not once for each sample
+            if run.stopped is not None:  # the caller raises this error once, for all samples
                 return state
             question, request = conversation.question, run.hash_request_for_next_answer(recorded)
             messages = transcript.add_question(question, conversation)
@@ -263,8 +263,8 @@ class _SampleTranscript:
         """Add a question to the state: all messages of the first question, the last message of later ones.
 
         Returns:
-            the messages to send. Metadata of the last message has the attempt's number and the actions of
-                earlier attempts, if this attempt continues in the world that they changed.
+            the messages to send. The last message has metadata: the number of the attempt, and the actions of
+                earlier attempts that changed the world in which this attempt starts.
         """
         self.attempt += 1
         actions = [[action.operator, *action.arguments] for action in conversation.executed_actions]

@@ -122,7 +122,7 @@ class _SamplesFedToInspect(SampleSource):
         return self._take_next_samples_within_limit()
 
     async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
-        """Return the samples that Inspect can start next, after a sample that waited or ran was cancelled."""
+        """Return the samples that Inspect can start next, after a waiting or running sample was cancelled."""
         self._unfinished -= 1
         return self._take_next_samples_within_limit()
 
@@ -373,7 +373,7 @@ InspectSample: TypeAlias = EvalSample
 """A sample in a log of Inspect. Modules that must not import Inspect name the type by this alias."""
 
 ANSWER_LIMIT = "answer_limit"
-"""Field of a log's metadata: default of the maximum number of tokens of an answer."""
+"""Field of a log's metadata: the maximum number of tokens of an answer that the run set by default."""
 
 
 def find_log(job: QuestionJob, folder: Path) -> Path | None:
@@ -515,7 +515,7 @@ def request_missing_answers(
 
 
 def _find_or_make_log(job: QuestionJob, run: RunState, log_dir: Path) -> Path:
-    """Return a log with all answers to a job. Request missing answers.
+    """Return a log with all answers to a job, after missing answers were requested.
 
     The job has all tasks of the run, or some.
     """
