@@ -180,7 +180,9 @@ def _must_be_unpacked(info: zipfile.ZipInfo, other_names: Collection[str]) -> bo
 
 
 def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:
-    """Return the response file at a path, or the files below a folder that name no other suite.
+    """Return the response files at a path that may have answers to a suite. The path is a file or a folder.
+
+    Files whose paths name another suite (ability in a benchmark) are left out.
 
     Raises:
         InputError: there is no response file, or all files name other suites.
@@ -213,7 +215,7 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        # find_response_files raises if each file name has an attempt number; rglob then finds the files
+        # this search skips names with an attempt number, so it may raise; then rglob finds the first attempts
         with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
@@ -237,9 +239,9 @@ def read_suite_from_path(file: Path) -> tuple[str, str] | None:
 
 
 def _find_conflicting_suite_in_path(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
-    """Return the suite (benchmark and ability) that a file names; None for no suite or the wanted suite.
+    """Return the benchmark and the ability in a file's path if they are not the wanted ones, else None.
 
-    Folders that have no benchmark's name say nothing about the suite.
+    A path with the wanted ability and an unknown folder in place of the benchmark is accepted.
     """
     suite = read_suite_from_path(file)
     if suite is None or (

@@ -78,17 +78,17 @@ _PSEUDO_UNITS = 2
 
 @dataclass(frozen=True, slots=True)
 class _RateWithErrorBySamplingUnit:
-    """An estimated rate, or difference of rates, with the contribution of each unit to its error.
+    """An estimated rate, or difference of rates, with the error that each unit contributes to it.
 
-    Units are tasks, or groups of near copies of a task. Two imagined units (pseudo-units) of mean size are
-    added to the variance, so that it is not too small with few tasks. Each is right with probability 1/2.
+    A unit is a task, or a group of near copies of a task. With few units the variance would be too small.
+    Therefore it also counts two pseudo-units: imagined units of mean size, each right with probability 1/2.
 
     Attributes:
         value: the estimate, as a fraction of 1.
-        centre: the estimate if two pseudo-units were added to the units, one of them right and one wrong.
-        of_units: mapping from each unit to its contribution; the contributions sum to 0.
-        of_pseudo_units: the possible contributions of one pseudo-unit to the error, all equally likely.
-            For a rate there are two: one if the unit is right, one if it is wrong.
+        centre: the estimate with two more units, one of them right and one wrong.
+        of_units: mapping from each unit to the error that it contributes; these errors sum to 0.
+        of_pseudo_units: the errors that one pseudo-unit may contribute, all equally likely. For a rate there
+            are two: one if the unit is right, one if it is wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
@@ -100,15 +100,15 @@ class _RateWithErrorBySamplingUnit:
 
     @property
     def observed_variance(self) -> float:
-        """Variance of the estimate from its units alone, without the two imagined units of `variance`."""
+        """Variance of the estimate from its units alone, without the two pseudo-units."""
         return sum(added * added for added in self.of_units.values())
 
     @property
     def variance(self) -> float:
         """Variance of the estimate, never zero.
 
-        The sum of the jackknife variance over the units (tasks or groups of near copies) and the variance of
-        two imagined units (pseudo-units), which keep it above zero if all tasks are right, or all wrong.
+        It is the jackknife variance over the units, plus the variance of the two pseudo-units. The
+        pseudo-units keep it above zero even if all tasks are right, or all wrong.
         """
         left_out = (
             added / (1 - self.weights[unit])
@@ -120,7 +120,10 @@ class _RateWithErrorBySamplingUnit:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Degrees of freedom: Kish's effective number of units (tasks or groups of near copies), plus one."""
+        """Degrees of freedom: the effective number of units, plus two pseudo-units, minus one.
+
+        The effective number is Kish's, rounded down.
+        """
         effective_units = 1 / sum(weight * weight for weight in self.weights.values())
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
 
@@ -128,9 +131,9 @@ class _RateWithErrorBySamplingUnit:
 def compute_rate_with_error_by_sampling_unit(
     shares_by_unit: Mapping[str, Share],
 ) -> _RateWithErrorBySamplingUnit | None:
-    """Return a rate, with the contribution of each unit to its error; None if its denominator is zero.
+    """Return a rate with the error that each unit contributes, or None if the denominator is zero.
 
-    A unit is a task, or a group of tasks that are nearly copies of each other.
+    A unit is a task, or a group of near copies of a task.
 
     Args:
         shares_by_unit: mapping from each unit to the numerator and denominator that it adds to the rate.
@@ -153,10 +156,10 @@ def compute_rate_with_error_by_sampling_unit(
 def compute_weighted_mean_of_rates(
     weighted_rates: Sequence[tuple[float, _RateWithErrorBySamplingUnit]],
 ) -> _RateWithErrorBySamplingUnit:
-    """Return the weighted mean of rates of the same tasks, with each unit's contribution to the mean's error.
+    """Return the weighted mean of rates of the same tasks, with the error that each unit contributes.
 
-    A unit is a task, or a group of tasks that are nearly copies of each other. Two pseudo-units (imagined
-    units, see `_RateWithErrorBySamplingUnit`) also contribute. Each is right in all rates, or wrong in all.
+    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorBySamplingUnit`) is
+    either right in all rates or wrong in all rates.
 
     Args:
         weighted_rates: for each rate, its weight and the result of
@@ -174,11 +177,11 @@ def compute_weighted_mean_of_rates(
 def compute_rate_difference_by_sampling_unit(
     first: _RateWithErrorBySamplingUnit, second: _RateWithErrorBySamplingUnit
 ) -> _RateWithErrorBySamplingUnit:
-    """Return the second rate minus the first, with each unit's contribution to the error of the difference.
+    """Return the second rate minus the first, with the error that each unit contributes.
 
-    A unit is a task, or a group of tasks that are nearly copies of each other. A pseudo-unit (an imagined
-    unit, see `_RateWithErrorBySamplingUnit`) has four possible contributions: it is right in both rates, only
-    in the first, only in the second, or in neither.
+    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorBySamplingUnit`) may
+    be right in both rates, only in the first, only in the second, or in neither. So it may contribute four
+    different errors.
     """
     return _RateWithErrorBySamplingUnit(
         second.value - first.value,
@@ -365,8 +368,9 @@ def compute_difference_intervals(
 def compute_interval_of_success_cost(cases: TaskContributions) -> Interval | None:
     """Return the confidence interval of the cost of a success.
 
-    The cost of a success is a ratio of two sums, on a log scale. All tasks with the same name are one
-    sampling unit. The interval is None if there is no success, no cost, or only one name.
+    The cost of a success is the sum of all costs, divided by the number of successes. Its interval is
+    symmetric on a log scale. All tasks with the same name are one sampling unit. The interval is None if
+    there is no success, no cost, or only one name.
 
     Args:
         cases: for each answer, its cost (numerator) and 1 for a success, else 0 (denominator).
@@ -390,10 +394,10 @@ class _IntervalInputs(NamedTuple):
 
     Attributes:
         value: the estimate, as a fraction of 1.
-        variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
-            tasks.
-        observed: variance of the estimate from the tasks or names alone. `variance` also counts imagined
-            units (see `_RateWithErrorBySamplingUnit`), so that few tasks do not make an interval too narrow.
+        variance: variance of the estimate, pseudo-units included (`_RateWithErrorBySamplingUnit`). For
+            Wilson's interval it is divided by the variance of one yes-or-no answer. The quotient is 1 divided
+            by the effective number of units.
+        observed: variance of the estimate from the tasks or names alone, without pseudo-units.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
     """

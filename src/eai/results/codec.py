@@ -350,7 +350,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_sc
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
-    if isinstance(values.get("attempts"), int):  # in schema 2, the number of tried actions
+    if isinstance(values.get("attempts"), int):  # records of schema 2 have the number of tried actions here
         return ()
     attempts = []
     for number, values_of_attempt in enumerate(

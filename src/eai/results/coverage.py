@@ -130,7 +130,7 @@ class TasksChangedByErrata:
     def remark_on_errata(self) -> str | None:
         """Sentence with the numbers of tasks that errata leave out or correct; None if no task changes.
 
-        It names the option that takes the data as published.
+        It ends with the option that scores without errata.
         """
         effects = [
             f"{len(task_ids)} {how}"

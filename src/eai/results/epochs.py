@@ -411,11 +411,11 @@ def _select_answers_of_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAn
 
 
 def average_records_over_epochs(
-    of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
+    records_by_epoch: Iterable[Iterable[Record]], average: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
     """Return one record for each task, with the mean of each metric over the answers of all epochs."""
-    by_task = group_pairs((record.task_id, record) for record in chain.from_iterable(of_epochs))
-    return [_average_records_of_task(of_task, averaged) for of_task in by_task.values()]
+    by_task = group_pairs((record.task_id, record) for record in chain.from_iterable(records_by_epoch))
+    return [_average_records_of_task(of_task, average) for of_task in by_task.values()]
 
 
 def _average_records_of_task(

@@ -29,7 +29,7 @@ from eai.results.reward import Reward
 from eai.tasks.source import Source, TaskSet
 
 _RANDOM_SEED = "0 1 1"
-"""Seed, epoch and attempt of the first answers of `eai/random` in a run."""
+"""Start of the random draws: seed, epoch and attempt, as for the first answers of `eai/random` in a run."""
 
 
 class _TrivialBaselineRewards(NamedTuple):

@@ -245,7 +245,7 @@ ALL_MODELS = "all models"
 
 
 AnswerScoreName: TypeAlias = Literal["score", "executable", "goals"]
-"""Name of a score of answers (`MEASURES`). Analyses show how the score depends on features of tasks."""
+"""Name of a score in `MEASURES`. Analyses show how the score of answers depends on features of tasks."""
 
 WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
 """Reasons for a wrong stated goal; the first reason that fits counts.
@@ -335,7 +335,7 @@ MEASURES: Mapping[AnswerScoreName, Callable[[AnswerLine], Share]] = {
     "executable": compute_executed_share,
     "goals": compute_goal_share,
 }
-"""Mapping from each measure to the function that returns an answer's contribution to it."""
+"""Mapping from each score to the function that returns an answer's contribution to it."""
 
 
 K = TypeVar("K")

@@ -25,7 +25,7 @@ _OPTIONS = {
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Names of the options that old records store as texts, such as `prompt_name`."""
+"""Fields of old records, each with one option of a run as text, such as `prompt_name`."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),
@@ -54,10 +54,10 @@ def read_older_experiment(named_options: Mapping[str, str], replanning: Replanni
 
 
 def read_older_study_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return values on an answer that the studies ``pipeline`` and ``perception`` put into an older record.
+    """Return the values in an older record that the studies ``pipeline`` and ``perception`` reported.
 
-    In these studies, a model first states the goals or the scene of a question. The values are grouped by the
-    name of the study, as in newer records.
+    In these studies, a model first states the goals or the scene of a question. The result is a mapping from
+    the name of each study to its values, as newer records have it.
     """
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}

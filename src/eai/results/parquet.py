@@ -16,7 +16,7 @@ _BATCH_ROWS = 1024
 """Number of rows that are read at a time."""
 
 _SHARED_PREFIXES = "DELTA_BYTE_ARRAY"
-"""Parquet encoding that stores each text without the beginning that it shares with the text before.
+"""Parquet encoding that leaves out the first characters of a text if they equal those of the text before.
 
 So a few bytes can unpack to many bytes.
 """
@@ -70,8 +70,8 @@ def read_columns(
 def _check_sizes_and_detect_prefix_compression(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows is too large after decompression.
 
-    Return whether some texts are stored without the beginning that they share with the text before. Such a
-    text may be much larger than its bytes in the file.
+    Return whether some texts are stored as a difference: without their first characters, if these equal the
+    first characters of the text before. Such a text may be much larger than its bytes in the file.
     """
     limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
     is_prefixed = False

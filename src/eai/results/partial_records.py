@@ -42,7 +42,7 @@ def get_path_of_partial_file(
 
 
 def count_kept_records(partial_file: Path) -> int:
-    """Return the number of scored answers in a partial file, without a last line that was cut off."""
+    """Return the number of scored answers in a partial file. A last line that was cut off does not count."""
     return sum(1 for _ in _read_complete_lines(partial_file)) if partial_file.exists() else 0
 
 
@@ -67,7 +67,7 @@ def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) ->
 
 
 def _read_complete_lines(file: Path) -> Iterator[bytes]:
-    """Yield the lines of a file without a last line that was cut off."""
+    """Yield the lines of a file. A last line that was cut off is left out."""
     with file.open("rb") as lines:
         yield from (line for line in lines if line.endswith(b"\n"))
 
@@ -90,7 +90,7 @@ def publish_records(partial_file: Path, file: Path, totals: RunTotals) -> None:
         except OSError:  # the file system supports no hard links
             shutil.copyfile(partial_file, new_file)
         new_file.replace(file)
-        # if both names were already links to one file, `replace` did nothing
+        # after an interrupted command, both names may be links to one file; then `replace` did nothing
         new_file.unlink(missing_ok=True)
 
 

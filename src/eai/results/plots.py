@@ -244,7 +244,7 @@ def read_estimate(cell: Cell | None) -> float:
 
 
 def read_denominator(cell: Cell | None) -> int:
-    """Return the denominator of an estimate; 0 for other cells."""
+    """Return the denominator of a table cell, such as a number of tasks; 0 if the cell has no estimate."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 

@@ -56,7 +56,12 @@ Exact: TypeAlias = "int | Fraction"
 def add_contributions(
     sums: dict[str, tuple[Exact, Exact]], more: Mapping[str, tuple[float | Exact, float | Exact]]
 ) -> None:
-    """Add an answer's contributions, or the sums over other answers, to the running sum of each metric."""
+    """Add the contributions of an answer, or of a group of answers, to the running sums of metrics.
+
+    Args:
+        sums: numerator and denominator of each metric so far.
+        more: numerator and denominator to add to each metric.
+    """
     for name, (numerator, denominator) in more.items():
         if numerator or denominator or name not in sums:
             before = sums.get(name, (0, 0))

@@ -94,7 +94,7 @@ class ResponseFile:
         return {response.task_id for response in self.responses}
 
     def read_rows(self) -> Iterator[ResponseRow]:
-        """Yield the answers in order, for `read_response` to read."""
+        """Yield the answers in order; answers kept in a file as rows that `read_response` parses."""
         return (
             self.responses.read_rows()
             if isinstance(self.responses, _AnswersKeptInFile)
@@ -115,7 +115,7 @@ class ResponseFile:
 
 @dataclass(frozen=True, slots=True)
 class _AnswersKeptInFile(Collection[Response]):
-    """Answers that stay in their file, which has several for a task; each iteration reads the file again.
+    """The answers of a file with several answers to a task. Each iteration reads the file again.
 
     Attributes:
         path: the file.
@@ -203,7 +203,7 @@ def read_responses(
         task_ids: the ids.
         task_id_of: function from an identifier in the file to the id of its task; the identity by default. It
             returns None if the data set does not have the task. Rows of such tasks are left out and counted.
-        samples: whether a task may have several answers, if the rows number them (``sample``, from 0).
+        samples: whether a task may have several answers, if rows have the number ``sample``, from 0.
 
     Raises:
         InputError: the file is not a JSON list of answers or has no row; a row lacks a key or its value has
@@ -260,7 +260,11 @@ def _read_checked_rows(
     *,
     has_samples: bool,
 ) -> ResponseFile:
-    """Return the answers in the rows of a file; if rows have sample numbers, as `_AnswersKeptInFile`."""
+    """Return the answers in the rows of a file. Answers with sample numbers stay in the file.
+
+    Raises:
+        InputError: a sample number is wrong, or a row repeats an answer's task and sample number.
+    """
     samples_of_task: dict[str, bytearray] = {}
     skipped: set[int] = set()
     answers: list[Response] = []

@@ -325,7 +325,7 @@ def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
 
 
 def _drop_planner_that_tests_operators(suite: Suite) -> Suite:
-    """Return the suite; in transition modeling, without the planner that would test an answer's operators."""
+    """Leave the planner out of a suite of transition modeling. It would test an answer's operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 

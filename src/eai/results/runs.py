@@ -65,7 +65,7 @@ class RunKey(NamedTuple):
 
     @property
     def protocol_domain_ability_and_name(self) -> tuple[str, str, str, str]:
-        """Protocol, domain, ability and name of the run: its cells in the columns `(*SUITE, MODEL)`."""
+        """Protocol, domain, ability and name of the run, as the first columns of many tables have them."""
         return (*self.suite, self.name)
 
     @property

@@ -143,10 +143,11 @@ def compute_weights_of_averaged_metrics(
 
 
 def compute_average_performance(values: Mapping[AbilityMetric, float | None]) -> float | None:
-    """Return the mean over the four abilities in percent, or None unless all are known.
+    """Return the mean over the four abilities in percent; None if an ability has no known value.
 
     ``(goal F1 + subgoal task success + action task success + (operator F1 + planner success) / 2) / 4``: the
-    paper's section "Average Performance". If the rate of plans that work is known, it replaces planner
+    paper's section "Average Performance". Planner success is the rate of tasks for which a planner finds a
+    plan with the answer's operators. If the rate of plans that also work is known, it replaces planner
     success.
 
     Args:
@@ -317,7 +318,7 @@ def list_judged_goals(record: Record) -> Iterator[tuple[GoalReport, bool]]:
 
 
 def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
-    """Yield the number of each step at which an action was tried, from 0, and the step's explanation."""
+    """Yield the steps at which an action was tried: the step's number, from 0, and its explanation."""
     steps = () if record.explanation is None else record.explanation.steps
     yield from (
         (number, step) for number, step in enumerate(steps) if record.verdict.is_step_an_action(number)

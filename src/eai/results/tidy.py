@@ -124,9 +124,10 @@ def _has_plans(record: Record) -> bool:
 
 
 def _find_success_by_overview_metric(record: Record, shares: ShareByMetric) -> bool | None:
-    """Return whether an answer succeeds by the first yes-or-no metric of the ability's overview table.
+    """Return whether an answer is a success by the main yes-or-no metric of its ability.
 
-    Return None if it has no such metric.
+    The main metric is the first yes-or-no metric in the ability's overview table that has a value for the
+    answer. Return None if no such metric has a value.
     """
     declared = get_declaration(record.ability)
     candidates = (

@@ -113,9 +113,10 @@ class RunTotals:
 
     @property
     def rates_of_applicable_metrics(self) -> dict[str, Rate]:
-        """The rates of the metrics in the verdicts of records; empty if all records are excluded.
+        """Rate of each metric to which verdicts contribute; empty if all records are excluded.
 
-        A rate is 0 of 0 if no task has an answer, or if the metric has no value in this run (`void`).
+        The rate is 0 of 0 if the metric has no value in this run (`void`). All rates are 0 of 0 if no task
+        has an answer.
         """
         if not self.coverage.answered:
             return dict.fromkeys(self.sums, NOTHING)
@@ -140,7 +141,7 @@ class RunTotals:
 
     @property
     def planners(self) -> tuple[str, ...]:
-        """Names of the planners that tested operators in answers; usually one, none in older records."""
+        """Names of the planners that tested operators in answers: usually one. Older records name none."""
         return tuple(sorted(self.judges))
 
     @property

@@ -64,15 +64,15 @@ AnswerKey: TypeAlias = tuple[str, int]
 
 
 class Conversation:
-    """The questions on one task, until the task is over.
+    """The questions to a model about one task: one question, or one for each attempt of a trial.
 
-    Without a trial there is one question, and its answer is scored later. A trial executes the answers in a
-    world, and asks again after a failure.
+    A trial is a series of attempts. It executes each answer in a world, and a failed answer leads to another
+    question. Without a trial, the only answer is scored later.
 
     Args:
         ask: returns the next question.
-        trial: executes the answers; None if there is only one question.
-        about: returns the metadata of the next question if the scene has changed.
+        trial: the trial; None for a single question.
+        about: returns metadata on the scene of the next question; empty if the scene has not changed.
 
     Attributes:
         asked: the answered questions, in order.
@@ -101,7 +101,7 @@ class Conversation:
 
     @property
     def metadata_on_changed_scene(self) -> Mapping[str, str]:
-        """Metadata on the scene of the next question, if the scene has changed."""
+        """Metadata on the scene of the next question; empty if the scene has not changed."""
         return self._about()
 
     @property
@@ -244,8 +244,9 @@ def open_trials(
 ) -> SuiteConversations:
     """Return the object that begins trials (series of attempts) at some tasks of a suite.
 
-    Some protocols (scoring rules) tell from all answers of a model whether plans name objects with ids. A
-    trial executes each answer at once, so here these protocols look at the example answers in the questions.
+    Some protocols (scoring rules) tell from all answers of a model whether plans name objects with ids. But a
+    trial executes each answer before the next one is known. Therefore these protocols look at the example
+    answers in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.

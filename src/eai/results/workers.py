@@ -98,7 +98,7 @@ def process_pickled_batch(content: bytes) -> bytes:
 
 
 def _pickle_error(error: Exception) -> bytes:
-    """Pickle an exception with its traceback, or an EaiError with its text if it cannot be pickled."""
+    """Pickle an exception with its traceback. If this fails, pickle an EaiError with the exception's text."""
     try:
         content = pickle.dumps(ExceptionWithTraceback(error, error.__traceback__))
         pickle.loads(content)  # noqa: S301 - some exceptions can be pickled but not loaded
@@ -262,7 +262,7 @@ class WorkerPool:
             self._waiting = deque([batch for batch in self._waiting if batch not in in_progress])
 
     def _send_batches(self) -> None:
-        """Send waiting batches to the least busy workers, as long as these have less than their maximum."""
+        """Send waiting batches to the least busy workers, until each has its maximum number of batches."""
         while self._waiting:
             batch = self._waiting[0]
             worker = self._find_least_busy()
@@ -288,7 +288,7 @@ class WorkerPool:
 
     @contextmanager
     def _discard_worker_if_interrupted(self, worker: WorkerProcess) -> Iterator[None]:
-        """Discard a worker whose message was cut off by its death or by an interrupt of this process."""
+        """Discard a worker if the block fails: the worker died, or an interrupt cut off a message."""
         try:
             yield
         except BaseException as error:
