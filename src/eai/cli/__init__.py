@@ -155,7 +155,7 @@ def _find_help_panel(name: str) -> str:
 def _read_command_summary(point: EntryPoint) -> str:
     """Return the first paragraph of a command's docstring, read from the source without an import.
 
-    A group of commands has only the docstring of its module, which begins with the name of the group.
+    For a group of commands it is the docstring of the group's module, without the group's name in front.
     """
     spec = find_spec(point.module)
     if spec is None or spec.origin is None:

@@ -169,11 +169,11 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
 def _give_suites_with_equal_tasks_one_name(
     runs: Mapping[_ComparedSuite, Run],
 ) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs by suite. Suites with equal tasks get one name, so that their runs are compared.
+    """Return the runs by suite, where suites with equal tasks have one name. Their runs are then compared.
 
-    A variant of a benchmark has the benchmark's tasks with other prompts. Its suites are named after the
-    benchmark, unless two runs would then have equal names. Some abilities have tasks of their own, equal for
-    all benchmarks. The names of such suites have no benchmark.
+    A variant of a benchmark has the benchmark's tasks with other prompts, so its suites get the name of the
+    benchmark. Some abilities have equal tasks in all benchmarks, so their suites get a name without a
+    benchmark. A suite keeps its own name if two runs would otherwise have equal names.
     """
     places = {}
     for place, run in runs.items():

@@ -69,8 +69,8 @@ class _TaskInfoFromDataSet:
         gold: Steps of a plan that solves the task, as texts.
         source: Origin of the plan in `gold`, as a heading.
         untried_steps: Steps of the answer after the failed step, which were never tried.
-        outlook: Sentences about a failed answer from a search: whether an episode could still reach its
-            goals, or the fewest edits that repair a plan.
+        outlook: Result of a search about a failed answer, in sentences: whether the episode could still reach
+            its goals, or the fewest edits that repair the plan.
     """
 
     instruction: str = ""
@@ -232,7 +232,7 @@ def _find_solving_plan_and_origin(suite: Suite, task: Task) -> tuple[tuple[str, 
 def _describe_distance_to_success(suite: Suite, record: Record) -> tuple[str, ...]:
     """Return sentences on the distance of a failed answer from success, such as edits that repair its plan.
 
-    If the record has no repair, a search finds it.
+    A search finds the distance if the record does not contain it.
     """
     verdict = record.verdict
     if find_answer_outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:

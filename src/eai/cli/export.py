@@ -84,10 +84,10 @@ def export_prompts(
 ) -> None:
     """Write prompts: rows for training, a list as the data set has it, or a page for people.
 
-    FILE.json is a list of {"identifier", "llm_prompt"} about one suite. Official prompts equal the data
-    set's, byte for byte, except prompts that do not ask for what is scored (docs/errata.md; --errata none
-    keeps them). A system message is in FILE with _system before its extension. With --goals, tasks without an
-    answer in that file have no prompt.
+    FILE.json is a list of {"identifier", "llm_prompt"} for one benchmark and ability. Official prompts equal
+    the data set's byte for byte. The exceptions are corrected prompts, which did not ask for what is scored
+    (docs/errata.md). --errata none leaves them uncorrected. A system message is in FILE with _system before
+    its extension. With --goals, tasks without an answer in that file have no prompt.
 
     FILE.html is a page on which a person answers the questions of models; it sends nothing. The person saves
     a response file. eai score scores it like a model's (with --allow-missing, because other tasks were not
@@ -286,7 +286,10 @@ def _make_rows_with_rewards_of_records(
 
 
 def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:
-    """Return the name and the benchmark of each split: each file of a folder of task files, or all tasks."""
+    """Return the name and the benchmark of each split.
+
+    In a folder of task files, each file is a split. Any other benchmark is a single split.
+    """
     folder = Path(domain)
     if not folder.is_dir():
         return [(TRAIN, domain)]

@@ -96,7 +96,7 @@ def _describe_reward_groups(count_by_kind: Counter[str]) -> str:
 
 
 _WORDS_FOR_EQUAL_REWARDS = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
-"""Key of `count_tasks_by_reward_spread` for tasks whose answers have equal rewards -> words in a report."""
+"""Description of answers with equal rewards, by key of `count_tasks_by_reward_spread`."""
 
 
 def _describe_and_list_long_tasks(

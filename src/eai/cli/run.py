@@ -398,7 +398,7 @@ def _print_failures_and_token_usage(
 
 
 def _merge_similar_failures(failures: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, list[str]]]:
-    """Yield reasons for missing answers, each with its tasks; numbers in reasons make no difference."""
+    """Yield reasons for missing answers, each with its tasks. Merge reasons that differ only in numbers."""
     by_kind = group_pairs([(_NUMBER.sub("#", reason), reason) for reason in failures])
     for reasons in by_kind.values():
         yield reasons[0], list(dict.fromkeys([task_id for why in reasons for task_id in failures[why]]))

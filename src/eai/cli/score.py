@@ -81,8 +81,8 @@ class _ScoringJob:
     Attributes:
         rules: Rules of the episodes in which the model answered; None for the standard rules.
         elsewhere: Ids of tasks that the model answered in episodes with other rules.
-        logged: Function that adds, to a record, the options of studies (variations around benchmarks and
-            abilities) in its Inspect log; None if the log has no such options.
+        logged: Function that adds options of studies (variations of questions) to a record, as they are in
+            the Inspect log; None if there are no such options.
         log: The Inspect log with the answers; None if they are in a response file.
         partial_file: File of the records until the command ends; None if nothing is written.
         kept: Number of records that an interrupted command wrote to the partial file.
@@ -371,8 +371,8 @@ def _make_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
 def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scoring) -> Iterable[RecordBatch]:
     """Score the answers, and return their records in batches.
 
-    Records that an interrupted command has already written are not returned again. If tasks have several
-    answers whose mean counts, each task has one record with the means of its metrics.
+    Records that an interrupted command has already written are not returned again. If each task has several
+    answers, and the ability combines their verdicts, each task has one record with the means of its metrics.
     """
     if job.kept == job.record_count:
         return ()

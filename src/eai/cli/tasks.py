@@ -77,9 +77,10 @@ def check(
     objects, plans that do not solve their task, and tasks without a plan. The exit status is 2 if it finds
     any.
 
-    With --against, count tasks that another benchmark gives away: equal tasks, tasks with equal goals, and
-    tasks solved by the plan of its task with the most similar goals. With --split, check that the set was
-    made with the --secret whose digest the manifest contains.
+    With --against, count tasks that another benchmark gives away. They are equal tasks, tasks with equal
+    goals, and tasks that a plan of the other benchmark solves: the plan of its task with the most similar
+    goals. With --split, check that the set was made with the secret. The manifest in the folder has the
+    secret's digest.
 
     With --references, also search the shortest plan of each task in task files, and actions that win games of
     the task. Environments then need not search them. If the files are right, missing plans are added to them.
