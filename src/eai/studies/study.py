@@ -87,9 +87,9 @@ def format_suite_heading(suite: SuiteIdentity) -> str:
 
 
 def name_suite_figure(suite: SuiteIdentity, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Add the name of a suite to a figure, and return the figure's file name and the figure.
+    """Return the file name of a figure of a suite, and the figure with the suite's title.
 
-    The file name is the given name and the name of the suite. The figure is None if there is nothing to show.
+    The file name is the given name and the name of the suite. A missing figure, None, stays None.
     """
     if figure is not None:
         add_title(figure, format_suite_heading(suite))
@@ -97,9 +97,9 @@ def name_suite_figure(suite: SuiteIdentity, name: str, figure: Figure | None) ->
 
 
 def name_run_figure(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Return a file name for a figure of a run, and the figure with a title of suite and model.
+    """Return the file name of a figure of a run, and the figure with a title of suite and model.
 
-    A figure that is None (nothing to show) stays None.
+    The file name is the given name. A missing figure, None, stays None.
     """
     if figure is not None:
         add_title(figure, f"{format_suite_heading(key.suite)}, {clip_label(key.model)}")

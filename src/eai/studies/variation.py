@@ -58,7 +58,8 @@ class StageBeforeQuestions:
         ask: function that asks a model.
         believe: obtains the beliefs that questions to a model state. It raises InputError if it obtains no
             beliefs, or if the questions cannot state the beliefs.
-        previous: the stage before this stage, whose beliefs questions state too; None for the first stage.
+        previous: the stage before this stage; None for the first stage. Questions state the beliefs of all
+            stages.
         results: the results of this stage's own questions to models.
         found_beliefs: cache of results of ``believe``, so that each set of beliefs is obtained only once.
     """
@@ -79,8 +80,7 @@ class StageBeforeQuestions:
         Tasks without a belief are left out.
 
         Raises:
-            InputError: this or an earlier stage of the run obtains no goals or scenes, or the questions
-                cannot state them.
+            InputError: a stage obtains no beliefs, or the questions cannot state them.
         """
         beliefs = self.collect_beliefs(endpoint, suite)
         return beliefs.make_prompts_that_state_beliefs(self.library, suite, task_ids), beliefs
@@ -100,7 +100,7 @@ class StageBeforeQuestions:
 
     @property
     def earliest_stage(self) -> StageBeforeQuestions:
-        """The first stage of the chain that `previous` makes from this stage backwards."""
+        """The first stage of the run: this stage, or the earliest of the stages before it."""
         return self if self.previous is None else self.previous.earliest_stage
 
     @property
@@ -130,7 +130,7 @@ class VariationOptions(Options):
 
     @property
     def option_that_enables_study(self) -> str:
-        """Option by which the user added this study to a run, as messages name it; empty if none is."""
+        """Option by which the user added this study to a run, for messages; empty without this study."""
         return ""
 
     @property
@@ -159,8 +159,8 @@ class VariationOptions(Options):
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
         """Return the options of the study that differ from their defaults, for the records of a run.
 
-        A study returns None if records get its options from the stage before the questions
-        (`ModelBeliefsInPrompts.experiment`), or if it has no options to record.
+        Some studies return None. Either they have nothing to record, or the stage before the questions
+        already records their options (`ModelBeliefsInPrompts.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])
@@ -222,7 +222,7 @@ class _OptionsOfCombinedStudies(VariationOptions):
 
     @property
     def option_that_enables_study(self) -> str:
-        """Names of the options that the user chose, one for each study of the run, joined by "and"."""
+        """The options by which the user added studies to the run, joined by "and"."""
         return " and ".join([variation.option_that_enables_study for variation in self.chosen])
 
     @property

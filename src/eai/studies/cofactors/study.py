@@ -66,8 +66,9 @@ _UNCOMPARED = frozenset({"ground_action_goals", "containers", "hidden", "labels"
 FEATURES = tuple([field.name for field in fields(TaskStatistics) if field.name not in _UNCOMPARED])
 """Names of the features of a task that are compared with scores.
 
-They are numbers, such as the number of steps. Left out are a number that always equals another number, the
-task's labels (words), and numbers about hidden objects.
+All of them are numbers, such as the number of steps. The features in `_UNCOMPARED` are left out:
+`ground_action_goals` always equals `action_goals`, `containers` and `hidden` are about hidden objects, and
+`labels` is text.
 """
 
 MIN_TASKS = 5
@@ -101,7 +102,7 @@ def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: Ans
 
     Args:
         tables: the tidy tables of the records, such as one with a line for each answer.
-        bin_width: width of a bin of annotated plans, in steps; the paper uses 10.
+        bin_width: width of a bin of plan lengths, in steps of annotated plans; the paper uses 10.
         measure: the score that is compared with features.
     """
     suites, get_share = group_by_suite(tables.answers), MEASURES[measure]
@@ -293,7 +294,7 @@ class _TaskFeatureOptions(Options):
     """How success is compared with features of tasks.
 
     Attributes:
-        bins: Width of a bin of annotated plans, in steps.
+        bins: Width of a bin of plan lengths, in steps of annotated plans.
         measure: The score that is compared with features: score, executable or goals.
     """
 

@@ -32,7 +32,7 @@ _WIDTH = 0.07
 """Width of a bar, as a share of the distance between columns."""
 
 _MIN_NAMED_PERCENT = 0.3
-"""Minimum percentage of answers with needless steps (hatched part of a bar) that gives the part a label."""
+"""Minimum percentage of answers with needless steps for a label on the hatched part of a bar."""
 
 
 @collect_rows_in_table(

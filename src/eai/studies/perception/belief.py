@@ -157,7 +157,7 @@ class _PerceivedScene:
         return Scene(scene.vocabulary, objects, scene.agent)
 
     def _find_similar_object(self, name: str) -> int | None:
-        """Return the first object of the prompt whose name equals this name up to the number, or None."""
+        """Return the first object of the prompt with a name that differs at most in its number, or None."""
         stem = _STEM.sub("", name)
         names = self._words.list_object_names(self._task)
         return next((i for i in list_objects_in_prompt(self._task) if _STEM.sub("", names[i]) == stem), None)

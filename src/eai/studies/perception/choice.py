@@ -137,7 +137,7 @@ class SceneOptions(VariationOptions):
 
     @property
     def results_heading(self) -> str:
-        """Heading above the results of a run, which names the format of the scene."""
+        """Heading above the results of a run. It names the format in which questions show the scene."""
         return f"scene: {self.options_label}"
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:

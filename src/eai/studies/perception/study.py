@@ -1,7 +1,8 @@
 """Compare formats of the scene in questions, and measure how errors in a perceived scene lower results.
 
 Answers are grouped by the number and kind of errors in the perceived scene, and by the facts that it lacks.
-Rates of errors are always counted in the perceived scene graphs, not taken from the options of random errors.
+Rates of errors are always counted in the perceived scene graphs, even if the user chose the rates of random
+errors.
 Intervals count all answers to tasks of one name as one unit, because tasks recur in runs
 and similar tasks share a name.
 If there is a run with true scenes, it is compared on the same tasks.
@@ -331,8 +332,8 @@ class _PerceptionAnalysisOptions(Options):
 def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol (scoring rules).
 
-    The run whose questions state the true scene as text gives the metric without perception errors. It must
-    have the prompts of the other runs (``eai run --set eai``).
+    If the questions of a run state the true scene as text, its metric is the metric without perception
+    errors. Make this run by ``eai run --set eai``, so that it has the prompts of the other runs.
 
     Raises:
         InputError: no run records a perceived scene.

@@ -187,7 +187,8 @@ def _group_runs_by_prompt_and_model(
         for model in models:
             if (prompt, model) not in by_cell:
                 raise InputError(
-                    f"{model} has no run with the prompts {prompt}; add its records, or leave out the prompts"
+                    f"{model} has no run with the prompts {prompt}; add its records, or leave out all runs "
+                    "with these prompts"
                 )
     scored = {
         cell: {record.task_id: record for record in records if record.verdict.excluded is None}
@@ -274,7 +275,7 @@ def _make_agreement_table(matrix: _RunsByPromptAndModel, top: int, draws: int = 
 def _draw_bootstrap_metrics_by_model(
     matrix: _RunsByPromptAndModel, draws: int
 ) -> Iterator[dict[str, list[float]]]:
-    """Yield for each bootstrap draw: model -> the metric with each prompt, for the drawn task names.
+    """Yield a mapping for each bootstrap draw of task names: model -> its metric with each prompt.
 
     Task names are drawn with replacement, and all runs use the same drawn names.
     """

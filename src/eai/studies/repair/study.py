@@ -18,9 +18,9 @@ from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
 _MAX_DISTANCE = 5
-"""Number of edits from which all larger distances share one column of the table.
+"""Distance that begins the last column of the table; larger distances are counted in the same column.
 
-The distance is the number of edits that turn a failed answer into a right answer.
+The distance of a failed answer is the number of edits that make it right.
 """
 
 

@@ -360,9 +360,9 @@ class _ReplanningRunOptions(VariationOptions):
     def replanning(self) -> ReplanningOptions | None:
         """The options of further attempts; None for a plain run (one attempt at each task, all actions work).
 
-        An option that has no effect together with the other options gets the value that it has in a plain
-        run. By default, feedback explains failures. If attempts continue in the last state, an attempt ends
-        by default when all goals are reached.
+        Some options have no effect with certain other options, such as the seed if no action fails. They get
+        the value of a plain run. By default, feedback explains failures. If attempts continue in the last
+        state, an attempt ends by default when all goals are reached.
         """
         scripted = make_replanning_options_of_protocol(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
@@ -387,7 +387,7 @@ class _ReplanningRunOptions(VariationOptions):
         return options if options.executes_answers_as_episodes else None
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return the options of this study (further attempts, failing actions) for the records of a run."""
+        """Return the options of further attempts and failing actions, for the records of a run."""
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
 

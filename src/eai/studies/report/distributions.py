@@ -27,8 +27,8 @@ class _ValueDistribution:
     Attributes:
         name: name of the property in file names.
         title: name of the property for readers.
-        unit: the items that are counted: ``tasks`` for values that are numbers; ``steps``, or ``mentions`` of
-            objects, for values that are names.
+        unit: the counted items: ``tasks`` if values are numbers, ``steps`` if they are names of actions.
+            ``mentions`` of objects in steps are counted by the object's category, or by action and category.
         counts: value -> number of items. Numeric values are in order; names start with the most frequent.
         decades: whether values are grouped by decade (1 to 9, 10 to 99, ...), because they differ so much.
     """

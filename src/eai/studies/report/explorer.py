@@ -91,7 +91,10 @@ class ObjectRectangle:
 
 
 SceneDiagrams: TypeAlias = Sequence[Sequence[ObjectRectangle]]
-"""Diagrams of the scene, at the start and after each tried step. Each lists its outermost rectangles."""
+"""Diagrams of the scene: one of the initial state, and one of the state after each tried step.
+
+A diagram is a list of rectangles that lie in no other rectangle.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +263,7 @@ class ExplorerData:
         verdict, error = record.verdict, record.verdict.error
         explanation, background = record.explanation or Explanation(), self._background(record.domain)
         fields = _make_ability_fields(record)
-        # field q has the operators of an answer, which the explanation's notes would repeat
+        # if field q has the operators of an answer, the explanation's notes would only repeat them
         notes = () if "q" in fields else explanation.notes
         return _drop_empty_values(
             {
@@ -325,7 +328,7 @@ def _encode_line(compressed: bytes) -> str:
 
 
 def _number_prompt_lines(prompts: Mapping[str, str]) -> Json:
-    """Return the different lines of all prompts, and the indices of the lines of each task's prompt."""
+    """Return all different lines of the prompts, and each task's prompt as a list of indices of lines."""
     lines: dict[str, int] = {}
     tasks = {
         task: [lines.setdefault(line, len(lines)) for line in prompt.split("\n")]

@@ -305,7 +305,7 @@ _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
 """Width and height of a model's panel in the plot of answers that pass each check, in inches."""
 _BETWEEN = (6.1, 180.0)
-"""Horizontal and vertical distance between two models' panels, in the units of their two axes.
+"""Horizontal and vertical distance between the left upper corners of neighboring panels of models.
 
 The horizontal axis has one unit per stage in `_STAGES`, the vertical axis one per percent of answers.
 """

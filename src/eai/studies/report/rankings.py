@@ -1,9 +1,9 @@
 """Make rankings: tables of our models and the paper's models, ranked, best numbers in bold, footnotes.
 
 A ranking belongs to one domain under one protocol (scoring rules); readers see it as a `Table`. There are
-rankings for the paper's main tables, for experiments, and for the paper's other tables. These other tables
-compare a few models, or ways to ask a model. They keep the paper's order, in which compared ways follow each
-other.
+rankings for the paper's main tables, for experiments, and for the paper's other tables. The other tables
+compare, for example, runs with and without replanning. They keep the paper's order, in which compared rows
+follow each other.
 
 Rows are runs, the paper's models and null models. The paper's printed numbers appear only beside runs under
 the paper's protocol. Beside runs under another protocol, the paper's models have the scores of their
@@ -51,7 +51,7 @@ class RankedScore(Estimate):
 
     Attributes:
         certainty: the interval and the effective number of tasks; None for numbers printed in the paper.
-        texts: texts of the footnotes on this score; the ranking numbers the footnotes.
+        texts: texts of the footnotes on this score, without the numbers that they get in the ranking.
         coverage: how many tasks of the suites are answered; None for numbers printed in the paper.
     """
 
@@ -166,8 +166,7 @@ class Ranking:
     def make_table(self) -> Table:
         """Return the ranking as a table. Only our numbers have intervals, because the paper prints none.
 
-        `Table.definition` is a caption without a final full stop, because the code that prints the table
-        extends the last sentence.
+        The caption (`Table.definition`) has no final full stop, because pages add words to its last sentence.
         """
         groups = [column.group for column in self.columns]
         columns = [

@@ -232,7 +232,7 @@ def _make_errors_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[R
 
     An error is a predicate that is missing or additional (verdict) in an operator's precondition or effect
     (side). unsolved_with: percentage of tasks that are not solved with operators that have the error.
-    unsolved_without: this percentage with operators of the same name that lack the error. Errors often occur
+    unsolved_without: this percentage for operators of the same name without the error. Errors often occur
     together, so an error with many failures is not always their cause. Errors with most failures come first.
     """
     for key, of_key, order in _group_trials_by_replaced_part(
