@@ -127,9 +127,9 @@ class _ConditionEvaluatorInState:
     def generate_bindings(
         self, variable: f.Variable, body: f.Formula, binding: Valuation
     ) -> Iterator[Valuation]:
-        """Yield a binding with one more variable, once for each object that may satisfy a condition.
+        """Yield a copy of a binding for each object with which a variable may satisfy a condition.
 
-        Objects come in the order of their declaration.
+        In the copy, the variable has this object. Objects come in the order of their declaration.
         """
         members = self._objects[m.get_variable_type(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}

@@ -290,9 +290,10 @@ def _export_operator(
 
 
 def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
-    """Return the condition that an alternative (way to act) of an operator succeeds, or that none is tried.
+    """Return the condition that an alternative of an operator succeeds, or that no alternative is tried.
 
-    An alternative is tried if its own condition holds, and succeeds if its checks hold, too.
+    An alternative is a way to act. It is tried if its own condition holds, and succeeds if its checks hold,
+    too.
     """
     succeeds = [f.And(attempt.conditions) for attempt in operator.alternatives]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))
@@ -301,7 +302,7 @@ def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
 def _add_effect_that_records_execution(
     action: m.PddlAction, glossary: PddlExportNames, operator_names: PddlNames
 ) -> m.PddlAction:
-    """Return the operator; if a goal requires its execution, it adds an atom which states the execution."""
+    """Add an effect to an operator if a goal requires its execution. The effect states the execution."""
     done = glossary.execution_predicates.get(operator_names.find_original_name(action.name))
     if done is None:
         return action
@@ -346,7 +347,7 @@ def _export_types(glossary: PddlExportNames) -> Iterator[m.TypedName]:
 
 
 def _export_constants(glossary: PddlExportNames, scene: Scene) -> Iterator[m.TypedName]:
-    """Yield the objects that the domain names, with their types, which are equal in all scenes."""
+    """Yield the objects that the domain names, with their types. Their types are equal in all scenes."""
     things = dict(zip(_list_object_names_in_formulas(scene), scene.objects, strict=True))
     for name, written in glossary.objects.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)

@@ -47,9 +47,9 @@ This is shorter than one call of a planner.
 
 @contextmanager
 def hold_permit_to_call_planner(max_calls: int, lock_folder: Path) -> Iterator[None]:
-    """Hold one of a limited number of slots (permits to call a planner) during a block; wait for a free slot.
+    """Hold a permit to call a planner during a ``with`` block. Wait until a permit is free.
 
-    The number limits the calls that run at a time in all processes that use the same folder.
+    There are ``max_calls`` permits. All processes that use the same folder share them.
     """
     locks = [make_file_lock(lock_folder / f"seat-{i}.lock")[1] for i in range(max_calls)]
     while True:

@@ -212,7 +212,7 @@ class PddlExportNames:
         return self.predicates[name]
 
     def add_types_of_objects(self, scene: Scene, objects_mask: int) -> None:
-        """Register the types of the objects in a bit mask for the export: categories and wider categories."""
+        """Register types for the objects in a bit mask: their categories and all wider categories."""
         for i in iterate_bits(objects_mask):
             for kind in self.vocabulary.list_kind_with_ancestors(scene.objects[i].category):
                 self.types[kind]
@@ -340,9 +340,9 @@ class ConditionWriter:
     def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return a `ForPairs` formula as a condition with ordinary quantifiers.
 
-        It states that pairs of different objects satisfy the body of the formula. No two pairs share their
-        first or their second object. If the formula gives no number of pairs, each object of the smaller
-        category is in a pair.
+        The condition states that a number of pairs exist which satisfy the body of the formula. The two
+        objects of a pair differ. No two pairs have the same first object, or the same second object. If the
+        formula gives no number, each object of the smaller category is in a pair.
         """
         if self._scene is None:
             raise DomainError(

@@ -4,12 +4,11 @@ Grounding replaces atoms that no effect can change by their truth: true atoms of
 deleted, and false atoms of predicates that are never added. A state is an integer whose bit i says whether
 atom i is true.
 
-Conditions are masks over literals, so that many conditions are tested at once. With n atoms, bit i of a set
-of literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for
-each atom; a relaxed state (`relaxation`) may have both. Each disjunction of conditions has one more literal.
-This literal is present if all literals of one disjunct are present. Equal disjunctions share one literal. So
-any condition is the mask of the literals that it needs, and all possible actions of a state are found at
-once.
+A set of literals is a bit mask, too. With n atoms, bit i says that atom i may be true, and bit n + i that it
+may be false. A state has one of these two bits for each atom; a relaxed state (`relaxation`) may have both.
+Each disjunction of conditions has a literal of its own, which is present if all literals of one disjunct are
+present. Equal disjunctions share one literal. So any condition is the mask of the literals that it needs.
+Many conditions are tested at once, and all possible actions of a state are found at once.
 """
 
 from __future__ import annotations
@@ -160,7 +159,9 @@ class Grounder:
                 for name in self._looks.take_objects_within_limit(
                     candidates if parameter.name in mentioned else candidates[:1]
                 )
-                if self._passes_tests(tests[parameter.name], extended := {**binding, parameter.name: name})
+                if self._are_initial_facts(
+                    tests[parameter.name], extended := {**binding, parameter.name: name}
+                )
             ]
         return iter(stack)
 
@@ -175,8 +176,8 @@ class Grounder:
                     tests[order[max(places)]].append(part)
         return tests
 
-    def _passes_tests(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
-        return all(_make_atom_key(atom, binding) in self._facts for atom in tests)
+    def _are_initial_facts(self, atoms: Sequence[f.Atom], binding: _Binding) -> bool:
+        return all(_make_atom_key(atom, binding) in self._facts for atom in atoms)
 
     def _ground_action(self, action: m.PddlAction, binding: _Binding) -> _GroundAction | None:
         precondition = self._ground_condition(action.precondition, binding, negated=False)
@@ -373,9 +374,8 @@ class GroundProblem:
         looks: the budget: the number of literals, disjuncts, conditions and effects that may be tested.
 
     Attributes:
-        atoms: number n of atoms. In a mask of literals, the first n bits stand for true atoms, and the next n
-            bits for false atoms. Only `Relaxation` uses the n bits after these. All higher bits stand for
-            disjunctions.
+        atoms: number of atoms, n. A mask of literals has n bits for true atoms, n bits for false atoms,
+            n bits that only `Relaxation` uses, and a bit for each disjunction, in this order.
         initial: the initial state.
         goal: the literals that the goal needs.
         actions: the ground actions.

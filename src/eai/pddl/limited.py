@@ -3,9 +3,9 @@
     python limited.py PARENT CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENT...
 
 The limits are the operating system's, so the program cannot evade them. On Linux the system also kills the
-program when the parent dies for any reason. PARENT is the process id of the parent. If the parent died before
-the script could ask the system for this, the script ends. The script uses only the standard library, because
-it starts without the package on its path.
+program when the parent dies for any reason. PARENT is the process id of the parent. If the parent has died
+before the program starts, the script ends. The script uses only the standard library, because it starts
+without the package on its path.
 """
 
 from __future__ import annotations

@@ -82,7 +82,7 @@ class OperatorMatch:
     """The comparison of an answer's operator with the data set's (gold) operator, by clauses and by literals.
 
     Attributes:
-        renamed: parameters of the answer whose gold names differ, with the gold names.
+        renamed: pairs of an answer's parameter and the matching gold parameter, if their names differ.
         missing_any: whether the missing clauses of the precondition are alternatives (a disjunction in the
             gold operator). Then one would suffice. If not, the gold operator requires all of them.
         additional_any: whether the additional clauses of the precondition are alternatives (a disjunction in
@@ -344,9 +344,9 @@ def _split_answer_into_clauses(answer: Clause, gold: Clause) -> tuple[Clause, ..
 
 
 def _list_parameter_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
-    """Return the pairings of the two operators' parameters that agree in most types.
+    """Return the pairings of two operators' parameters in which the most pairs have equal types.
 
-    The pairing by position comes first.
+    If the pairing by position is among them, it comes first.
     """
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))

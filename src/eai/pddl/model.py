@@ -1,8 +1,8 @@
 """Domains, problems and operators of PDDL as values.
 
-Conditions are formulas (`eai.logic.formula`), with `Variable` for ``?x`` (the question mark belongs to the
-syntax) and `Constant` for everything else. Effects have their own types, since an effect is an instruction,
-not a proposition. Names are in lower case.
+Conditions are formulas (`eai.logic.formula`). The variable ``?x`` is a `Variable` with the name ``x``, and
+every other term is a `Constant`. Effects have their own types, since an effect is an instruction, not a
+proposition. Names are in lower case.
 """
 
 from __future__ import annotations

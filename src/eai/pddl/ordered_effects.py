@@ -126,7 +126,7 @@ class _OrderedEffectsConverter:
                     yield from self._convert_effect(each, matched.extend_effect_position(number, bound))
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._make_condition_of_first_object_by_index(variable, condition, bound, inside)
+                first = self._make_condition_for_first_object_only(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
@@ -144,7 +144,7 @@ class _OrderedEffectsConverter:
             g.remove_hidden_predicates(condition, self._hidden, weaken=False), context.scope
         )
 
-    def _make_condition_of_first_object_by_index(
+    def _make_condition_for_first_object_only(
         self,
         variable: f.Variable,
         condition: f.Formula,
@@ -187,7 +187,7 @@ class _OrderedEffectsConverter:
         condition = change.condition
         if change.adds:
             undone = [
-                self._make_condition_of_overriding_deletion(change, other)
+                self._make_condition_that_deletion_overrides(change, other)
                 for other in all_changes
                 if not other.adds
             ]
@@ -199,7 +199,7 @@ class _OrderedEffectsConverter:
             effect = m.WhenEffect(condition, effect)
         yield wrap_in_quantifiers(m.ForAllEffect, change.variables, effect)
 
-    def _make_condition_of_overriding_deletion(
+    def _make_condition_that_deletion_overrides(
         self, addition: _AtomChange, deletion: _AtomChange
     ) -> f.Formula:
         """Return the condition under which a later deletion removes an added atom."""
@@ -216,7 +216,7 @@ class _OrderedEffectsConverter:
         rest = [variable.name for variable in deletion.variables if variable.name not in terms]
         still_open = {name: self._conditions.make_unused_variable(name) for name in rest}
         terms |= still_open
-        later = self._make_condition_of_later_deletion(addition.position, deletion.position, terms)
+        later = self._make_condition_that_deletion_is_later(addition.position, deletion.position, terms)
         undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
         if g.conjoin((addition.condition, undoing)) == f.FALSE:  # addition and deletion never coincide
             return f.FALSE
@@ -224,7 +224,7 @@ class _OrderedEffectsConverter:
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
         return undoing
 
-    def _make_condition_of_later_deletion(
+    def _make_condition_that_deletion_is_later(
         self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope
     ) -> f.Formula:
         """Return the condition under which a deletion comes after an addition in the order of effects.
@@ -234,7 +234,7 @@ class _OrderedEffectsConverter:
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
                 theirs = terms.get(other.name, other)
-                rest = self._make_condition_of_later_deletion(
+                rest = self._make_condition_that_deletion_is_later(
                     addition[depth + 1 :], deletion[depth + 1 :], terms
                 )
                 if theirs == mine:

@@ -30,7 +30,7 @@ MAX_DEPTH = 100
 
 @dataclass(slots=True, eq=False)
 class Symbol:
-    """A word in lower case, as PDDL ignores case; ``offset`` counts characters from 0."""
+    """A word in lower case, because PDDL ignores case. ``offset`` is the index of its first character."""
 
     text: str
     offset: int
@@ -71,7 +71,7 @@ def read_group(text: str) -> ExpressionList:
 
 
 def _read_expression(text: str) -> SExpr | None:
-    """Return the first expression of a text, or None if no expression is left."""
+    """Return the first expression of a text, or None if the text has no expression."""
     pending: list[tuple[int, list[SExpr]]] = []
     for match in _WORD.finditer(text):
         word, place = match.group(), match.start()

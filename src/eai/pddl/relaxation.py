@@ -1,8 +1,8 @@
 """Relaxed planning: estimate the distance to the goal as if no true literal were ever lost.
 
-A relaxed state is a set of literals that only grows (`grounding`). There is one exception: a true atom of the
-goal must be made true again if every action that adds some missing atom of the goal makes the true atom
-false. Example: a machine must be switched on again if every action that closes its door switches it off.
+A relaxed state is a set of literals that only grows (`grounding`). There is one exception. If every action
+that adds a missing atom of the goal deletes a true atom of the goal, the true atom must be made true again.
+Example: a machine must be switched on again if every action that closes its door switches it off.
 """
 
 from __future__ import annotations
@@ -121,9 +121,9 @@ class Relaxation:
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        The relaxed states also end if the budget is exceeded. The atoms of ``atoms_to_regain`` are true at
-        the start, will be lost, and must be made true again. The goal has a second literal for each such
-        atom. An action that adds the atom makes the second literal true.
+        No more states follow if the budget is exceeded. The atoms in ``atoms_to_regain`` are true at the
+        start, but will be lost and must be made true again. So ``goal`` has a second literal for each such
+        atom. Actions that add the atom make the second literal true.
         """
         literals = start_literals
         lacking = [
@@ -309,10 +309,11 @@ class _RelaxedPlanFollower:
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
-        """Try the first rule (effect of an action) that makes a literal true before step ``depth``.
+        """Apply the first rule of relaxed planning that makes a literal true, if the rule is possible.
 
-        Steps are those of relaxed planning, from 0. If ``depth`` is 0 or less, the literal was true at the
-        start and has been lost. Then a rule of step 0 is tried, unless ``depth`` is `-_MAX_REPEAT_DEPTH`.
+        A rule is an effect of an action. Only rules of steps before ``depth`` count; the first step is 0. If
+        ``depth`` is 0 or less, the literal was true at the start and has been lost. Then rules of step 0
+        count, except if ``depth`` is `-_MAX_REPEAT_DEPTH`.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):

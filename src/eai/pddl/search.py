@@ -210,7 +210,7 @@ class BuiltInPlanner:
 
     @property
     def name(self) -> str:
-        """The planner's name in stored verdicts: names of this search and of the planner after it, if any."""
+        """The planner's name in stored verdicts. It includes the name of the next planner, if any."""
         return _NAME if self.then is None else f"{_NAME}, then {self.then.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
@@ -325,7 +325,7 @@ class _GroundSearch:
         return SearchResult(end, states=len(self._done))
 
     def _pop_next_node(self) -> _GroundSearchNode | None:
-        """Return the unvisited state at the end of the last relaxed plan followed, or the next open state."""
+        """Return the state that the last lookahead reached, unless it was visited, or else an open state."""
         node = self._ahead or self._open.pop()
         self._ahead = None
         while node is not None and node.state in self._done:
@@ -478,7 +478,7 @@ class _ReachableLiteralPairs:
         return None if needed_literals & ~companions else companions
 
     def _remove_disjunctions(self, mask: LiteralMask) -> LiteralMask:
-        """Return a mask without the bits that stand for disjunctions, not for literals."""
+        """Return a mask with only the bits of true and false atoms, without the bits of disjunctions."""
         return mask & (1 << 2 * self._atoms) - 1
 
     def _negate_literals(self, literals: LiteralMask) -> LiteralMask:
