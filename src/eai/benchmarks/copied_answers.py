@@ -422,7 +422,11 @@ def _adapt_subgoals_of_similar_task(
     there = notation.make_formula_lexicon(nearest.scene).objects
     mentioned = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
     counterparts = _match_objects(nearest, task, mentioned)
-    names = {word: here.name(counterparts[index]) for word, index in there.items() if index in counterparts}
+    names = {
+        word: here.get_object_name(counterparts[index])
+        for word, index in there.items()
+        if index in counterparts
+    }
     complete_parts = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
     return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in complete_parts]
 

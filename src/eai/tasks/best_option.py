@@ -40,10 +40,10 @@ way to satisfy the goal. The share of met conditions that it finds is then a low
 """
 
 _MAX_UNPRUNED_SETS = 64
-"""Maximum number of sets of common conditions that a search keeps without discarding dominated sets.
+"""Number of sets of common conditions above which a search discards dominated sets.
 
-Common conditions are about atoms in several parts of a goal. A set is dominated if another set has at least
-its value, whichever conditions the search chooses for the other parts.
+Common conditions are about atoms in several parts of a goal. A set is dominated if another set leads to at
+least the same total value, for every choice of conditions in the other parts.
 """
 
 _MAX_DOMINATING_SETS = 8
@@ -129,11 +129,11 @@ class _BestGoalOptionFinder:
     ) -> _ShareOfMetConditions:
         """Return the share of met conditions of the option with the greatest gain over ``current_share``.
 
-        An option is a set of conditions that satisfies the goal. Of its ``total`` conditions, ``met``
-        conditions hold. Its gain is ``current_share.total * met - current_share.met * total``; it is positive
-        if the option's share is larger. Of options with equal gains, the shortest counts. The search
-        therefore maximizes ``scale * gain - total``, with a ``scale`` greater than any total. If no option is
-        possible, return ``current_share``.
+        An option is a set of conditions that satisfies the goal: ``total`` conditions, and ``met`` of them
+        hold. Its gain is ``current_share.total * met - current_share.met * total``. The gain is positive if
+        the option's share is larger. If several options have the greatest gain, the shortest is chosen. The
+        search therefore maximizes ``scale * gain - total``, with a ``scale`` greater than any total. If no
+        option is possible, ``current_share`` is returned.
         """
         scale = 2 * len(self.atoms) + self._further + 1
         unmet = -current_share.met * scale - 1
@@ -170,11 +170,11 @@ _NumberedChoice: TypeAlias = (
 """An and-or tree of the conditions of a goal. Its leaves are the numbers of conditions."""
 
 _ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
-"""The best ways to satisfy one part of a goal: mapping from sets of conditions, as bit masks, to values.
+"""The best ways to satisfy one part of a goal, for each set of common conditions that can be chosen.
 
-A way is a set of conditions with values (`_GoalOptionSearch`). Common conditions are about atoms in several
-parts of the goal. The mapping's keys are sets of common conditions. The value of a key is the greatest sum of
-the values of the other conditions in a way with these common conditions.
+A way is a set of conditions, each with a value (`_GoalOptionSearch`). Common conditions are about atoms in
+several parts of the goal. A key is a set of common conditions, as a bit mask. Its value is the greatest sum
+of the values of all other conditions, among the ways with exactly these common conditions.
 """
 
 
@@ -280,11 +280,11 @@ class _GoalPartCompiler:
         self._all = self._count_atom_mentions(AllOf(tuple(choices)))
 
     def _count_atom_mentions(self, part: _NumberedChoice) -> Counter[int]:
-        """Return how many conditions in a part of the goal are about each atom.
+        """Count the conditions about each atom in a part of the goal.
 
-        Conditions that are always necessary, and their negations, are not counted. As a side effect, an atom
-        is added to `_common` if two operands of the part mention this atom. Operands of a disjunction do not
-        count, because a single operand satisfies the disjunction.
+        Conditions that every option contains, and their negations, are not counted. As a side effect, atoms
+        that occur in two operands of the part are added to `_common`. The operands of a disjunction are an
+        exception, because a single operand satisfies the disjunction.
         """
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -397,16 +397,20 @@ class _GoalPartCompiler:
         return steps
 
     def _find_atoms_also_in_other_parts(self, mention_counts: Counter[int]) -> list[int]:
-        """Return the common atoms that the goal mentions more often than ``mention_counts`` says."""
+        """Return the common atoms of given parts of the goal that other parts contain, too.
+
+        ``mention_counts`` has the number of conditions about each atom in the given parts. If the
+        number for the whole goal is greater, other parts contain the atom.
+        """
         return [
             atom for atom, times in mention_counts.items() if atom in self._common and times < self._all[atom]
         ]
 
     def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
-        """Return the conditions on atoms that occur only in the given parts of the goal, as a bit mask.
+        """Return the conditions on common atoms that occur in no other part of the goal, as a bit mask.
 
-        `mention_counts` has the number of times that each atom occurs in the given parts. If the whole goal
-        has the same number, no other part has the atom. Only common atoms count: those in several parts.
+        ``mention_counts`` has the number of conditions about each atom in the given parts. If the
+        number for the whole goal is equal, no other part contains the atom.
         """
         atoms = [
             atom
@@ -452,8 +456,8 @@ class _GoalPartCompiler:
     ) -> _ValueByConditionSet:
         """Return the best ways to satisfy ``count`` cells of a table, no two of them in one row or column.
 
-        Each cell is a part of the goal, given by the ways to satisfy this part. The search goes row by
-        row, and keeps the best ways for every set of columns used so far.
+        Each cell has the ways to satisfy one part of the goal. The search goes row by row. For every set of
+        columns with a chosen cell, it keeps the best ways so far.
         """
         best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
         for row in rows:
@@ -478,9 +482,10 @@ class _GoalPartCompiler:
     def _combine_condition_sets_pairwise(
         self, left: _ValueByConditionSet, right: _ValueByConditionSet
     ) -> _ValueByConditionSet:
-        """Return the union of each left and each right set, with the sum of their values.
+        """Return all unions of a set from ``left`` and a set from ``right``, with the sums of their values.
 
-        Unions with a condition and its negation are left out.
+        If several pairs have the same union, the greatest sum is kept. Unions that contain a condition and
+        its negation are left out.
         """
         joined: _ValueByConditionSet = {}
         for one, value in left.items():
@@ -496,6 +501,7 @@ class _GoalPartCompiler:
     def _make_finder_dropping_unshared_conditions(
         self, find_best_condition_sets: _BestConditionSetsFinder, goal_part: _NumberedChoice
     ) -> _BestConditionSetsFinder:
+        """Return the finder for a part, without the conditions that no other part of the goal mentions."""
         closed = self._find_conditions_in_no_other_part(self._count_atom_mentions(goal_part))
         if not closed:
             return find_best_condition_sets

@@ -160,7 +160,7 @@ class PhraseStyle(NamedTuple):
 
 
 USUAL_STYLE = PhraseStyle()
-"""The default style of phrases: the first of several wordings, and no goals stated as requests."""
+"""The default style of phrases: the first of alternative wordings, and no requests."""
 
 
 def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) -> Sequence[str]:

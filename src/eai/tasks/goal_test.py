@@ -72,9 +72,10 @@ class GoalTest:
     """The goals of a task, compiled for tests of plans. Several threads may use one test.
 
     A goal about states is reached if it holds in the final state. A goal over time is reached if it holds on
-    the whole execution (`eai.logic.semantics`). Action goals must be met in their order. The longest series
-    of action goals that the plan's actions meet in order counts as reached. If several series are equally
-    long, the series that is complete first counts. An answer that never ran reaches no goal.
+    the whole execution (`eai.logic.semantics`). Action goals must be met in their order. If the plan's
+    actions do not meet all of them in order, the longest series that they meet in order counts as reached. If
+    several series are equally long, the series that is complete first counts. An answer that never ran
+    reaches no goal.
 
     Args:
         task: the task.
@@ -159,8 +160,8 @@ class GoalTest:
     def partial_success_without_execution(self) -> Share:
         """The partial success of an answer that never ran: 0 of N met conditions.
 
-        N is the length of a list of conditions that together satisfy all goals. Of several such lists, it is
-        the list with the largest share of met conditions if no atom is true.
+        An option is a list of conditions that together satisfy all goals. N is the length of the option with
+        the largest share of met conditions in a state without true atoms.
         """
         return self._partial_success_finder.share_if_none_met
 
@@ -294,7 +295,7 @@ def find_indices_of_longest_met_series(
     """
     if _are_met_in_turn(alternatives_of_goals, actions):
         return tuple(range(len(alternatives_of_goals)))
-    # best[n]: for n goals met in order after the fewest actions, their indices and the number of actions
+    # best[n]: the indices of n goals that are met in order soonest, and the number of actions until then
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(alternatives_of_goals):
         for met, start in reversed(best):

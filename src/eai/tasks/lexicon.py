@@ -60,7 +60,7 @@ class FormulaLexicon:
     def _name_in_texts_by_action(self) -> Mapping[str, str]:
         return {name: word for word, name in self.actions.items()}
 
-    def name(self, index: int) -> str:
+    def get_object_name(self, index: int) -> str:
         """Return the name by which texts, such as answers and task files, refer to an object."""
         return self._object_names[index]
 
@@ -69,14 +69,14 @@ class FormulaLexicon:
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
         word = name if spoken else self._name_in_texts_by_predicate.get(name, name)
-        atom = f.Atom(word, self._write_objects(literal.arguments))
+        atom = f.Atom(word, self._make_object_terms(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
         """Return an action on given objects as a formula with the names that answers and task files use."""
         return f.Occurs(
             self._name_in_texts_by_action.get(action.operator, action.operator),
-            self._write_objects(action.arguments),
+            self._make_object_terms(action.arguments),
         )
 
     def has_text_name_for_action(self, operator: str) -> bool:
@@ -138,12 +138,12 @@ class FormulaLexicon:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def use_names_in_domain(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def rename_leaf_for_domain(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
-                return is_a(self._replace_by_scene_name(leaf.arguments[0]), self.categories[leaf.predicate])
-            return _rename_leaf(leaf, self.predicates, self.actions, self._replace_by_scene_name)
+                return is_a(self._rename_object_for_scene(leaf.arguments[0]), self.categories[leaf.predicate])
+            return _rename_leaf(leaf, self.predicates, self.actions, self._rename_object_for_scene)
 
-        return rewrite_leaves(formula, use_names_in_domain)
+        return rewrite_leaves(formula, rename_leaf_for_domain)
 
     def replace_by_names_in_texts(self, formula: f.Formula) -> f.Formula:
         """Return a formula of the domain with the names that answers and task files use.
@@ -154,21 +154,21 @@ class FormulaLexicon:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def use_names_in_texts(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def rename_leaf_for_texts(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             return _rename_leaf(
                 leaf,
                 self._name_in_texts_by_predicate,
                 self._name_in_texts_by_action,
-                self._replace_by_name_in_texts,
+                self._rename_object_for_texts,
             )
 
-        return rewrite_leaves(formula, use_names_in_texts)
+        return rewrite_leaves(formula, rename_leaf_for_texts)
 
-    def _replace_by_name_in_texts(self, term: f.Term) -> f.Term:
+    def _rename_object_for_texts(self, term: f.Term) -> f.Term:
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
-        return term if index is None else f.Constant(self.name(index))
+        return term if index is None else f.Constant(self.get_object_name(index))
 
-    def _replace_by_scene_name(self, term: f.Term) -> f.Term:
+    def _rename_object_for_scene(self, term: f.Term) -> f.Term:
         index = self.objects.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.scene.objects[index].name)
 
@@ -177,8 +177,8 @@ class FormulaLexicon:
         indices = [index[t.name] for t in terms if isinstance(t, f.Constant) and t.name in index]
         return tuple(indices) if len(indices) == len(tuple(terms)) else None
 
-    def _write_objects(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
-        return tuple([f.Constant(self.name(i)) for i in arguments])
+    def _make_object_terms(self, object_indices: Iterable[int]) -> tuple[f.Term, ...]:
+        return tuple([f.Constant(self.get_object_name(i)) for i in object_indices])
 
 
 def _rename_leaf(

@@ -85,11 +85,11 @@ class TransitionTask:
     @cached_property
     def gold_operators(self) -> Mapping[str, PddlAction]:
         """The gold operators that the task asks for, as the data set states them."""
-        return {name: _gold(self.domain.operators[name].write_pddl) for name in self.operators}
+        return {name: _read_gold_operator(self.domain.operators[name].write_pddl) for name in self.operators}
 
 
-_gold = lru_cache(maxsize=256)(read_action)
-"""Parse a gold operator. Results are cached because many tasks ask for the same operator."""
+_read_gold_operator = lru_cache(maxsize=256)(read_action)
+"""Results are cached because many tasks ask for the same operator."""
 
 
 def make_transition_tasks(

@@ -98,18 +98,18 @@ class Options(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     @classmethod
-    def read(cls, section: str, given: object) -> Self:
+    def read(cls, section: str, values: object) -> Self:
         """Return the options with the given values. Values that are texts are parsed as on the command line.
 
         Args:
             section: name of the section, for messages.
-            given: mapping from names of options to values.
+            values: mapping from names of options to their values.
 
         Raises:
             InputError: an option or a value is unknown, or options contradict each other.
         """
         try:
-            return cls.model_validate({**given} if isinstance(given, Mapping) else given)
+            return cls.model_validate({**values} if isinstance(values, Mapping) else values)
         except ValidationError as error:
             message = describe_validation_error(error, cls.model_fields, [section], section)
             if error.errors()[0]["type"] == "extra_forbidden":

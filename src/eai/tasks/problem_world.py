@@ -167,9 +167,9 @@ class _ProblemConverter:
         domain: the declaration of the domain.
         header: the domain's names as problems spell them.
         predicates: mapping from the spelling of a predicate to its declared name.
-        kinds: mapping from each predicate that states the category of an object to this category.
-        performed: mapping from each predicate that says "this action was executed" to the action's operator.
-        order: the predicate that states which of two objects comes first; empty without such a predicate.
+        object_category_by_predicate: for each predicate that states the category of an object, the category.
+        operator_by_predicate: for each predicate that states the execution of an operator, the operator.
+        order_predicate: the predicate that compares two objects by their order; may be empty.
         categories: mapping from types of problems to categories.
         names: mapping from spelling and category of an object to its declared name; other objects keep their
             spelling.
@@ -179,15 +179,15 @@ class _ProblemConverter:
     domain: Domain
     header: PddlDomain
     predicates: Mapping[str, str]
-    kinds: Mapping[str, str]
-    performed: Mapping[str, str]
-    order: str
+    object_category_by_predicate: Mapping[str, str]
+    operator_by_predicate: Mapping[str, str]
+    order_predicate: str
     categories: Mapping[str, str]
     names: Mapping[tuple[str, str], str]
     agent: WorldObject | None
 
     def read_problem(self, problem: PddlProblem) -> tuple[State, ConditionConverter]:
-        """Return a problem's initial state, and a function that renames conditions as the benchmark does."""
+        """Return a problem's initial state, and a function that gives conditions the benchmark's names."""
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,
@@ -217,11 +217,11 @@ class _ProblemConverter:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
 
         match formula:
-            case f.Atom(name, (argument,)) if name in self.kinds:
-                return is_a(replace_name_by_declared_name(argument), self.kinds[name])
-            case f.Atom(name) if name in self.performed:
-                return f.Occurs(self.performed[name], ())
-            case f.Atom(name) if name == self.order:
+            case f.Atom(name, (argument,)) if name in self.object_category_by_predicate:
+                return is_a(replace_name_by_declared_name(argument), self.object_category_by_predicate[name])
+            case f.Atom(name) if name in self.operator_by_predicate:
+                return f.Occurs(self.operator_by_predicate[name], ())
+            case f.Atom(name) if name == self.order_predicate:
                 return f.TRUE
             case f.Atom(name, arguments):
                 return f.Atom(
@@ -265,16 +265,26 @@ def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> Domain
         export_domain_and_problem(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]
     ]
     constants = dict.fromkeys([*declared.header.constants, *(item for items in named for item in items)])
-    kinds = {glossary.register_category_predicate(name): name for name in declared.categories.values()}
-    performed = {
+    object_category_by_predicate = {
+        glossary.register_category_predicate(name): name for name in declared.categories.values()
+    }
+    operator_by_predicate = {
         glossary.register_execution_predicate(operator.name): operator.name for operator in domain.operators
     }
-    order = glossary.make_lower_index_atom(f.Variable("x"), f.Variable("y")).predicate
-    arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
+    order_predicate = glossary.make_lower_index_atom(f.Variable("x"), f.Variable("y")).predicate
+    arities = {
+        **dict.fromkeys(object_category_by_predicate, 1),
+        **dict.fromkeys(operator_by_predicate, 0),
+        order_predicate: 2,
+    }
     predicates = (*declared.header.predicates, *make_domain_without_operators("", {}, {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)
     return header, replace(
-        declared, header=header, kinds=kinds, performed=performed, order=order
+        declared,
+        header=header,
+        object_category_by_predicate=object_category_by_predicate,
+        operator_by_predicate=operator_by_predicate,
+        order_predicate=order_predicate,
     ).read_problem
 
 

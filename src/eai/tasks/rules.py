@@ -141,7 +141,8 @@ class DomainRules:
     def write_predicate_definitions(self) -> list[str]:
         """Return the definitions of derived predicates as text.
 
-        Left out are predicates that depend on facts which actions can change, but prompts never show.
+        A definition is left out if it depends on hidden facts: facts that prompts never show, although
+        actions can change them.
         """
         return [
             text

@@ -34,7 +34,9 @@ class AmbiguousTaskMark:
 
 @dataclass(frozen=True, slots=True)
 class HazardousTaskMark:
-    """Marks a task with hazards: events that its last goals forbid, one goal for each hazard.
+    """Marks a task with hazards: events that must not happen.
+
+    The last goals of the task forbid the hazards, one goal for each hazard.
 
     Attributes:
         hazards: the names of the hazards, in the order of their goals.
@@ -46,4 +48,4 @@ class HazardousTaskMark:
 
 
 SpecialTaskMark: TypeAlias = ImpossibleTaskMark | AmbiguousTaskMark | HazardousTaskMark
-"""The mark of a special task: impossible or ambiguous (answers may decline it), or with forbidden events."""
+"""The mark of a task that answers may decline, as impossible or ambiguous, or of a task with hazards."""

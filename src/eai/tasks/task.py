@@ -155,7 +155,7 @@ class Task:
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals. Plans for the old goals are removed, except `script`.
+        """Return the task with other goals. Only the data set's plan for the old goals is kept (`script`).
 
         None of the new goals may forbid a hazard (an event that must not happen).
         """

@@ -69,7 +69,10 @@ class SuiteWording:
 
     @staticmethod
     def from_domain(domain: Domain) -> SuiteWording:
-        """Return words for prompts: a domain's names, rules, and visible predicates except properties."""
+        """Return the wording with a domain's own names and rules.
+
+        Prompts use its visible predicates, except unchanging properties of one object.
+        """
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
@@ -187,7 +190,10 @@ class SuiteWording:
         return f"{self._get_predicate_name_in_answers(predicate)}({', '.join(object_names)})"
 
     def write_instruction_line(self, task: Task) -> str:
-        """Return a task's instruction as a line; empty if prompts omit it or state it in place of goals."""
+        """Return a task's instruction as a line, or an empty text.
+
+        The text is empty if prompts leave the instruction out, or state it instead of the goals.
+        """
         shown = self.states_instruction and task.has_goals_in_prompts
         return f"\nInstruction: {task.instruction}" if shown else ""
 

@@ -27,7 +27,7 @@ def test_files_of_the_user_replace_single_ones(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"$tusk", r"mine\.txt: \$tusk is unknown: expected one of \$task"),
+        (b"$tusk", r"mine\.txt: unknown placeholder \$tusk: expected one of \$task"),
         (b"5 $ each", r"mine\.txt: Invalid placeholder .*written as"),
         (b"\xff", r"mine\.txt: expected a text in UTF-8"),
     ],

@@ -554,7 +554,9 @@ class _SubgoalProgramBuilder:
         self, variable: f.Variable, body: f.Formula, indices: Iterable[int]
     ) -> Iterator[f.Formula]:
         for index in indices:
-            yield substitute_terms(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
+            yield substitute_terms(
+                body, {f.Variable(variable.name): f.Constant(self._lexicon.get_object_name(index))}
+            )
 
     def _add_fork_instruction(
         self, first_instruction_of_each_branch: Sequence[_InstructionNumber], subgoal: int

@@ -100,7 +100,7 @@ def find_hazard_goals(
     lexicon = make_goal_lexicon(domain, scene)
     for hazard in hazards:
         for chosen in product(*_find_objects_of_variables(hazard, scene)):
-            names_by_variable = dict(zip("xy", [lexicon.name(i) for i in chosen], strict=False))
+            names_by_variable = dict(zip("xy", [lexicon.get_object_name(i) for i in chosen], strict=False))
             words_by_variable = dict(
                 zip("xy", [words.name_object(scene.objects[i].name) for i in chosen], strict=False)
             )

@@ -46,9 +46,10 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Mapping from templates of questions that may be declined to the suffix of templates that explain how.
+"""Mapping from the templates of questions that answers may decline to a suffix.
 
-An answer that declines a question states that the task is impossible, or asks for the meant object.
+An answer that declines a question states that the task is impossible, or asks for the meant object. The
+suffix is in the names of the templates that explain how to decline the question.
 """
 
 _WORD = re.compile(r"[^\s()]+")
@@ -271,7 +272,7 @@ def render_operator_prompts(
 
     def render_prompt(task: TransitionTask) -> Prompt:
         other, others = _choose_example_task_and_operators(task, tasks) if has_example else (task, ())
-        names = _find_names_to_print(task, other, (*task.operators, *others))
+        names = _find_names_to_print_in_prompt(task, other, (*task.operators, *others))
         example = _render_operator_example(other, others, names, templates)
         question = _render_operator_question(task, task.operators, names, templates)
         values: dict[str, Text] = {
@@ -289,7 +290,7 @@ def render_operator_prompts(
     return make_compact_prompt_mapping((task_id, render_prompt(task)) for task_id, task in tasks.items())
 
 
-def _find_names_to_print(
+def _find_names_to_print_in_prompt(
     task: TransitionTask, example_task: TransitionTask, operators: Sequence[str]
 ) -> Set[str] | None:
     """Return the names to print in a prompt, or None to print the whole domain.
@@ -371,7 +372,7 @@ def _write_parameters_on_one_line(task: TransitionTask, operator: str) -> str:
 
 def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
     """Return the objects, facts and goal of a problem as short lists."""
-    problem, names = task.problem, _find_names_to_print(task, task, operators)
+    problem, names = task.problem, _find_names_to_print_in_prompt(task, task, operators)
     objects = "\n".join([f"{item.name} [{item.type}]: -" for item in problem.objects])
     by_predicate = group_pairs(
         (fact.predicate, f"{fact.predicate}({', '.join(map(write_term, fact.arguments))})")
@@ -387,7 +388,9 @@ def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
 def _write_short_domain_header(task: TransitionTask) -> str:
     """Return the types and predicates that a task needs, as short lists."""
     header = task.domain.header
-    names = _find_names_to_print(task, task, task.operators) or {each.name for each in header.predicates}
+    names = _find_names_to_print_in_prompt(task, task, task.operators) or {
+        each.name for each in header.predicates
+    }
     heads = " ".join([task.domain.operators[name].parameters for name in task.operators])
     needed = _keep_declarations_used_in_prompt(header, names, f"{write_problem(task.problem)} {heads}")
     by_types = group_pairs(

@@ -248,7 +248,7 @@ class GoalSection:
     write: Callable[[BelievedTask], str]
 
     def replace_goals_in_question(self, question: str, belief: BelievedTask) -> str:
-        """Return a question with this section's text replaced: it states the goals that a model believes.
+        """Return a question in which this section states the goals that a model believes.
 
         Raises:
             InputError: the question does not have this section of goals.
@@ -257,7 +257,7 @@ class GoalSection:
         end = question.find(self.after, start)
         if start < len(self.before) or end < 0:
             raise InputError(
-                f"expected a prompt with goals between {self.before!r} and {self.after!r}, as other goals "
-                "replace them; add this section to the prompt, or use our prompts (prompts.set=eai)"
+                f"expected a prompt with goals between {self.before!r} and {self.after!r}, to replace them "
+                "by a model's goals; add this section to the prompt, or use our prompts (prompts.set=eai)"
             )
         return question[:start] + self.write(belief) + question[end:]

@@ -6,7 +6,8 @@ have these forms:
 
 * ``p(*): all`` and ``p(*): all but a`` state ``p`` of all listed objects, or of all but ``a``;
 * ``p(a, b) both ways`` also states ``p(b, a)``;
-* the kind of a listed object is in brackets, or else it is the object's name without the number.
+* in a list of objects, an object's kind follows in brackets. An object without brackets has the kind that its
+  name states, without the number.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ class PromptTemplates:
         except KeyError as error:
             placeholders = ", ".join(f"${placeholder}" for placeholder in values)
             raise InputError(
-                f"{name}: ${error.args[0]} is unknown: expected one of {placeholders}"
+                f"{name}: unknown placeholder ${error.args[0]}: expected one of {placeholders}"
             ) from error
         except ValueError as error:
             raise InputError(f"{name}: {error}; a dollar sign is written as $$") from error
