@@ -10,7 +10,7 @@ from eai.logic.formula import (
     Constant,
     Occurs,
 )
-from eai.logic.ltl import MAX_PARSED_PRIMITIVES, read_formula
+from eai.logic.ltl import MAX_CACHED_ATOMS_AND_ACTIONS, read_formula
 from eai.logic.signature import Signature, find_line_and_column, join_with_or
 
 P = Atom("p", (Constant("a"),))
@@ -55,9 +55,9 @@ def test_cached_primitives_are_valid_at_every_position() -> None:
 def test_the_cache_of_primitives_is_bounded() -> None:
     signature = Signature({"open": 1})
     read_formula(
-        " and ".join(f"open(cup.{number})" for number in range(2 * MAX_PARSED_PRIMITIVES)), signature
+        " and ".join(f"open(cup.{number})" for number in range(2 * MAX_CACHED_ATOMS_AND_ACTIONS)), signature
     )
-    assert len(signature.parsed) == MAX_PARSED_PRIMITIVES
+    assert len(signature.parsed) == MAX_CACHED_ATOMS_AND_ACTIONS
 
 
 @pytest.mark.parametrize(

@@ -70,10 +70,10 @@ class ExactlyNOf(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class AndOrTreePairing(Generic[T]):
-    """A node of an and-or tree with a table of subtrees, such as for pairs of objects.
+    """A node of an and-or tree whose subtrees stand in a table, such as one subtree for each pair of objects.
 
-    The node is true if ``count`` cells are true, with no two in one row or column. None marks a cell that
-    cannot be chosen.
+    The node is true if ``count`` cells of the table are true, no two of them in one row or column. A cell
+    that is None cannot be chosen.
     """
 
     count: int
@@ -118,12 +118,12 @@ class _AndOrTreeBuilder:
             case f.Implies(premise, conclusion):
                 return self.build(f.Or((f.Not(premise), conclusion)), binding, positive)
             case f.ForAll(variable, body) | f.Exists(variable, body):
-                parts = self._build_instances(variable, body, binding, positive)
+                parts = self._build_tree_for_each_value(variable, body, binding, positive)
                 return AllOf(parts) if isinstance(formula, f.ForAll) == positive else AnyOf(parts)
             case f.Exactly(count, variable, body) if positive:
-                return ExactlyNOf(count, self._build_instances(variable, body, binding, True))
+                return ExactlyNOf(count, self._build_tree_for_each_value(variable, body, binding, True))
             case f.ForPairs() if positive:
-                return self._pair_objects(formula, binding)
+                return self._build_pairing_tree(formula, binding)
             case f.Then(steps) if positive:
                 return AllOf(tuple([self.build(step, binding, True) for step in steps]))
             case _:
@@ -133,18 +133,22 @@ class _AndOrTreeBuilder:
                     "which cannot be listed: write the formula without it"
                 )
 
-    def _build_instances(
+    def _build_tree_for_each_value(
         self, variable: f.Variable, body: f.Formula, binding: Mapping[str, str], positive: bool
     ) -> tuple[AndOrTree, ...]:
         values = self._objects(variable.category)
         return tuple([self.build(body, {**binding, variable.name: value}, positive) for value in values])
 
-    def _pair_objects(self, formula: f.ForPairs, binding: Mapping[str, str]) -> AndOrTreePairing[AndOrTree]:
+    def _build_pairing_tree(
+        self, formula: f.ForPairs, binding: Mapping[str, str]
+    ) -> AndOrTreePairing[AndOrTree]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
 
-        def build_tree_of_pair(x: str, y: str) -> AndOrTree | None:
-            return None if x == y else self.build(body, {**binding, first.name: x, second.name: y}, True)
+        def build_tree_of_pair(first_object: str, second_object: str) -> AndOrTree | None:
+            if first_object == second_object:
+                return None
+            return self.build(body, {**binding, first.name: first_object, second.name: second_object}, True)
 
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
         return AndOrTreePairing(count, tuple(tuple(build_tree_of_pair(x, y) for y in columns) for x in rows))
@@ -349,8 +353,9 @@ Its argument is the mask of the answer's conditions. It returns None if the goal
 def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal], int]) -> FindClosestDnfTerm:
     """Return a function that finds the DNF term that shares most conditions with an answer.
 
-    If several DNF terms share equally many, the shortest is chosen, then the first. A conjunction's literals
-    are scored together, its other parts separately. So a condition in two parts counts twice.
+    If several DNF terms share equally many, the shortest is chosen, then the first. All literals of a
+    conjunction are scored together, but each of its other parts is scored on its own. So a condition that
+    occurs in two parts counts twice.
 
     Args:
         tree: the and-or tree of the goal.

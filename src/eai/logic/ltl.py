@@ -28,7 +28,7 @@ from eai.logic.signature import (
 )
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
-MAX_PARSED_PRIMITIVES = 1_000
+MAX_CACHED_ATOMS_AND_ACTIONS = 1_000
 """Maximum number of parsed atoms and actions that are cached in one `Signature` (set of allowed names)."""
 
 
@@ -235,7 +235,7 @@ class _LtlReader:
             self._position = token.end()
             match token.lastgroup:
                 case "primitive":
-                    return self._read_primitive(token["primitive"], token.start("primitive"))
+                    return self._read_atom_or_action(token["primitive"], token.start("primitive"))
                 case "bracket":
                     self._open_bracket(self._scope)
                 case "equation":
@@ -247,7 +247,7 @@ class _LtlReader:
                 case _:
                     self._read_quantifier(word)
 
-    def _read_primitive(self, text: str, position: int) -> f.Formula:
+    def _read_atom_or_action(self, text: str, position: int) -> f.Formula:
         signature, scope = self._signature, self._scope
         if signature is not None and not scope and text in signature.parsed:
             return signature.parsed[text]
@@ -255,9 +255,11 @@ class _LtlReader:
         terms = tuple([make_term(argument, scope) for argument in arguments])
         if signature is None:
             return f.Atom(name, terms)
-        self._check_names(name, terms, signature, lambda i: position + [*_OBJECTS.finditer(text)][i].start())
+        self._record_misused_names(
+            name, terms, signature, lambda i: position + [*_OBJECTS.finditer(text)][i].start()
+        )
         formula = f.Occurs(name, terms) if signature.is_action(name) else f.Atom(name, terms)
-        if not scope and not self._misuses and len(signature.parsed) < MAX_PARSED_PRIMITIVES:
+        if not scope and not self._misuses and len(signature.parsed) < MAX_CACHED_ATOMS_AND_ACTIONS:
             signature.parsed[text] = formula
         return formula
 
@@ -265,10 +267,12 @@ class _LtlReader:
         names = [*_OBJECTS.finditer(text)]
         left, right = terms = [make_term(name.group(), self._scope) for name in names]
         if self._signature is not None:
-            self._check_objects("=", terms, self._signature, lambda i: position + names[i - 1].start())
+            self._record_unknown_objects(
+                "=", terms, self._signature, lambda i: position + names[i - 1].start()
+            )
         return f.Equals(left, right)
 
-    def _check_names(
+    def _record_misused_names(
         self, name: str, terms: Sequence[f.Term], signature: Signature, find_offset: Callable[[int], int]
     ) -> None:
         """Record misuses of names in one atom or action: names that the signature does not allow.
@@ -287,9 +291,9 @@ class _LtlReader:
         elif (arity := arities[name]) is not None and arity != len(terms):
             detail = describe_wrong_arity(name, arity, "argument", len(terms))
             self._add_misuse("wrong_arity", name, name, find_offset(0), detail)
-        self._check_objects(name, terms, signature, find_offset)
+        self._record_unknown_objects(name, terms, signature, find_offset)
 
-    def _check_objects(
+    def _record_unknown_objects(
         self, name: str, terms: Sequence[f.Term], signature: Signature, find_offset: Callable[[int], int]
     ) -> None:
         objects = signature.objects

@@ -56,16 +56,16 @@ def _format_series(parts: Sequence[f.Formula], word: str, needed_strength: int) 
     if len(parts) == 1:
         return _format_subformula(parts[0], needed_strength)
     text = f" {word} ".join([_format_subformula(part, STRENGTHS[word] + 1) for part in parts])
-    return _add_brackets(text, STRENGTHS[word], needed_strength)
+    return _add_brackets_if_needed(text, STRENGTHS[word], needed_strength)
 
 
 def _format_infix(left: f.Formula, word: str, right: f.Formula, needed_strength: int) -> str:
     strength = STRENGTHS[word]
     text = f"{_format_subformula(left, strength + 1)} {word} {_format_subformula(right, strength)}"
-    return _add_brackets(text, strength, needed_strength)
+    return _add_brackets_if_needed(text, strength, needed_strength)
 
 
-def _add_brackets(text: str, strength: int, needed_strength: int) -> str:
+def _add_brackets_if_needed(text: str, strength: int, needed_strength: int) -> str:
     return f"({text})" if strength < needed_strength else text
 
 

@@ -145,7 +145,7 @@ class _TraceEvaluator:
     def _find_segment_starts_before(
         self, formula: f.Formula, binding: Binding, next_starts: PositionMask
     ) -> PositionMask:
-        """Return the mask of the positions at which segments of the trace that satisfy the formula start.
+        """Return the mask of starts of segments of the trace that satisfy the formula.
 
         Only segments count that end just before a position of the mask ``next_starts``.
         """
@@ -258,7 +258,7 @@ class _TraceEvaluator:
     ) -> list[PositionMask]:
         """Return, for each value of a quantified variable, the mask of positions at which the body holds.
 
-        Values with which the body nowhere has the truth value ``wanted_truth`` are left out.
+        A value is left out if the body is proved to have the truth value ``wanted_truth`` at no position.
         """
         name = variable.name
         values = self._find_values_for_truth(variable, body, binding, wanted_truth)
@@ -278,7 +278,10 @@ class _TraceEvaluator:
     def _find_arguments_on_trace(
         self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
-        """Return the values of an action's argument on the trace; None (any object) for an atom."""
+        """Return the objects that occur as an action's argument on the trace.
+
+        Return None for an atom: any object may be its argument.
+        """
         return (
             self._trace.find_values_of_argument(leaf.action, argument_index)
             if isinstance(leaf, f.Occurs)
@@ -460,13 +463,13 @@ class _TruthWithExplanation:
 
     Attributes:
         holds: whether the formula holds.
-        positions: for a state formula, every position at which the formula holds. For ``then``, for each
-            part, the position at which it was first completed after the previous part. The list ends before
-            the first part that was not completed. For other formulas, the start of every suffix of the trace
-            that satisfies the formula.
-        failed: the smallest parts that make the formula false. For a conjunction, the conjuncts that never
-            hold, or the conjunction if its conjuncts hold only at different positions. For ``then``, the
-            first part that is not completed after the previous part. Otherwise the formula itself.
+        positions: the positions that explain the truth. A state formula lists every position at which it
+            holds. A ``then`` lists the position at which each part was first completed after the previous
+            part, up to the first part that was not completed. Every other formula lists the start of every
+            suffix of the trace that satisfies it.
+        failed: the smallest parts that make the formula false. They are the conjuncts of a conjunction that
+            never hold, or the conjunction if its conjuncts hold only at different positions. Of a ``then`` it
+            is the first part that is not completed after the previous part. Otherwise it is the formula.
     """
 
     holds: bool

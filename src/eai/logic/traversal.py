@@ -143,16 +143,16 @@ class _MonotoneSubformulaIds(NamedTuple):
     """
 
     true_when_longer: frozenset[int]
-    """Python's ``id`` of each subformula that remains true if states are added after a segment of a trace."""
+    """Python's ``id`` of each subformula that remains true if states are added at the end of a segment."""
     true_when_shorter: frozenset[int]
-    """Python's ``id`` of each temporal subformula that remains true if a trace segment loses its end."""
+    """Python's ``id`` of each temporal subformula that remains true if a segment loses states at its end."""
 
 
 def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:
-    """Find subformulas that stay true on longer segments of a trace, or that stay true on shorter segments.
+    """Find subformulas that stay true if a segment of a trace becomes longer, or if it becomes shorter.
 
-    A segment (consecutive states of a trace) keeps its start. Only operators are examined, not atoms, so that
-    some of these subformulas may be missed.
+    A segment is a sequence of consecutive states. Its end changes, but its start stays. Only operators are
+    examined, not atoms, so some of these subformulas may be missed.
     """
     temporal = find_temporal_subformula_ids(formula)
     true_when_longer: set[int] = set()
