@@ -93,7 +93,8 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
         ),
         (
             lambda: Operator("DIM", (X,), (affordance(is_a(X, "lamp"), "{x is no lamp"),), ()),
-            "reason '{x is no lamp': expected '}' before end of string; write two braces for one",
+            "reason '{x is no lamp': expected '}' before end of string; "
+            "write {{ and }} for braces in the text",
         ),
         (
             lambda: Operator("DIM", (X,), (affordance(is_a(X, "lamp"), "{} is no lamp"),), ()),

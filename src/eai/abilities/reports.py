@@ -134,11 +134,10 @@ def _report_executed_action(
 
 
 def _describe_failed_effects(domain: Domain, action: Action, before: State, after: State) -> str:
-    """Return a text on the ways to act in which an executed action failed, and why.
+    """Return a text on the alternatives (ways to act) of an executed action that failed, with the reasons.
 
-    An operator may have several ways to act, each with its own condition and checks (`OperatorAlternative`).
-    A way failed if one of its checks failed, and its condition still holds. The text is empty if no way
-    failed.
+    Each `OperatorAlternative` has its own condition and checks. It failed if one of its checks failed and its
+    condition still holds after the action. The text is empty if no alternative failed.
     """
     operator = domain.compiled_operators[action.operator]
     if not operator.alternatives:
@@ -147,9 +146,7 @@ def _describe_failed_effects(domain: Domain, action: Action, before: State, afte
     objects: dict[f.Term, f.Term] = {
         f.Variable(name): f.Constant(object_name) for name, object_name in names.items()
     }
-    undone = operator.find_failed_alternatives_attempted_again(
-        before, after, operator.bind(before, action.arguments)
-    )
+    undone = operator.find_failed_alternatives(before, after, operator.bind(before, action.arguments))
     return "; ".join(
         f"{format_ltl(substitute_terms(unmet, objects))} remains: {fault}"
         for unmet, fault in (

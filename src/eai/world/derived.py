@@ -50,7 +50,7 @@ class DefinedPredicate:
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Names of the predicates that a function reads: empty, because a formula defines this predicate."""
+        """Empty, because this predicate is defined by a formula, not by a function that reads predicates."""
         return ()
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:

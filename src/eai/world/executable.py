@@ -134,10 +134,13 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
-    def find_failed_alternatives_attempted_again(
+    def find_failed_alternatives(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedOperatorAlternative, ...]:
-        """Return the alternatives (ways to act) that failed and would be attempted again after the action."""
+        """Return the alternatives (ways to act) whose checks failed in the state before an executed action.
+
+        An alternative is left out if its condition does not hold both before and after the action.
+        """
         failed_tries = []
         for attempt, compiled in zip(self.operator.alternatives, self.alternatives, strict=True):
             if compiled.is_attempted(before, binding) and compiled.is_attempted(after, binding):
@@ -188,10 +191,12 @@ def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> t
     return tuple(compiled_checks)
 
 
-Spend: TypeAlias = Callable[[], bool]
+CountTriedValue: TypeAlias = Callable[[], bool]
 """Function that counts one tried value of a parameter, and returns whether the limit is exceeded."""
 
-ApplicableArgumentFinder: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
+ApplicableArgumentFinder: TypeAlias = Callable[
+    [State, Sequence[int], CountTriedValue], Iterator[tuple[int, ...]]
+]
 """Function that yields the arguments for which no check of an operator fails.
 
 Their order is that of `itertools.product`. The function stops early when it has tried too many values of
@@ -232,7 +237,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
         next_parameter: int,
         objects_in_order: Sequence[int],
         allowed_objects: Sequence[ObjectMask],
-        spend: Spend,
+        count_tried_value: CountTriedValue,
     ) -> Iterator[tuple[int, ...]]:
         """Yield tuples of arguments that pass the checks, given the arguments before ``next_parameter``.
 
@@ -245,16 +250,16 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
         matching = joint_filters[next_parameter - 1](state, binding, allowed_objects[next_parameter - 1])
         for index in objects_in_order:
             if matching >> index & 1:
-                if spend():
+                if count_tried_value():
                     return
                 binding[next_parameter] = index
                 yield from generate_arguments_from_parameter(
-                    state, binding, next_parameter + 1, objects_in_order, allowed_objects, spend
+                    state, binding, next_parameter + 1, objects_in_order, allowed_objects, count_tried_value
                 )
         binding[next_parameter] = UNBOUND
 
     def find_applicable_arguments(
-        state: State, objects: Sequence[int], spend: Spend
+        state: State, objects: Sequence[int], count_tried_value: CountTriedValue
     ) -> Iterator[tuple[int, ...]]:
         binding = frame.bind_arguments(state.scene, [UNBOUND] * len(names))
         if not first(state, binding):
@@ -264,6 +269,8 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
             allowed_objects.append(matching(state, binding, make_mask(objects)))
             if not allowed_objects[-1]:
                 return
-        yield from generate_arguments_from_parameter(state, binding, 1, objects, allowed_objects, spend)
+        yield from generate_arguments_from_parameter(
+            state, binding, 1, objects, allowed_objects, count_tried_value
+        )
 
     return find_applicable_arguments

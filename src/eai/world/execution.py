@@ -105,9 +105,9 @@ def attempt_action(domain: Domain, history: History, action: Action) -> State | 
 def _diagnose_fault(
     domain: Domain, history: History, operator: CompiledOperator, binding: FrameBinding
 ) -> Fault:
-    """Choose one of a step's faults by the domain's precedence of kinds of fault.
+    """Return the fault of a step; of several faults, the first kind in `Domain.precedence`.
 
-    A wrong order is among the faults if `Domain.history_rule` finds an earlier state for a failed check.
+    A wrong order is among the faults if `Domain.history_rule` returns an earlier state for a failed check.
     """
     kinds: dict[FaultKind, Check] = {}
     earlier = None

@@ -148,16 +148,18 @@ class _RecursivePredicates:
             facts = next_facts
 
 
-def _is_monotone_in(formula: f.Formula, names: set[str], value: bool = True) -> bool:
-    """Whether a formula keeps its truth ``value`` when more objects satisfy the predicates in ``names``."""
+def _is_monotone_in(formula: f.Formula, predicates: set[str], truth: bool = True) -> bool:
+    """Whether a formula with this truth value keeps it when more objects satisfy the predicates."""
     match formula:
         case f.Atom(predicate):
-            return value or predicate not in names
+            return truth or predicate not in predicates
         case f.Not(operand):
-            return _is_monotone_in(operand, names, not value)
+            return _is_monotone_in(operand, predicates, not truth)
         case f.Implies(premise, conclusion):
-            return _is_monotone_in(premise, names, not value) and _is_monotone_in(conclusion, names, value)
+            return _is_monotone_in(premise, predicates, not truth) and _is_monotone_in(
+                conclusion, predicates, truth
+            )
         case f.And() | f.Or() | f.ForAll() | f.Exists():
-            return all(_is_monotone_in(part, names, value) for part in get_subformulas(formula))
+            return all(_is_monotone_in(part, predicates, truth) for part in get_subformulas(formula))
         case _:
-            return names.isdisjoint(find_predicates(formula))
+            return predicates.isdisjoint(find_predicates(formula))

@@ -88,9 +88,8 @@ step. It returns the index of the earlier state. None means that the condition n
 def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
     """Return the index of the last state in which a history condition of a failed check held, or None.
 
-    History conditions are the check's conditions on earlier states. An index means that the order of actions
-    is wrong: each history condition has held in some state. None means that one of them never held, or that
-    the failed check means another fault than `MISSING_STEP`.
+    History conditions are the check's conditions on earlier states. The result is None if one of them never
+    held, or if the check's fault is not `MISSING_STEP`. An index means that the order of actions is wrong.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None

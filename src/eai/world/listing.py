@@ -128,7 +128,7 @@ def _list_stored_pairs(
     for x in objects:
         if sources >> x & 1:
             wanted = among if including_any >> x & 1 else among & including_any
-            yield from _make_pairs(x, relation.row(x) & wanted, objects, allow_equal)
+            yield from _make_pairs_with_first_object(x, relation.row(x) & wanted, objects, allow_equal)
 
 
 def _list_stored_tuples(
@@ -156,15 +156,15 @@ def _list_pairs_of_derived_predicate(
             if wanted
             else 0
         )
-        yield from _make_pairs(x, row, objects, allow_equal)
+        yield from _make_pairs_with_first_object(x, row, objects, allow_equal)
 
 
-def _make_pairs(
-    first: int, seconds: ObjectMask, objects: _ObjectIndices, allow_equal: bool
+def _make_pairs_with_first_object(
+    first: int, second_objects: ObjectMask, objects: _ObjectIndices, allow_equal: bool
 ) -> Iterator[tuple[int, ...]]:
     return (
-        ((first, y) for y in objects if seconds >> y & 1 and (allow_equal or y != first))
-        if seconds
+        ((first, y) for y in objects if second_objects >> y & 1 and (allow_equal or y != first))
+        if second_objects
         else iter(())
     )
 

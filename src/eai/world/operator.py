@@ -70,7 +70,9 @@ def _find_mentioned_parameters(reason: str) -> tuple[str, ...]:
     try:
         fields = [field for _, field, _, _ in Formatter().parse(reason) if field is not None]
     except ValueError as error:
-        raise DomainError(f"reason {reason!r}: {error}; write two braces for one") from error
+        raise DomainError(
+            f"reason {reason!r}: {error}; write {{{{ and }}}} for braces in the text"
+        ) from error
     return tuple(dict.fromkeys(fields))
 
 
@@ -211,9 +213,11 @@ def sort_operator_checks(operator: Operator) -> Operator:
 
     The order is affordance, additional step, missing step. Checks of one kind keep their order.
     """
-    tries = tuple(replace(attempt, checks=_sort_by_kind(attempt.checks)) for attempt in operator.alternatives)
-    return replace(operator, checks=_sort_by_kind(operator.checks), alternatives=tries)
+    tries = tuple(
+        replace(attempt, checks=_sort_checks_by_kind(attempt.checks)) for attempt in operator.alternatives
+    )
+    return replace(operator, checks=_sort_checks_by_kind(operator.checks), alternatives=tries)
 
 
-def _sort_by_kind(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+def _sort_checks_by_kind(checks: tuple[Check, ...]) -> tuple[Check, ...]:
     return tuple(sorted(checks, key=lambda check: _PAPER_ORDER.index(check.fault)))

@@ -58,9 +58,10 @@ class InitialRelation:
 
 
 class Relation:
-    """A binary relation: a base that all states of an episode share, and the rows and columns that differ.
+    """A binary relation in one state, stored as the rows and columns that differ from a base.
 
-    A relation that belongs to a state never changes. The methods that change a relation are for a new `copy`.
+    All states of an episode share the base: the relation at the start of the episode. A relation that belongs
+    to a state never changes. The methods that change a relation are for a new `copy`.
 
     Two relations are equal if they share a base and have the same pairs.
 

@@ -25,7 +25,7 @@ class Predicate:
         static: whether no operator changes the predicate.
         visible: whether prompts, goals and answers may mention the predicate; False if only the simulator
             needs it.
-        single: whether, in every reachable state, the other arguments determine the last argument: at most
+        single: whether the other arguments determine the last argument: in every reachable state, at most
             one object makes the predicate true as last argument.
     """
 
