@@ -224,9 +224,9 @@ def test_the_question_describes_the_perceived_scene() -> None:
     trial = Trial(
         cast("ActionSequencingScorer", SUITE.scorer("both")), ReplanningOptions(1, "continue", "state")
     )
-    assert asks.describe_scene_metadata(trial) == {}
+    assert asks.get_scene_metadata_for_next_question(trial) == {}
     trial.try_answer(plan(SHED))
-    assert asks.describe_scene_metadata(trial) == {"scene": "2"}
+    assert asks.get_scene_metadata_for_next_question(trial) == {"scene": "2"}
 
 
 def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:

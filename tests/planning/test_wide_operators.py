@@ -12,7 +12,7 @@ from eai import InputError
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
-from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, OperatorIndex
+from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED_ACTIONS, OperatorIndex
 from eai.agents.gym import make
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.random_answers import random_walk
@@ -110,5 +110,5 @@ def test_subgoals_list_actions_up_to_a_limit(wide: Benchmark) -> None:
     wanted = OperatorIndex(wide.domain).find_achieving_actions(
         [GroundAtom("r", (1,), True)], task.scene, task.relevant
     )
-    assert len(wanted) == MAX_LISTED
+    assert len(wanted) == MAX_LISTED_ACTIONS
     assert all(len({*action.arguments}) == 8 for action in wanted)

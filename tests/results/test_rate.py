@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from eai.abilities.verdict import (
     ConfusionCounts,
-    add_confusions,
     make_confusion_shares,
     make_rate_contribution_of_answer,
+    sum_confusion_counts,
 )
 from eai.results.rate import NOTHING, Rate, compute_rates
 from eai.tasks.share import Share
@@ -35,7 +35,8 @@ def test_total_sums_numerators_and_denominators() -> None:
 def test_rates_do_not_depend_on_the_parts_in_which_they_are_summed(rows: list[tuple[int, int, int]]) -> None:
     confusions = [ConfusionCounts(*row) for row in rows]
     whole = {
-        name: Rate(*share) for name, share in make_confusion_shares("x", add_confusions(confusions)).items()
+        name: Rate(*share)
+        for name, share in make_confusion_shares("x", sum_confusion_counts(confusions)).items()
     }
     assert compute_rates(make_confusion_shares("x", c) for c in confusions) == whole
 

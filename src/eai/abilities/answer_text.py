@@ -3,10 +3,14 @@ r"""Read the JSON value in the text of an answer.
 Every character of the text is read unchanged, is read after a named repair, or counts as prose.
 
 `read_json` serves all abilities and benchmarks. An `AnswerFormat` describes the expected value, and how to
-recognize its parts. If text outside the value resembles such a part, the value is incomplete and the answer
-is unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. So does
-an unmatched closing bracket, if no list encloses the parts of the answer. So does a part of the answer in
-unfinished reasoning. The repairs are:
+recognize its parts. An answer is unreadable in four cases:
+
+* text outside the value looks like a part of the answer, so that the value is incomplete;
+* a bracket is never closed, so that the answer was cut off;
+* a closing bracket has no opening bracket, and no list encloses the parts of the answer;
+* reasoning that is never finished contains a part of the answer.
+
+The repairs are:
 
 * ``reasoning``, ``special_tokens``: reasoning (`eai.abilities.reasoning`) or control tokens are removed;
 * ``code_fence``, ``prose``: the value stands in a code fence, or between other words;
@@ -157,7 +161,7 @@ def _return_no_flaw(value: object) -> str | None:
 class AnswerFormat(Generic[T]):
     """The form of the value that an answer must contain.
 
-    The meaning of a JSON value is the Python value that it stands for.
+    The meaning of a JSON value is the Python value that is made from it, such as a tuple of steps.
 
     Attributes:
         description: the expected value in words, for messages that begin with "there is no".
@@ -232,7 +236,7 @@ class _DecodedJson(NamedTuple):
     repairs: tuple[str, ...] = ()
 
 
-class _JsonProblem(NamedTuple):
+class _InvalidJson(NamedTuple):
     """The reason why a text is not JSON, and the position of the first wrong character."""
 
     reason: str
@@ -244,7 +248,7 @@ class _BracketedText(NamedTuple):
 
     start: int
     end: int
-    problem: _JsonProblem | None = None
+    problem: _InvalidJson | None = None
 
 
 class _TextRange(Protocol):
@@ -299,7 +303,7 @@ class _AnswerReader(Generic[T]):
         decoded = _decode_with_repairs(body)
         whole = (
             None
-            if isinstance(decoded, _JsonProblem)
+            if isinstance(decoded, _InvalidJson)
             else _read_value_or_wrapped_json(decoded.value, self.form)
         )
         if whole is not None and isinstance(decoded, _DecodedJson):
@@ -347,7 +351,7 @@ class _AnswerReader(Generic[T]):
             if number == MAX_VALUES:
                 return Unreadable(f"the answer has more than {MAX_VALUES:,} JSON lists and objects")
             if bracketed_text.problem is not None:
-                return self._report_error(bracketed_text, bracketed_text.problem)
+                return self._report_unreadable_value(bracketed_text, bracketed_text.problem)
             inside = self.text[bracketed_text.start : bracketed_text.end]
             if inside in _OPENING_BRACKET:
                 self.strays.append(bracketed_text)
@@ -356,7 +360,7 @@ class _AnswerReader(Generic[T]):
             decoded = _decode_with_repairs(inside, bracketed_text.start, repair=is_part)
             meaning = (
                 None
-                if isinstance(decoded, _JsonProblem)
+                if isinstance(decoded, _InvalidJson)
                 else _read_value_or_wrapped_json(decoded.value, self.form)
             )
             if meaning is not None and isinstance(decoded, _DecodedJson):
@@ -365,13 +369,13 @@ class _AnswerReader(Generic[T]):
                 if self.form.is_certain(meaning[0]) and not self.form.is_piece(meaning[0]):
                     error = None
             elif is_part and error is None:
-                error = self._report_error(bracketed_text, decoded)
+                error = self._report_unreadable_value(bracketed_text, decoded)
         return values if error is None else error
 
-    def _report_error(
-        self, bracketed_text: _BracketedText, result: _JsonProblem | _DecodedJson
+    def _report_unreadable_value(
+        self, bracketed_text: _BracketedText, result: _InvalidJson | _DecodedJson
     ) -> Unreadable:
-        if isinstance(result, _JsonProblem):
+        if isinstance(result, _InvalidJson):
             flaw: str | None = f"{_format_line_and_column(self.text, result.position)}: {result.reason}"
         else:
             flaw = self.form.flaw(result.value)
@@ -396,7 +400,7 @@ class _AnswerReader(Generic[T]):
         has_pieces = any(self.form.is_piece(value.meaning) for value in chosen)
         stray = self._find_unmatched_end_of_list(chosen) if has_pieces else None
         if stray is not None:
-            return self._report_error(stray, _JsonProblem(_UNOPENED, stray.start))
+            return self._report_unreadable_value(stray, _InvalidJson(_UNOPENED, stray.start))
         if self.form.join is not None and gaps and has_pieces:
             between = next(
                 (gap for gap, text in zip(gaps, texts, strict=True) if not _NUMBERING.fullmatch(text)), None
@@ -558,10 +562,10 @@ def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
             if text[opening] != _OPENING_BRACKET[word]:
                 where = _format_line_and_column(text, opening)
                 reason = f"this {word} does not close the {text[opening]} of {where}"
-                return _BracketedText(start, len(text), _JsonProblem(reason, token.start()))
+                return _BracketedText(start, len(text), _InvalidJson(reason, token.start()))
             if not opened:
                 return _BracketedText(start, token.end())
-    return _BracketedText(start, len(text), _JsonProblem(_UNCLOSED, opened[0]))
+    return _BracketedText(start, len(text), _InvalidJson(_UNCLOSED, opened[0]))
 
 
 def _read_value_or_wrapped_json(
@@ -570,8 +574,8 @@ def _read_value_or_wrapped_json(
     """Return the answer in a JSON value (`AnswerFormat.read`), and the names of the repairs that it needs.
 
     If the value itself is not an answer, the answer is read from inside the value: from the JSON in a string,
-    from the only item of a list, or from a member of an object. Only one member of the object may be an
-    answer. Its other members must not be objects or lists, or look like parts of the answer. Return None if
+    from the only item of a list, or from a member of an object. Only one member of an object may be an
+    answer. No other member may be an object or a list, or look like a part of the answer. Return None if
     there is no answer.
     """
     meaning = form.read(value)
@@ -583,10 +587,10 @@ def _read_value_or_wrapped_json(
         decoded = _decode_with_repairs(value.strip())
         inner = (
             None
-            if isinstance(decoded, _JsonProblem)
+            if isinstance(decoded, _InvalidJson)
             else _read_value_or_wrapped_json(decoded.value, form, max_depth - 1)
         )
-        if inner is None or isinstance(decoded, _JsonProblem):
+        if inner is None or isinstance(decoded, _InvalidJson):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
     if isinstance(value, list) and len(value) == 1 and _contains_json_object(value[0]):
@@ -609,12 +613,12 @@ def _read_value_or_wrapped_json(
 def _looks_like_part_of_answer(key: str, member: object, form: AnswerFormat[T]) -> bool:
     if not isinstance(member, str):
         return len(_list_nested_values(member)) > 0
-    return has_answer_line(
+    return has_answer_line_under_key(
         key, member, lambda line: form.is_answer_line(line) or form.is_text_with_part(line)
     )
 
 
-def has_answer_line(key: str, text: str, is_answer_line: Callable[[str], bool]) -> bool:
+def has_answer_line_under_key(key: str, text: str, is_answer_line: Callable[[str], bool]) -> bool:
     """Whether the text under a key of a JSON object has a line for which ``is_answer_line`` returns True.
 
     A text is not searched if its key stands for explanations or names, such as ``reasoning`` or ``task``.
@@ -634,7 +638,7 @@ def _contains_json_object(value: object) -> bool:
     )
 
 
-def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _JsonProblem:
+def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _InvalidJson:
     """Return the value of a text that is JSON, or that becomes JSON when some of its characters are repaired.
 
     Args:
@@ -643,7 +647,7 @@ def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> 
         repair: whether repairs are tried.
     """
     value = _decode_json(text, _STRICT)
-    if not isinstance(value, _JsonProblem):
+    if not isinstance(value, _InvalidJson):
         return value
     if not repair or text[:1] not in ("{", "["):
         return value._replace(position=value.position + offset)
@@ -695,19 +699,19 @@ def _remove_trailing_commas(text: str) -> str:
     return _STRING_OR_COMMA.sub(lambda match: match["string"] or "", text)
 
 
-def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _JsonProblem:
+def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _InvalidJson:
     if text[:1] not in _BEGINNINGS:
-        return _JsonProblem("expected a JSON value", 0)
+        return _InvalidJson("expected a JSON value", 0)
     try:
         value, end = decoder.raw_decode(text)
     except json.JSONDecodeError as error:
-        return _JsonProblem(_describe_json_error(error), error.pos)
+        return _InvalidJson(_describe_json_error(error), error.pos)
     except (ValueError, RecursionError):
-        return _JsonProblem("expected a JSON value that is less nested, with shorter numbers", 0)
+        return _InvalidJson("expected a JSON value that is less nested, with shorter numbers", 0)
     if end != len(text):
-        return _JsonProblem("expected the end of the JSON value", end)
+        return _InvalidJson("expected the end of the JSON value", end)
     if text.count("[") + text.count("{") >= MAX_DEPTH and not _is_nested_shallowly(value):
-        return _JsonProblem(f"expected at most {MAX_DEPTH} nested brackets", 0)
+        return _InvalidJson(f"expected at most {MAX_DEPTH} nested brackets", 0)
     return _DecodedJson(value)
 
 

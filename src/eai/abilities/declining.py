@@ -52,7 +52,7 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Dec
 
 
 def write_expected_declining_answer(task: Task, notation: PlanNotation) -> str | None:
-    """Return the right answer that declines a task, or None if a plan is right."""
+    """Return the answer that rightly declines a task, or None if the right answer is a plan."""
     match task.special:
         case ImpossibleTaskMark(missing) if missing:
             return write_refusal_answer(notation.replace_domain_names_by_answer_words(", ".join(missing)))

@@ -188,16 +188,16 @@ class Experiment:
     @property
     def label(self) -> str:
         """A short text by which this experiment differs from all others; it names the experiment's folder."""
-        return self._join_label_parts(self.agent_settings)
+        return self._make_label(self.agent_settings)
 
     @property
     def study_label(self) -> str:
         """The experiment's `label` without `harness` and `effort`; empty if no other settings are left."""
-        return self._join_label_parts({"rules": self.rules} if self.rules is not None else {})
+        return self._make_label({"rules": self.rules} if self.rules is not None else {})
 
-    def _join_label_parts(self, agent: Mapping[str, str]) -> str:
+    def _make_label(self, agent_settings: Mapping[str, str]) -> str:
         order = ("rules", "harness", "effort")
-        parts = [make_option_label(kind, agent[kind]) for kind in order if kind in agent]
+        parts = [make_option_label(name, agent_settings[name]) for name in order if name in agent_settings]
         return SEPARATOR.join(
             [*(choice.label for choice in self.study_settings_in_label_order.values()), *parts]
         )

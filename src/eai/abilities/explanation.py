@@ -66,8 +66,8 @@ class StepReport:
     Attributes:
         action: the action on its objects, as text.
         outcome: `EXECUTED`, ``slip`` (the step was possible, but had no effect), or the kind of the fault.
-        reason: the failed check in words, or that the step slipped. For an action with alternative effects,
-            it states the effects that failed, and why. Otherwise empty.
+        reason: why the step failed, slipped, or lacked some of its alternative effects, in words; otherwise
+            empty.
         earlier: for steps in the wrong order, the earlier step after which the missing condition held.
         added: facts that became true.
         removed: facts that became false.

@@ -25,7 +25,7 @@ from eai.tasks.wording import SuiteWording
 from eai.world.fault import NOT_EXECUTED, FaultKind
 
 REASONS = "What went wrong in attempt"
-"""Beginning of a list of reasons for a failure. By this text, a built-in model recognizes feedback."""
+"""Beginning of the list of reasons why an attempt failed. Built-in models recognize feedback by this text."""
 
 _FOLDER = "feedback"
 
@@ -58,11 +58,11 @@ class QuestionWriter:
     templates: PromptTemplates = field(default_factory=PromptTemplates)
     perceive: ScenePerception | None = None
 
-    def describe_scene_metadata(self, trial: Trial) -> Mapping[str, str]:
+    def get_scene_metadata_for_next_question(self, trial: Trial) -> Mapping[str, str]:
         """Return metadata about the scene in the next question; empty if it describes no new scene."""
         return (
-            self._get_task_belief_and_metadata(trial)[1]
-            if self.perceive is not None and _describes_state_after_attempts(trial)
+            self._get_believed_task_and_metadata(trial)[1]
+            if self.perceive is not None and _is_next_question_about_reached_state(trial)
             else {}
         )
 
@@ -75,10 +75,10 @@ class QuestionWriter:
             return self._write_conversation(prompt, trial)
         feedback = self._write_feedback(trial) if chosen.feedback != "state" else ""
         if chosen.world == "continue" and self.restate is not None:
-            prompt = self.restate(self._get_task_belief_and_metadata(trial)[0])
+            prompt = self.restate(self._get_believed_task_and_metadata(trial)[0])
         elif chosen.world == "continue":
             feedback = "\n\n".join(
-                [self._describe_world(trial), feedback or self._read_template("again_continue")]
+                [self._describe_present_state(trial), feedback or self._read_template("again_continue")]
             )
         return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [feedback])]))
 
@@ -89,7 +89,9 @@ class QuestionWriter:
         """
         replies = [self._write_reply(number, trial) for number in range(1, len(trial.attempts) + 1)]
         if trial.options.world == "continue":
-            replies[-1] = "\n\n".join([text for text in (replies[-1], self._describe_world(trial)) if text])
+            replies[-1] = "\n\n".join(
+                [text for text in (replies[-1], self._describe_present_state(trial)) if text]
+            )
         answers = [attempt.response for attempt in trial.attempts]
         return replace(prompt, turns=tuple(zip(answers, replies, strict=True)))
 
@@ -137,9 +139,11 @@ class QuestionWriter:
         gives_reason = options.feedback == "explained"
         for number, step in enumerate(explanation.steps):
             if step.outcome == FaultKind.ADDITIONAL_STEP.value:
-                yield self._describe_step(FaultKind.ADDITIONAL_STEP, number, step, gives_reason=gives_reason)
+                yield self._describe_step_fault(
+                    FaultKind.ADDITIONAL_STEP, number, step, gives_reason=gives_reason
+                )
             elif step.outcome == FaultKind.SLIP.value and options.notice == "detected":
-                yield self._describe_step(FaultKind.SLIP, number, step, gives_reason=False)
+                yield self._describe_step_fault(FaultKind.SLIP, number, step, gives_reason=False)
         if error is not None and error.kind is not FaultKind.SLIP:
             yield self._explain_error(error, explanation.steps, gives_reason=gives_reason)
         told = [goal for goal in goals if goal.kind != HIDDEN_HAZARD]
@@ -151,14 +155,16 @@ class QuestionWriter:
         if error.check == RAISED:
             return self._read_template("raised")
         if error.step is not None and error.kind not in NOT_EXECUTED:
-            return self._describe_step(error.kind, error.step, steps[error.step], gives_reason=gives_reason)
+            return self._describe_step_fault(
+                error.kind, error.step, steps[error.step], gives_reason=gives_reason
+            )
         number = "" if error.step is None else str(error.step + 1)
         meaning = self._fill_template(error.kind.value, step=number)
         if not gives_reason and error.kind is not FaultKind.ARGUMENT_NUMBER:
             return meaning
         return self._fill_template("explained", meaning=meaning, reason=error.detail)
 
-    def _describe_step(
+    def _describe_step_fault(
         self, kind: FaultKind, step_number: int, step: StepReport, *, gives_reason: bool
     ) -> str:
         meaning = self._fill_template(kind.value, step=str(step_number + 1), action=step.action)
@@ -168,16 +174,16 @@ class QuestionWriter:
             return self._fill_template("explained", meaning=meaning, reason=step.reason)
         return self._fill_template("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
 
-    def _describe_world(self, trial: Trial) -> str:
+    def _describe_present_state(self, trial: Trial) -> str:
         """Return a text on the present state, and on the actions that the goals still require."""
-        belief = self._get_task_belief_and_metadata(trial)[0]
+        belief = self._get_believed_task_and_metadata(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.get_goals_of_kind(GoalKind.ACTION)]
         state = write_initial_state(self.wording, belief)
         if not actions:
             return self._fill_template("now", state=state)
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
-    def _get_task_belief_and_metadata(self, trial: Trial) -> tuple[BelievedTask, Mapping[str, str]]:
+    def _get_believed_task_and_metadata(self, trial: Trial) -> tuple[BelievedTask, Mapping[str, str]]:
         """Return the task as the model sees it now, with the remaining goals, and metadata to store."""
         if self.perceive is None:
             return BelievedTask(trial.next_attempt_task), {}
@@ -190,6 +196,6 @@ class QuestionWriter:
         return self.templates.fill_template(f"{_FOLDER}/{template_name}.txt", values)
 
 
-def _describes_state_after_attempts(trial: Trial) -> bool:
+def _is_next_question_about_reached_state(trial: Trial) -> bool:
     chosen = trial.options
     return bool(trial.attempts) and chosen.world == "continue" and chosen.feedback != "none"

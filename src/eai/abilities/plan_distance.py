@@ -1,9 +1,8 @@
 """Label each step of a plan with the change in the distance to the goals.
 
-The distance of a state is the number of actions in a shortest plan from this state. The search for the fewest
-edits of a plan also finds distances: a shortest plan has the fewest actions that must be inserted into an
-empty plan. The search ends at a limit of effort, counted in operations. It then finds only bounds, and the
-distance is unknown.
+The distance of a state is the number of actions in a shortest plan from this state. The search for a smallest
+repair finds it, if the plan to repair is empty: the repair inserts all actions of a shortest plan. A search
+that reaches its limit of effort finds only bounds, and the distance is then unknown.
 """
 
 from __future__ import annotations

@@ -32,9 +32,9 @@ equally many new objects at equally good positions.
 """
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
-"""Limits of the search for the fewest edits that repair a plan: tried steps per plan step, and in all.
+"""Limits of the search that computes a plan's closeness to success: tried steps per plan step, and in all.
 
-A plan that needs fewer edits is closer to success.
+Steps of the plan and of a shortest plan are counted together, and rounded up to a power of 2.
 """
 
 _MAX_CACHED_PLANS = 10_000
@@ -93,7 +93,7 @@ class PlanRepairer:
         shown = len(steps) if verdict.error is None else verdict.error.step
         if at_least == len(edits) == 1 and not repairer.change_finder.has_too_many_actions:
             return self._make_single_edit_repair(plan, steps, repairer, shown, effort.used)
-        told = tuple([self._make_edit(edit, plan, steps) for edit in edits])
+        told = tuple([self._convert_plan_edit(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
@@ -192,7 +192,7 @@ class PlanRepairer:
             )
 
         singles = sorted(single_edits, key=make_edit_sort_key)
-        told = [self._make_edit(edit, plan, steps) for edit in singles]
+        told = [self._convert_plan_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = classify_and_locate_fault(told)
         return Repair(
@@ -229,7 +229,7 @@ class PlanRepairer:
         changed = {pair for pair in words if pair[0] != pair[1]}
         return "hand" if len(changed) == 1 and changed <= _HAND_CHANGES else "action"
 
-    def _make_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
+    def _convert_plan_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
         kind = self._classify_edit(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)
         return Edit(

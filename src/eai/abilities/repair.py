@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "step"]
-"""Kind of an edit: a step is inserted (``insert``), is deleted (``delete``), or one part of it is replaced.
+"""Kind of an edit.
 
-The replaced part is an object (``object``), the hand that acts (``hand``), the action while the last object
-stays (``action``), or the complete step (``step``).
+``insert`` and ``delete`` insert or delete a step. ``object`` replaces an object of a step, ``hand`` the hand
+that acts, and ``step`` the complete step. ``action`` replaces the action, but keeps the step's last object.
 """
 
 EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")

@@ -127,7 +127,9 @@ class Trial:
         )
         self.attempts.append(attempt)
         self.goal_reports.append(
-            explanation.goals if self._question_goals is None else self._question_goals.report(self.episode)
+            explanation.goals
+            if self._question_goals is None
+            else self._question_goals.report_stated_goals(self.episode)
         )
         return attempt
 
@@ -154,11 +156,11 @@ class Trial:
             )
         )
 
-    def _count_steps_to_goals(self, start: int) -> int | None:
-        """Return the number of steps from ``start`` until all goals first held; None if they never held."""
+    def _count_steps_to_goals(self, first_step: int) -> int | None:
+        """Return the number of steps from ``first_step`` until all goals first held, or None."""
         whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _get_operator_names(whole.executed_actions)
-        executed = [step.is_executed for step in self.episode.trajectory_from(start).steps]
+        executed = [step.is_executed for step in self.episode.trajectory_from(first_step).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
             trajectory = whole.prefix(done) if goals.has_goals_over_time else None
@@ -188,11 +190,11 @@ class _GoalsStatedInQuestions:
 
     @classmethod
     def from_tasks(cls, task: Task, stated: Task) -> _GoalsStatedInQuestions:
-        testable = [goal for goal in stated.goals if _can_be_tested(goal, task)]
+        testable = [goal for goal in stated.goals if _is_goal_testable_in_task(goal, task)]
         true_world = task.replace_goals(tuple(testable))
         return cls(stated.goals, true_world, GoalTest(true_world))
 
-    def report(self, episode: Episode) -> list[GoalReport]:
+    def report_stated_goals(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each stated goal. A goal with an unknown name counts as missed."""
         trajectory = episode.trajectory
         reached = self.test.evaluate_each_goal(
@@ -203,7 +205,7 @@ class _GoalsStatedInQuestions:
         return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], trajectory)]
 
 
-def _can_be_tested(goal: Goal, task: Task) -> bool:
+def _is_goal_testable_in_task(goal: Goal, task: Task) -> bool:
     if not set(find_object_names(goal.formula)) <= task.scene.index.keys():
         return False
     try:

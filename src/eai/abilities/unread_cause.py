@@ -60,10 +60,10 @@ _MAX_LOOPED = 4000
 """Maximum number of characters at the end of an answer that are searched for a loop."""
 
 _MIN_REPEATS, _MIN_LOOP = 5, 40
-"""Minimum number of repeats of a text in a loop, and minimum length of all repeats together in characters."""
+"""Minimum number of repeats in a loop, and minimum length of a loop, in characters with all repeats."""
 
-_LONG_LOOP = 1000
-"""Minimum length, in characters, of all repeats of a loop together if they fill less than half the answer."""
+_MIN_LOOP_IN_LONG_ANSWER = 1000
+"""Minimum length of a loop, in characters with all repeats, if it fills less than half the answer."""
 
 _MAX_QUOTED = 60
 _MAX_BEFORE_REFUSAL = 200
@@ -150,7 +150,7 @@ def find_repeated_ending(text: str) -> str:
         period = i + 1 - border
         if i + 1 >= _MIN_REPEATS * period:
             looped, unit = i + 1, period
-    if looped < _MIN_LOOP or (2 * looped < len(words) and looped < _LONG_LOOP):
+    if looped < _MIN_LOOP or (2 * looped < len(words) and looped < _MIN_LOOP_IN_LONG_ANSWER):
         return ""
     start = len(words) - looped
     start += words[start : start + unit].find(" ") + 1  # begin with a whole word
@@ -162,7 +162,7 @@ def _find_name_of_wrong_notation(body: str, actions: Collection[str], *, is_json
     if _OPERATOR.search(body):
         return "PDDL that is not quoted as a text" if _UNQUOTED_LISP.search(body) else None
     if is_json:
-        return "a JSON list of texts, not of steps" if _is_list_of_texts(body, actions) else None
+        return "a JSON list of texts, not of steps" if _is_list_of_action_texts(body, actions) else None
     named = re.compile(_LABEL + rf"(?:{'|'.join(map(re.escape, actions))})\b[\])]?[ :(<]", re.MULTILINE)
     call = _CALL_LINE.search(body)
     if call is not None:
@@ -175,7 +175,7 @@ def _find_name_of_wrong_notation(body: str, actions: Collection[str], *, is_json
     return None
 
 
-def _is_list_of_texts(body: str, actions: Collection[str]) -> bool:
+def _is_list_of_action_texts(body: str, actions: Collection[str]) -> bool:
     """Whether an answer is a JSON list of texts that begin with names of actions."""
     try:
         value = json.loads(body)
@@ -200,7 +200,7 @@ def _is_cut_off(body: str, *, is_json: bool) -> bool:
 
 
 def add_cause_of_unreadability(assessment: Assessment, cause: _CauseOfUnreadability | None) -> Assessment:
-    """Return an assessment that names a cause in the error of its verdict and in its explanation."""
+    """Return an assessment whose error and explanation also name the cause; unchanged without a cause."""
     if cause is None:
         return assessment
     verdict = _set_error_cause(assessment.verdict, cause.cause)

@@ -46,9 +46,9 @@ class ErrorReport:
         kind: kind of the error.
         step: number of the step or subgoal, from 0; None if the error does not concern a single step.
         detail: the reason for the error, in words.
-        check: id of the failed check of the domain (`Check.id`) or of the failed test of names
-            (``unknown_action`` or a value of `NameMisuseKind`), or `UNREPLAYABLE` or `RAISED`; for an
-            unreadable answer a value of `UnreadCause`, or None.
+        check: the failed check: the id of a domain's check (`Check.id`), ``unknown_action``, a value of
+            `NameMisuseKind`, `UNREPLAYABLE` or `RAISED`. For an unreadable answer it is a value of
+            `UnreadCause`, or None if the cause is unknown.
         objects: names of the objects in the reason, in the order in which the reason names them.
     """
 
@@ -144,9 +144,8 @@ def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share
 
     An option is a list of conditions that together satisfy all goals. A task can have several options.
 
-    If all conditions hold at the start, return ``goal_gain``. Also return ``goal_gain`` if all conditions of
-    an option are met, but a goal is missed. For example, the goal is exactly two cups on the table, and there
-    are three.
+    Return ``goal_gain`` instead if all conditions hold at the start, or if all conditions of an option are
+    met but a goal is missed. For example, the goal is exactly two cups on the table, and there are three.
 
     Args:
         conditions_met: number of met conditions and number of all conditions, of the option with the largest
@@ -271,7 +270,7 @@ class Verdict:
             "implement its method `compute_reward_inputs`"
         )
 
-    def is_step_an_action(self, step: int) -> bool:
+    def is_step_an_action(self, step_index: int) -> bool:
         """Whether a step of the explanation, counted from 0, is an action that was tried."""
         return True
 
@@ -468,7 +467,7 @@ def make_confusion_shares(prefix: str, confusion: ConfusionCounts) -> dict[str, 
     }
 
 
-def add_confusions(confusions: Iterable[ConfusionCounts]) -> ConfusionCounts:
+def sum_confusion_counts(confusions: Iterable[ConfusionCounts]) -> ConfusionCounts:
     """Return the sum of several counts of true positives, false positives and false negatives."""
     hits, extras, missed = 0, 0, 0
     for confusion in confusions:

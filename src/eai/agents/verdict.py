@@ -103,9 +103,9 @@ class ActingVerdict(PlanVerdict):
         asked = (turn for turn in self.action_turns if is_clarification_question(turn.said))
         return self.refused is not None or any(turn.fault is None for turn in asked)
 
-    def is_step_an_action(self, step: int) -> bool:
+    def is_step_an_action(self, step_index: int) -> bool:
         """Whether an action was tried in the turn with this index, before the limit of actions."""
-        return self.turns[step].is_action
+        return self.turns[step_index].is_action
 
 
 def describe_goal_reachability(verdict: ActingVerdict) -> str:

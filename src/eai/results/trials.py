@@ -161,7 +161,7 @@ class SuiteConversations:
         return Conversation(
             partial(self.question_writer.write_question, trial),
             trial,
-            partial(self.question_writer.describe_scene_metadata, trial),
+            partial(self.question_writer.get_scene_metadata_for_next_question, trial),
         )
 
 

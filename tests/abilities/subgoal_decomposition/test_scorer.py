@@ -377,4 +377,6 @@ def test_a_subgoal_with_too_many_alternatives_is_rejected_with_the_limit() -> No
     verdict = SCORER.score(answer(*[each] * (20_000 // len(places) + 1)))
     assert summary(verdict).startswith("not_parseable parsing")
     assert verdict.error is not None
-    assert verdict.error.detail == "the subgoals need more than 20,000 instructions: use fewer alternatives"
+    assert (
+        verdict.error.detail == "the subgoals need more than 20,000 instructions: use fewer `or` and `exists`"
+    )

@@ -235,7 +235,7 @@ def test_results_are_found_once_until_they_are_forgotten() -> None:
     found: list[int] = []
 
     def recalled(key: int) -> str:
-        return memory.get_or_compute(key, size=key, find=lambda: str(found.append(key) or key))
+        return memory.get_or_compute(key, size=key, compute=lambda: str(found.append(key) or key))
 
     assert [recalled(key) for key in (1, 5, 1, 3, 5, 1, 3)] == ["1", "5", "1", "3", "5", "1", "3"]
     assert found == [1, 5, 3, 5, 1, 3]  # 3 displaces 1 and 5; 5 displaces 3

@@ -22,9 +22,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import (
     ALL,
     NO_COUNTS,
-    add_confusions,
     make_confusion_shares,
     make_rate_contribution_of_answer,
+    sum_confusion_counts,
 )
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
@@ -52,7 +52,7 @@ def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}
-    whole = counts.get(ALL, add_confusions(by_kind.values()))
+    whole = counts.get(ALL, sum_confusion_counts(by_kind.values()))
     shares: dict[str, Share] = {}
     for name, confusion in {**by_kind, OVERALL: whole}.items():
         shares |= make_confusion_shares(name, confusion)
@@ -67,7 +67,7 @@ def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
 
 def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
     """Return the outcome of a goal interpretation."""
-    counts = add_confusions((verdict.counts or {}).values())
+    counts = sum_confusion_counts((verdict.counts or {}).values())
     return find_error_outcome(verdict) or classify_answer_by_counts(
         counts, can_be_success=bool(verdict.success)
     )

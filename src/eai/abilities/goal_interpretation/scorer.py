@@ -180,7 +180,7 @@ class GoalInterpretationScorer(Scorer):
             missing=self.gold.list_condition_texts(missing),
         )
 
-    def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_uncounted_goals(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield texts on the goals in an answer that are neither right nor wrong, with the reasons."""
         _, unknown, lacking = self._group_goals_by_validity(goals)
         entries = [(self.lexicon.classify_goal(goal), str(goal)) for goal in lacking]
@@ -211,7 +211,7 @@ class GoalInterpretationScorer(Scorer):
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
         reported = {*verdict.matched, *verdict.wrong, *verdict.missing}
-        notes = [*write_repair_notes(goals.repairs), *self.describe_left_out_goals(goals)]
+        notes = [*write_repair_notes(goals.repairs), *self.describe_uncounted_goals(goals)]
         for kind, (right, wrong, missed) in (verdict.counts or {}).items():
             if kind != ALL:
                 notes.append(f"{kind} goals: {right} right, {wrong} wrong, {missed} missed")

@@ -12,8 +12,8 @@ from eai.abilities.verdict import (
     ConfusionCounts,
     RewardInputs,
     Verdict,
-    add_confusions,
     compute_reward_inputs_of_parts,
+    sum_confusion_counts,
 )
 from eai.base.json_value import Json
 from eai.world.fault import FaultKind
@@ -53,7 +53,7 @@ class GoalVerdict(Verdict):
         """Whether the answer states all goals of the task and no other goal; None if the task is excluded."""
         if self.excluded is not None:
             return None
-        counts = add_confusions((self.counts or {}).values())
+        counts = sum_confusion_counts((self.counts or {}).values())
         is_flawless = not (self.error or self.ill_formed or self.hallucinated or counts.false_positives)
         return is_flawless and counts.false_negatives <= 0
 

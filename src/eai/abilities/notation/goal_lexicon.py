@@ -1,10 +1,12 @@
-"""The vocabulary of answers to a task, the task's goals in this vocabulary, and the meaning of stated goals.
+"""Translate goals between a task and the answers of goal interpretation.
 
-`read_stated_goals` returns the goals of an answer to goal interpretation, so that they can replace the task's
-goals. It reads an answer as the scorer of goal interpretation does, and also reads connectives and
-quantifiers if the benchmark's answers can have them. The scorer itself reads only literals and actions. A
-well-formed goal is kept even if it is wrong, and its unknown names stay as written. Ill-formed goals are left
-out. An unreadable answer states no goals.
+A `GoalLexicon` has the names that answers to a task may use. `write_goals` writes the task's goals with these
+names.
+
+`read_stated_goals` translates an answer into goals of the task's kind, which another question may then state.
+Well-formed goals are kept even if they are wrong. Their unknown names stay as written. Ill-formed goals are
+left out, and an unreadable answer states no goals. The scorer of goal interpretation reads only literals and
+actions. `read_stated_goals` also reads connectives and quantifiers, if the benchmark's answers can have them.
 """
 
 from __future__ import annotations

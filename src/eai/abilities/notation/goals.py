@@ -32,7 +32,7 @@ from eai.abilities.answer_text import (
     ParsedAnswer,
     consists_of_calls,
     contains_json_string,
-    has_answer_line,
+    has_answer_line_under_key,
     read_json,
 )
 from eai.abilities.explanation import Statement
@@ -210,7 +210,7 @@ def _contains_goals_or_section_key(key: str, section: object) -> bool:
     """
     if not isinstance(section, str) or key in _SECTION_OF:
         return False
-    return has_answer_line(
+    return has_answer_line_under_key(
         key, section, lambda line: consists_of_calls(line) or _SECTION_LINE.match(line) is not None
     )
 
@@ -518,8 +518,8 @@ class JsonGoalNotation(GoalNotation):
 def _get_sections_if_all_are_lists(sections: GoalSections) -> GoalSections | None:
     """Return the sections of an answer if each is a list or null, else None.
 
-    If a key is a section of goals (a value of `SECTIONS`), members with unknown keys may also be texts or
-    numbers, which count as remarks.
+    If at least one key is a section of goals (a value of `SECTIONS`), a text or a number under an unknown key
+    is allowed as a remark.
     """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]

@@ -44,13 +44,13 @@ LETTER_CASE = "letter_case"
 _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.)]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
 ORDINARY_WORD = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
-_MAX_WORDS = 3
-"""Maximum number of words that follow the name of an action in a line, if the line counts as a step."""
+_MAX_WORDS_AFTER_ACTION = 3
+"""Maximum number of words after the name of an action. A line with more words is no step."""
 
 
 _CALL = re.compile(r"(?<![\w-])([\w-]+)\s*\([^()]*\)")
-_MAX_WORDS_AROUND = 8
-"""Maximum number of words around a step in a line. A line with more words counts as a remark."""
+_MAX_WORDS_OUTSIDE_CALLS = 8
+"""Maximum number of words outside calls in a line with a step. A line with more words counts as a remark."""
 
 
 class WrittenStep(NamedTuple):
@@ -201,13 +201,13 @@ def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
     rest = match["rest"].strip()
     if rest[:1] in tuple("""([{:"'<`"""):
         return True
-    return 0 < len(rest.split()) <= _MAX_WORDS and ORDINARY_WORD.search(rest) is None
+    return 0 < len(rest.split()) <= _MAX_WORDS_AFTER_ACTION and ORDINARY_WORD.search(rest) is None
 
 
 def _has_step_and_few_other_words(
     text: str, line_pattern: re.Pattern[str], action_names: Collection[str]
 ) -> bool:
-    """Whether a line has a step, and at most `_MAX_WORDS_AROUND` words outside calls such as ``walk(soap)``.
+    """Whether a line has a step, and few words outside calls such as ``walk(soap)``.
 
     Args:
         text: the line.
@@ -215,10 +215,10 @@ def _has_step_and_few_other_words(
         action_names: names of actions in small letters. Letter case does not matter in calls.
     """
     words = _CALL.sub(" ", text).split()
-    if len(words) > _MAX_WORDS_AROUND:
+    if len(words) > _MAX_WORDS_OUTSIDE_CALLS:
         return False
     return any(call[1].casefold() in action_names for call in _CALL.finditer(text)) or any(
-        _is_step_line(line_pattern, " ".join(words[begin : begin + 1 + _MAX_WORDS]))
+        _is_step_line(line_pattern, " ".join(words[begin : begin + 1 + _MAX_WORDS_AFTER_ACTION]))
         for begin in range(len(words))
     )
 

@@ -63,7 +63,7 @@ class _PlanLine(NamedTuple):
         start: position of the line's first character in the answer.
         end: position after the line's last character.
         text: the line without comments, number or list sign, and outer space.
-        block: number of code-fence marks before the line; odd inside a code fence.
+        block_number: number of code-fence marks before the line; odd inside a code fence.
         has_label: whether the line begins with a number or a list sign.
         step: the step that the line states, or None.
         has_prose: whether the line has a step with a title or a remark beside it. If the remark contains a
@@ -73,7 +73,7 @@ class _PlanLine(NamedTuple):
     start: int
     end: int
     text: str
-    block: int
+    block_number: int
     has_label: bool
     step: WrittenStep | None
     has_prose: bool
@@ -143,8 +143,8 @@ def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep |
 def read_text_of_steps(text: str, actions: Collection[str]) -> StepList | None:
     """Return the steps in a string of a JSON answer, one a line. Return None if some line is not a step.
 
-    A step without brackets is not read, because its objects may stand elsewhere in the JSON. Nor is an action
-    in other letter case, because a condition such as ``open(fridge.97)`` is not an action.
+    A line counts as a step only if it has brackets, because its objects may otherwise stand elsewhere in the
+    JSON. The action must be in its declared letter case, because ``open(fridge.97)`` may be a condition.
     """
     names = {name.casefold() for name in actions}
     lines = [line.strip() for line in text.splitlines() if line.strip()]
@@ -200,19 +200,26 @@ def read_plan_lines(
         unfinished = [line.step for line in _split_lines(thoughts[-1].text, step_of, actions, comment)]
         if any(step is not None and step.action.casefold() in names for step in unfinished):
             return Unreadable("the reasoning is never closed, and has steps of a plan", spans=tuple(spans))
-    block = max((line.block for line in steps if line.block % 2), default=0)
-    plan = [line for line in steps if line.block == block or not block]
+    block = max((line.block_number for line in steps if line.block_number % 2), default=0)
+    plan = [line for line in steps if line.block_number == block or not block]
     starts = {line.start for line in plan}
-    if len(plan) == 1 and any(line.block % 2 and line.step != plan[0].step for line in steps):
+    if len(plan) == 1 and any(line.block_number % 2 and line.step != plan[0].step for line in steps):
         reason = "the last code fence has only one step, and an earlier one has others"
         return _report_unreadable_line(body, plan[0], spans, reason)
-    earlier = max((line.block for line in steps if line.block % 2 and line.block < block), default=0)
-    is_followed = earlier and not any(line.text and earlier < line.block < block for line in lines)
-    if is_followed and [line.step for line in steps if line.block == earlier] != [line.step for line in plan]:
+    earlier = max(
+        (line.block_number for line in steps if line.block_number % 2 and line.block_number < block),
+        default=0,
+    )
+    is_followed = earlier and not any(line.text and earlier < line.block_number < block for line in lines)
+    if is_followed and [line.step for line in steps if line.block_number == earlier] != [
+        line.step for line in plan
+    ]:
         reason = "the code fence before has another plan, and no words between say which one counts"
         return _report_unreadable_line(body, plan[0], spans, reason)
     for line in lines:
-        if line.start not in starts and (block == 0 or line.block == block or line.block % 2 == 0):
+        if line.start not in starts and (
+            block == 0 or line.block_number == block or line.block_number % 2 == 0
+        ):
             is_between = plan[0].start < line.start < plan[-1].start
             if line.text and (
                 is_between
@@ -262,7 +269,7 @@ def _split_lines(
         is_end = words.endswith(_FENCE)
         words = words.removesuffix(_FENCE).rstrip()
         if words:
-            yield _read_line(words, start, block, step_of, actions)
+            yield _read_plan_line(words, start, block, step_of, actions)
         block += is_end
 
 
@@ -280,15 +287,15 @@ def _find_offset_after_code_fence(line: str, step_of: StepReader) -> int:
     return len(_FENCE)
 
 
-def _read_line(
-    words: str, start: int, block: int, step_of: StepReader, actions: Collection[str]
+def _read_plan_line(
+    text: str, start: int, block_number: int, step_of: StepReader, actions: Collection[str]
 ) -> _PlanLine:
-    end = start + len(words)
-    step = step_of(words)
-    label = None if step is not None else LABEL.match(words)
-    rest = words if label is None else words[label.end() :]
+    end = start + len(text)
+    step = step_of(text)
+    label = None if step is not None else LABEL.match(text)
+    rest = text if label is None else text[label.end() :]
     step, has_prose = (step, False) if step is not None else find_step_in_line(rest, step_of, actions)
-    return _PlanLine(start, end, rest, block, label is not None, step, has_prose)
+    return _PlanLine(start, end, rest, block_number, label is not None, step, has_prose)
 
 
 def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:

@@ -139,12 +139,12 @@ def has_step_and_few_other_words(line: str, step_of: StepReader, actions: Collec
         return False
     return any(
         step.action in actions or ("(" in text and step.action.casefold() in names)
-        for text in _generate_texts_without_words_at_ends(words.split())
+        for text in _generate_texts_without_outer_words(words.split())
         if (step := step_of(text)) is not None
     )
 
 
-def _generate_texts_without_words_at_ends(words: Sequence[str]) -> Iterator[str]:
+def _generate_texts_without_outer_words(words: Sequence[str]) -> Iterator[str]:
     for begin in range(min(_MAX_WORDS_AROUND + 1, len(words))):
         for end in range(max(begin + 1, len(words) - _MAX_WORDS_AROUND), len(words) + 1):
             yield strip_punctuation(" ".join(words[begin:end]))

@@ -17,7 +17,7 @@ from eai.abilities.answer_text import (
     JsonObject,
     consists_of_calls,
     contains_json_string,
-    has_answer_line,
+    has_answer_line_under_key,
     read_json,
 )
 from eai.abilities.verdict import AnswerSpan, Unreadable
@@ -48,8 +48,8 @@ _FORMULA_LINE = re.compile(
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
 """Characters that may stand next to the name of an object or variable, but never next to a formula.
 
-If no such character is next to the name of a predicate or action without arguments, the name is read as a
-formula: ``ready`` means ``ready()``.
+A predicate or action without arguments is read as a formula, unless such a character is next to its name:
+``ready`` means ``ready()``.
 """
 
 
@@ -112,12 +112,12 @@ class SubgoalNotation:
                 continue
             after = attempt_action(self.domain, History(state), action)
             if isinstance(after, State):
-                formula = self._write_subgoal(action, state, after, lexicon)
+                formula = self._write_subgoal_for_action(action, state, after, lexicon)
                 subgoals += [] if formula is None else [format_ltl(formula)]
                 state = after
         return tuple(subgoals)
 
-    def _write_subgoal(
+    def _write_subgoal_for_action(
         self, action: Action, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
         """Return a subgoal for an action: facts that it changes, or the action itself.
@@ -135,7 +135,7 @@ class SubgoalNotation:
                     if not about or not about.isdisjoint(fact.arguments):
                         distinct.setdefault((fact.predicate, frozenset(fact.arguments)), fact)
                 written = [
-                    self._write_change(fact, is_true_after, before, after, lexicon)
+                    self._write_subgoal_for_changed_fact(fact, is_true_after, before, after, lexicon)
                     for fact in distinct.values()
                 ]
                 literals = tuple([literal for literal in written if literal is not None])
@@ -143,7 +143,7 @@ class SubgoalNotation:
                     return literals[0] if len(literals) == 1 else And(literals)
         return lexicon.write_action(action) if named else None
 
-    def _write_change(
+    def _write_subgoal_for_changed_fact(
         self, fact: Fact, is_true_after: bool, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
         """Return the subgoal for a changed fact, or None if no predicate states it.
@@ -218,7 +218,9 @@ def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[li
             key
             for key, part in value.members
             if isinstance(part, str)
-            and has_answer_line(key, part, lambda line: _is_formula_line(line) or consists_of_calls(line))
+            and has_answer_line_under_key(
+                key, part, lambda line: _is_formula_or_key_line(line) or consists_of_calls(line)
+            )
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 
@@ -234,13 +236,13 @@ def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[li
         wanted,
         read_formula_texts,
         is_part=contains_json_string,
-        is_answer_line=_is_formula_line,
+        is_answer_line=_is_formula_or_key_line,
         flaw=find_flaw,
     )
 
 
-def _is_formula_line(line: str) -> bool:
-    """Whether a line outside the answer's JSON object consists of a formula, or of the object's key."""
+def _is_formula_or_key_line(line: str) -> bool:
+    """Whether a line consists of a formula, or begins with the key of the subgoals."""
     return _FORMULA_LINE.fullmatch(line) is not None
 
 

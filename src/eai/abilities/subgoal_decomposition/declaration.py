@@ -36,9 +36,9 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
-    An answer rejected before its execution counts as one error: ``parsing``, ``hallucination`` or
-    ``argument_number``. If the verdict has `SummaryCounts`, these hold its errors during the execution.
-    Otherwise the error that ended the execution counts, and additional steps count once.
+    An answer that is rejected before its execution counts as one error: ``parsing``, ``hallucination`` or
+    ``argument_number``. If an answer is executed, the error that ended its execution counts, and additional
+    steps count once. If the verdict has `SummaryCounts`, their errors count instead.
 
     The metric ``granularity`` is the number of added actions, divided by the number of subgoals with executed
     actions. For each subgoal, all executed actions except one are added actions.

@@ -326,11 +326,11 @@ class ProgramCompiler:
     def _make_planner_for_reached_subgoal(
         self, disjuncts: tuple[tuple[GroundAtom, ...], ...]
     ) -> SubgoalPlanner:
-        """Return a planner for a subgoal that holds already.
+        """Return a planner for a subgoal that holds already, which reports the subgoal as needless.
 
-        It returns actions that make the subgoal true. They fail as additional (needless) steps, and so report
-        that the subgoal is needless. If several disjuncts of the subgoal hold, the planner takes the disjunct
-        with the fewest actions.
+        The planner returns actions that would make the subgoal true. Each of them fails as an additional
+        (needless) step. If several disjuncts of the subgoal hold, the planner takes the disjunct with the
+        fewest actions.
         """
         effort = sum(map(len, disjuncts)) // _LITERALS_PER_ACTION
 
@@ -406,7 +406,7 @@ class _SubgoalProgramBuilder:
             next_instruction: number of the instruction that runs after these instructions.
         """
         if _is_about_single_state(formula):
-            return self._add_condition(formula, subgoal, next_instruction)
+            return self._add_instructions_for_condition(formula, subgoal, next_instruction)
         match formula:
             case f.Occurs():
                 action = self._lexicon.to_action(formula)
@@ -420,7 +420,7 @@ class _SubgoalProgramBuilder:
                     next_instruction = self.add_instructions_for_formula(part, subgoal, next_instruction)
                 return next_instruction
             case f.And(parts):
-                return self._add_conjunction(parts, subgoal, next_instruction)
+                return self._add_instructions_for_conjunction(parts, subgoal, next_instruction)
             case f.Or(parts):
                 return self._add_instructions_for_alternatives(parts, subgoal, next_instruction)
             case f.Exists(variable, body):
@@ -431,7 +431,7 @@ class _SubgoalProgramBuilder:
             case _:
                 raise _make_not_executable_error(formula)
 
-    def _add_conjunction(
+    def _add_instructions_for_conjunction(
         self, parts: Sequence[f.Formula], subgoal: int, next_instruction: _InstructionNumber
     ) -> _InstructionNumber:
         """Add instructions that execute the actions of a conjunction, and meet its conditions at the end.
@@ -449,11 +449,13 @@ class _SubgoalProgramBuilder:
                 self._programs.required(held, _NOT_DONE), subgoal, next_instruction
             )
         )
-        before = self._add_condition(
+        before = self._add_instructions_for_condition(
             held, subgoal, self.add_instructions_for_formula(actions, subgoal, tested), is_whole_subgoal=False
         )
         after = self.add_instructions_for_formula(
-            actions, subgoal, self._add_condition(held, subgoal, next_instruction, is_whole_subgoal=False)
+            actions,
+            subgoal,
+            self._add_instructions_for_condition(held, subgoal, next_instruction, is_whole_subgoal=False),
         )
         return self._add_fork_instruction([before, after], subgoal)
 
@@ -465,7 +467,7 @@ class _SubgoalProgramBuilder:
             subgoal,
         )
 
-    def _add_condition(
+    def _add_instructions_for_condition(
         self,
         formula: f.Formula,
         subgoal: int,
@@ -475,8 +477,8 @@ class _SubgoalProgramBuilder:
     ) -> _InstructionNumber:
         """Add instructions that make one disjunct of a condition true, and then test the condition.
 
-        The condition is about one state. If it holds already, the instructions do nothing. But if it is the
-        complete subgoal (``is_whole_subgoal``), it then counts as an additional (needless) step.
+        The condition is about one state. A condition that holds already needs no actions. If it is the
+        complete subgoal (``is_whole_subgoal``), it counts as an additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
         self._extent.compute_bound_on_literals_in_disjuncts(observed)
@@ -572,7 +574,7 @@ class _SubgoalProgramBuilder:
     def _add_instruction(self, instruction: Instruction) -> _InstructionNumber:
         if len(self.program) >= MAX_INSTRUCTIONS:
             raise InputError(
-                f"the subgoals need more than {MAX_INSTRUCTIONS:,} instructions: use fewer alternatives"
+                f"the subgoals need more than {MAX_INSTRUCTIONS:,} instructions: use fewer `or` and `exists`"
             )
         self.program.append(instruction)
         return len(self.program) - 1

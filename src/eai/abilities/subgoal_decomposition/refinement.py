@@ -19,13 +19,13 @@ from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.program import ActionSequence, SubgoalPlanner, SubgoalPlans
 from eai.abilities.subgoal_decomposition.repertoire import (
-    MAX_LISTED,
+    MAX_LISTED_ACTIONS,
     CandidateAction,
     Holds,
     LiteralBits,
     OperatorIndex,
     is_action_needless,
-    list_objects,
+    list_objects_in_argument_tuples,
 )
 from eai.abilities.subgoal_decomposition.uniform_cost import PermittedActions, SearchGoal, find_plans
 from eai.planning.exclusion import FactExclusionRules
@@ -44,13 +44,14 @@ many literals applies few actions.
 
 
 class _SubgoalSearchInput(NamedTuple):
-    """The input of a search for the actions of a subgoal. The parts of a subgoal are its literals.
+    """The input of a search for the actions of a subgoal.
 
     Attributes:
         state: the start state.
-        wanted: mapping from actions that may reach the subgoal to the parts that each may make true, as a bit
-            mask.
-        touched: mapping from names of operators to the parts that each can change, as a bit mask.
+        wanted: mapping from actions that may reach the subgoal to the bit mask of the subgoal's literals that
+            each action may make true.
+        touched: mapping from names of operators to the bit mask of the subgoal's literals that each operator
+            can change.
         named: the objects in the subgoal.
         objects: the objects that actions may use.
         candidates: cache of the search: mapping from actions to their `CandidateAction`.
@@ -125,7 +126,7 @@ class SubgoalRefiner:
         everything = (1 << len(literals)) - 1
         touched = self._repertoire.map_operators_to_changeable_literals(literals)
         wanted = self._repertoire.find_achieving_actions(literals, scene)
-        named = list_objects([literal.arguments for literal in literals], scene)
+        named = list_objects_in_argument_tuples([literal.arguments for literal in literals], scene)
 
         def find_achieving_actions_on_any_object(state: State) -> Mapping[Action, LiteralBits]:
             fitting = None if self._repertoire.movement else state
@@ -171,8 +172,8 @@ class SubgoalRefiner:
         needless: list[Action] = []
         covered = 0
         for action, parts in self._repertoire.find_achieving_actions(literals, state.scene).items():
-            releases = self._get_role(action) is OperatorRole.RELEASES
-            if not releases and parts & ~covered and self._is_needless(action, state):
+            releases = self._get_action_role(action) is OperatorRole.RELEASES
+            if not releases and parts & ~covered and self._is_action_needless(action, state):
                 needless.append(action)
                 covered |= parts
         return tuple(needless)
@@ -185,10 +186,10 @@ class SubgoalRefiner:
         If no plan makes the action possible, the planner returns the failed attempt.
         """
         goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
-        named = list_objects([action.arguments], scene)
+        named = list_objects_in_argument_tuples([action.arguments], scene)
 
         def find_action_plans(state: State) -> SubgoalPlans:
-            if self._is_needless(action, state):
+            if self._is_action_needless(action, state):
                 return SubgoalPlans(((action,),))
             return self._search_plans(goal, _SubgoalSearchInput(state, {action: 1}, {}, named, objects, {}))
 
@@ -213,7 +214,9 @@ class SubgoalRefiner:
             _get_operator_names(search_input.wanted)
         )
         moves, changes = self._separate_movement_actions(search_input.wanted, search_input)
-        handled = any(self._get_role(action) is not OperatorRole.RELEASES for action in search_input.wanted)
+        handled = any(
+            self._get_action_role(action) is not OperatorRole.RELEASES for action in search_input.wanted
+        )
         takes = self._to_candidates(
             self._list_actions_of_role(helping, OperatorRole.TAKES, search_input.named if handled else ()),
             search_input,
@@ -247,7 +250,7 @@ class SubgoalRefiner:
         moves = {
             a: p
             for a, p in achieving_actions.items()
-            if may_require_movement and self._get_role(a) is OperatorRole.MOVEMENT
+            if may_require_movement and self._get_action_role(a) is OperatorRole.MOVEMENT
         }
         changes = {action: parts for action, parts in achieving_actions.items() if action not in moves}
         return self._to_candidates(moves, search_input), self._to_candidates(changes, search_input)
@@ -255,16 +258,16 @@ class SubgoalRefiner:
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, LiteralBits]:
-        """Return the actions of operators with a role, such as movement, on different objects.
+        """Return a mapping from the actions of operators with a role, such as movement, to 0.
 
-        The actions only prepare other actions and make no literal of the subgoal true. So each is mapped to
-        0, the bit mask of no literals (`LiteralBits`).
+        Each action is on different objects. It only prepares other actions. So 0 is the bit mask of the
+        subgoal's literals that it makes true (`LiteralBits`).
         """
         return {
             Action(o.name, arguments): 0
             for o in operators
             if self._repertoire.operators[o.name].role is role
-            for arguments in islice(permutations(objects, o.arity), MAX_LISTED)
+            for arguments in islice(permutations(objects, o.arity), MAX_LISTED_ACTIONS)
         }
 
     def _list_movement_actions(
@@ -274,7 +277,8 @@ class SubgoalRefiner:
             Action(name, arguments): 0
             for name in operators
             for arguments in islice(
-                product(places, repeat=self._repertoire.operators[name].operator.operator.arity), MAX_LISTED
+                product(places, repeat=self._repertoire.operators[name].operator.operator.arity),
+                MAX_LISTED_ACTIONS,
             )
         }
 
@@ -293,10 +297,10 @@ class SubgoalRefiner:
             candidates.append(candidate.with_literal_masks(parts, touched))
         return candidates
 
-    def _is_needless(self, action: Action, state: State) -> bool:
+    def _is_action_needless(self, action: Action, state: State) -> bool:
         return is_action_needless(self._repertoire.operators[action.operator].operator, action, state)
 
-    def _get_role(self, action: Action) -> OperatorRole:
+    def _get_action_role(self, action: Action) -> OperatorRole:
         return self._repertoire.operators[action.operator].role
 
 

@@ -59,7 +59,7 @@ The limit matters only if the literal leaves some parameters open, for which man
 """
 
 
-MAX_LISTED = 100_000
+MAX_LISTED_ACTIONS = 100_000
 """Maximum number of actions of one operator that a search lists."""
 
 
@@ -76,7 +76,7 @@ class _OperatorCheckKind(Enum):
     REST = "rest"
 
 
-class _OperatorInfo(NamedTuple):
+class _OperatorForSearch(NamedTuple):
     """An operator with the information that a search needs.
 
     Attributes:
@@ -119,7 +119,8 @@ class OperatorIndex:
 
     Attributes:
         operators: mapping from names to operators.
-        movement: the operators that move the agent; only the first of operators that do the same.
+        movement: the operators that move the agent. Several operators with equal checks and effects are
+            represented by the first.
         with_tools: names of operators that use a tool: an object that their effects do not mention. They do
             not move the agent.
         find_operators_that_change: returns the operators that change a predicate (cached).
@@ -152,7 +153,9 @@ class OperatorIndex:
         )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
-        self.operators = {operator.name: self._make_operator_info(operator) for operator in domain.operators}
+        self.operators = {
+            operator.name: self._make_operator_for_search(operator) for operator in domain.operators
+        }
         self.find_operators_that_change = cache(self._find_operators_that_change)
         self.find_enabling_hand_and_movement_operators = cache(
             self._find_enabling_hand_and_movement_operators
@@ -231,8 +234,8 @@ class OperatorIndex:
     def _list_achieving_actions(
         self, literal: GroundAtom, scene: Scene, other_objects: Sequence[int], possible_in: State | None
     ) -> Iterable[Action]:
-        named = list_objects([literal.arguments], scene)
-        objects = list_objects([named, other_objects], scene)
+        named = list_objects_in_argument_tuples([literal.arguments], scene)
+        objects = list_objects_in_argument_tuples([named, other_objects], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
         values = (agent, *named)
         numbered_literal = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
@@ -240,7 +243,7 @@ class OperatorIndex:
         for operator, numbers in self._cached_patterns(numbered_literal):
             given = [None if number is None else values[number] for number in numbers]
             if possible_in is None:
-                argument_tuples = [*islice(_generate_argument_tuples(given, objects), MAX_LISTED)]
+                argument_tuples = [*islice(_generate_argument_tuples(given, objects), MAX_LISTED_ACTIONS)]
             else:
                 argument_tuples = self._find_possible_arguments(operator, given, objects, possible_in)
             actions |= {
@@ -302,7 +305,7 @@ class OperatorIndex:
         movement = self._select_enabling_operators([*asking, *helping], self.movement, self._checks)
         return helping, [o.name for o in self.movement if o in movement or o.name in enabled_operators]
 
-    def _make_operator_info(self, operator: Operator) -> _OperatorInfo:
+    def _make_operator_for_search(self, operator: Operator) -> _OperatorForSearch:
         compiled = self._domain.compiled_operators[operator.name]
         tried = [condition for attempt in operator.alternatives for condition in attempt.conditions]
         conditions = [*([check.condition] for check in operator.checks), tried]
@@ -325,7 +328,7 @@ class OperatorIndex:
                 if kind is _OperatorCheckKind.REST and not can
             ]
         )
-        return _OperatorInfo(
+        return _OperatorForSearch(
             compiled,
             infer_operator_role(operator),
             tuple(moved),
@@ -389,9 +392,11 @@ def _generate_argument_tuples(
             yield from ((index, *after) for after in _generate_argument_tuples(rest, others))
 
 
-def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
+def list_objects_in_argument_tuples(
+    argument_tuples: Iterable[Sequence[int]], scene: Scene
+) -> tuple[int, ...]:
     """Return the objects in several tuples of arguments, each object once, without the agent."""
-    return tuple(dict.fromkeys([i for indices in arguments for i in indices if i != scene.agent]))
+    return tuple(dict.fromkeys([i for indices in argument_tuples for i in indices if i != scene.agent]))
 
 
 def _match_effect_to_change(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
@@ -439,7 +444,7 @@ class CandidateAction(NamedTuple):
     """
 
     action: Action
-    info: _OperatorInfo
+    info: _OperatorForSearch
     binding: FrameBinding
     possible: dict[State, bool]
     results: dict[State, State]
@@ -447,7 +452,7 @@ class CandidateAction(NamedTuple):
     touched: LiteralBits = 0
 
     @classmethod
-    def create(cls, action: Action, info: _OperatorInfo, state: State) -> CandidateAction:
+    def create(cls, action: Action, info: _OperatorForSearch, state: State) -> CandidateAction:
         """Return a candidate action for a new search. Its bit masks and its caches are empty."""
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 

@@ -37,7 +37,7 @@ from eai.world.state import Scene
 
 
 def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
-    """Return an answer's category, correct or a kind of failure, from the search for its executions."""
+    """Return the category of an answer, given the result of the search for its executions."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
@@ -123,10 +123,10 @@ class SubgoalDecompositionScorer(Scorer):
         """Return the assessment of an answer, even if the task is excluded from scoring."""
         compiled = self.compile_answer(text)
         if isinstance(compiled, RejectedAnswer):
-            return self._assess_rejected(compiled, compiled.repairs)
+            return self._assess_rejected_answer(compiled, compiled.repairs)
         outcome = self._explore_executions_of_subgoals(compiled)
         if isinstance(outcome, RejectedAnswer):
-            return self._assess_rejected(outcome, compiled.repairs)
+            return self._assess_rejected_answer(outcome, compiled.repairs)
         return Assessment(
             self._judge_exploration(compiled, outcome), partial(self._explain, compiled, outcome)
         )
@@ -174,9 +174,9 @@ class SubgoalDecompositionScorer(Scorer):
             added_elsewhere=None if best is branch else _count_added_actions(best),
         )
 
-    def _assess_rejected(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
+    def _assess_rejected_answer(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
         verdict = self._make_rejection_verdict(rejected)
-        return Assessment(verdict, partial(self._explain_refusal, verdict, rejected, repairs))
+        return Assessment(verdict, partial(self._explain_rejection, verdict, rejected, repairs))
 
     def _make_rejection_verdict(self, rejected: RejectedAnswer) -> SubgoalVerdict:
         reached = self._test_goals_of_rejected_answer()
@@ -266,7 +266,7 @@ class SubgoalDecompositionScorer(Scorer):
             report_goal_parts(self.temporal_goal, branch.trajectory),
         )
 
-    def _explain_refusal(
+    def _explain_rejection(
         self, verdict: SubgoalVerdict, rejected: RejectedAnswer, repairs: Sequence[str]
     ) -> Explanation:
         wrong = [

@@ -145,8 +145,8 @@ class GoalProgress:
     def is_reached(self, parts_met: int, final_state: State) -> bool:
         """Whether the goal is reached at the end of a trajectory.
 
-        Before the final state, ``parts_met`` parts of the goal were met. This state can add only the last
-        part.
+        Before the final state, ``parts_met`` parts of the goal were met. The final state can meet only one
+        more part: the last.
         """
         missing = len(self._parts) - parts_met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final_state, None))
@@ -228,12 +228,12 @@ class ExecutionBranch(NamedTuple):
         return (*faults, self.failure)
 
 
-def _rank_success(branch: ExecutionBranch) -> int:
+def _get_success_sort_key(branch: ExecutionBranch) -> int:
     """Return the sort key of a successful branch: fewer errors come first."""
     return branch.errors
 
 
-def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
+def _get_failure_sort_key(branch: ExecutionBranch) -> tuple[int, int]:
     """Return the sort key of a failed branch: fewer errors come first, then more executed actions."""
     return branch.errors, -branch.past.number
 
@@ -260,7 +260,7 @@ def _drop_branches_with_same_future(
         key = (branch.state, branch.met, branch.count_executed_actions(subgoal_number), executed_actions)
         groups.setdefault(key, []).append(branch)
     best = [
-        (min(branches_to_merge, key=_rank_success), min(branches_to_merge, key=_rank_failure))
+        (min(branches_to_merge, key=_get_success_sort_key), min(branches_to_merge, key=_get_failure_sort_key))
         for branches_to_merge in groups.values()
     ]
     best_ids = {id(branch) for pair in best for branch in pair}
@@ -281,7 +281,7 @@ def _mark_branch_as_failed(
     failed_check: Check,
     state_where_subgoal_held: int | None = None,
 ) -> ExecutionBranch:
-    """Return a branch after it failed at a subgoal before any action was tried.
+    """Return a branch that fails at a subgoal, although no action of the branch fails.
 
     ``state_where_subgoal_held`` is the number of the last state in which the subgoal held, or None.
     """
@@ -316,10 +316,9 @@ class ExplorationResult:
     """The result of a search.
 
     Attributes:
-        reported: the branch with the fewest errors among the branches that reach the goal; or else among the
-            branches that execute all subgoals; or else among all branches. If several have equally few errors
-            and no branch reaches the goal, the branch with most actions is reported; otherwise the first
-            branch.
+        reported: the best branch. A branch that reaches the goal is preferred, then a branch that executes
+            all subgoals, then a branch with fewer errors. Among equal branches that do not reach the goal, a
+            branch with more executed actions is preferred. The first branch wins all other ties.
         success: whether a branch reaches the goal.
         executable: whether a branch executes all subgoals.
         end: why the search ended. If the search is not complete, ``reported`` is the best branch so far.
@@ -347,10 +346,12 @@ def explore_program(
         goal: the goal.
         limits: the limits of the search.
     """
-    return _Exploration(domain, program, goal, limits).explore_branches(ExecutionBranch(History(initial)))
+    return _ProgramExploration(domain, program, goal, limits).explore_branches(
+        ExecutionBranch(History(initial))
+    )
 
 
-class _Exploration:
+class _ProgramExploration:
     """The state of one search over all ways to execute a program."""
 
     def __init__(
@@ -402,9 +403,9 @@ class _Exploration:
         if self._is_cut and self._end == "complete" and not self._successful:
             self._end = "branches"
         if self._successful:
-            reported = min(self._successful, key=_rank_success)
+            reported = min(self._successful, key=_get_success_sort_key)
         else:
-            reported = min(self._executable or self._failed or [unfinished_branch], key=_rank_failure)
+            reported = min(self._executable or self._failed or [unfinished_branch], key=_get_failure_sort_key)
         return ExplorationResult(
             reported=reported,
             success=bool(self._successful),
@@ -417,7 +418,7 @@ class _Exploration:
     def _execute_instruction(self, branch: ExecutionBranch, instruction: Instruction) -> None:
         match instruction:
             case ExecuteSubgoalPlansInstruction():
-                self._perform_plans(branch, instruction)
+                self._execute_subgoal_plans(branch, instruction)
             case RequireSubgoalInstruction():
                 self._check_requirement(branch, instruction)
             case SubgoalForkInstruction(targets):
@@ -435,7 +436,9 @@ class _Exploration:
             case _:
                 assert_never(instruction)
 
-    def _perform_plans(self, branch: ExecutionBranch, instruction: ExecuteSubgoalPlansInstruction) -> None:
+    def _execute_subgoal_plans(
+        self, branch: ExecutionBranch, instruction: ExecuteSubgoalPlansInstruction
+    ) -> None:
         if self._has_reached_limit():
             return
         result = instruction.plans(branch.state)
@@ -460,8 +463,8 @@ class _Exploration:
     ) -> ExecutionBranch:
         """Return a branch (one execution of the subgoals), extended by a plan up to the first failing step.
 
-        Additional (needless) steps do not end the branch. More than ``max_actions`` executed actions for the
-        subgoal end it.
+        Additional (needless) steps do not end the branch. If the subgoal needs more than ``max_actions``
+        actions, return the branch as failed, without the plan.
         """
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
         subgoal, most = instruction.subgoal, instruction.max_actions

@@ -132,7 +132,10 @@ class _MovementFinder:
         return bool(self._moves)
 
     def list_paths(self, state: State) -> Iterable[MovementPath]:
-        """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
+        """Yield the shortest movement path to each state that movement can reach, the shortest path first.
+
+        A path has at most `_MAX_MOVEMENTS` movements, no two by one operator. Paths are explored lazily.
+        """
         if state not in self._paths:
             (self._paths[state],) = tee(self._explore_paths(state), 1)
         return copy(
@@ -217,7 +220,8 @@ class _UniformCostSearch:
     def _expand_node_and_check_for_end(self, node: PlanNode) -> PlanNode | SearchEndReason | None:
         """Add the successors of a node to the open list, and keep those that reach the goal as solutions.
 
-        Return None to continue the search. A node or a `SearchEndReason` stops the search.
+        Return the node of the last solution if enough solutions are found, or `SearchEndReason.STATES` if the
+        effort is used up. Return None if the search continues.
         """
         self.nodes.append(node)
         if node.depth < self._best:
@@ -442,9 +446,9 @@ class _FailedSearch:
     def _compute_min_failing_checks(
         self, node: PlanNode, candidate: CandidateAction, failures_unfixable_by_movement: int
     ) -> int:
-        """Return a lower bound of the number of an action's failing checks.
+        """Return a lower bound of the number of an action's checks that fail after any movement.
 
-        It is at least 1 if no movement makes the action possible.
+        It is at least 1 if an earlier test found no movement that makes the action possible.
         """
         return failures_unfixable_by_movement or int((node.state, candidate.action) in self._out_of_reach)
 
@@ -470,11 +474,11 @@ class _FailedSearch:
     def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
         """Return the attempt to report as the reason why a plan failed, or None.
 
-        Usually this is the failed attempt. After a helping action, the failed action would fail fewer checks.
-        If there are helping actions and all of them fail, too, the first is reported instead.
+        Usually this is the failed attempt. But an action helps if the failed action would fail fewer checks
+        after this action. If all helping actions fail, the attempt of the first is reported instead.
 
-        Return None if the plan fails only because it is too long: if no check fails, or if a helping action
-        is possible and keeps all true literals of the goal true.
+        Return None if no check fails, or if a helping action is possible and keeps all true literals of the
+        goal true. The plan then fails only because it is too long.
         """
         node, candidate, _, state, failing = failed_attempt
         if not failing:

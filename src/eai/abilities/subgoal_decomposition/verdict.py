@@ -29,8 +29,8 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome of the answer.
-        goals_elsewhere: whether the verdict's goals are those reached by another execution of the subgoals,
-            because the reported execution reaches fewer goals.
+        goals_elsewhere: whether the verdict counts the goals of another execution of the subgoals, because
+            the reported execution reaches fewer goals.
         errors: kinds of all errors in the reported execution of the subgoals, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.
@@ -66,8 +66,7 @@ class SubgoalVerdict(PlanVerdict):
         """Return the inputs of the reward for the executed subgoals, or None if all goals hold at the start.
 
         One input is the number of actions that the search added to reach subgoals. If the verdict counts the
-        goals of another execution of the subgoals (`goals_elsewhere`), errors and added actions also come
-        from that execution.
+        goals of another execution (`goals_elsewhere`), it also takes errors and added actions from there.
         """
         earned = PlanVerdict.compute_reward_inputs(self, goals_at_start)
         if earned is None:

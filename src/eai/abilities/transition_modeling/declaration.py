@@ -21,13 +21,17 @@ from eai.abilities.declaration import (
     make_score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.verdict import OperatorVerdict, count_clauses_by_category, sum_counts
+from eai.abilities.transition_modeling.verdict import (
+    OperatorVerdict,
+    count_clauses_by_category,
+    sum_counts_of_categories,
+)
 from eai.abilities.verdict import (
     EMPTY_SHARE,
     NO_COUNTS,
-    add_confusions,
     make_confusion_shares,
     make_rate_contribution_of_answer,
+    sum_confusion_counts,
 )
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.share import Share
@@ -43,7 +47,10 @@ LITERALS = "literals"
 """Prefix of the names of rates that count literals, and so give partial credit for partly right clauses."""
 
 WORKS = "Plan works"
-"""Heading of the rate of plans found with the answer's operators that also work with the gold operators."""
+"""Heading of the rate of plans that also work with the gold operators.
+
+Each plan is found with the operators of an answer.
+"""
 
 _PARTS = (*CATEGORIES, OVERALL)
 _PLANNER_SUCCESS = f"{OVERALL}.planner_success"
@@ -66,8 +73,8 @@ def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
         shares |= make_confusion_shares(name, counts.get(name, NO_COUNTS))
         counts_here = planned and name in verdict.task_categories
         shares[f"{name}.planner_success"] = solved if counts_here else EMPTY_SHARE
-    shares |= make_confusion_shares(OVERALL, sum_counts(counts))
-    shares |= make_confusion_shares(LITERALS, add_confusions((verdict.literals or {}).values()))
+    shares |= make_confusion_shares(OVERALL, sum_counts_of_categories(counts))
+    shares |= make_confusion_shares(LITERALS, sum_confusion_counts((verdict.literals or {}).values()))
     shares[_PLANNER_SUCCESS] = solved if planned else EMPTY_SHARE
     shares[_PLAN_WORKS] = (
         EMPTY_SHARE if verdict.plan_works is None else make_rate_contribution_of_answer(verdict.plan_works)
@@ -84,7 +91,7 @@ def classify_outcome(verdict: OperatorVerdict) -> AnswerOutcome:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
     return find_error_outcome(verdict) or classify_answer_by_counts(
-        sum_counts(count_clauses_by_category(verdict)), can_be_success=unplanned
+        sum_counts_of_categories(count_clauses_by_category(verdict)), can_be_success=unplanned
     )
 
 

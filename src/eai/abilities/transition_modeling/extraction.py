@@ -68,18 +68,18 @@ class ResultCache(Generic[K, V]):
         self._adding = Lock()
         self.size = 0
 
-    def get_or_compute(self, key: K, size: int, find: Callable[[], V]) -> V:
+    def get_or_compute(self, key: K, size: int, compute: Callable[[], V]) -> V:
         """Return the cached result for a key. If there is no such result, compute and cache it.
 
         Args:
             key: the key.
             size: size of the result.
-            find: computes the result.
+            compute: computes the result.
         """
         cached = self._known.get(key)
         if cached is not None:
             return cached[0]
-        result = find()
+        result = compute()
         with self._adding:
             if key not in self._known:  # another thread may have added the key in between
                 self._known[key] = result, size
@@ -304,7 +304,7 @@ def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOp
     repairs: dict[str, None] = {}
     place = f"operator {name}"
     try:
-        parts = _split_parts(text, name, head.end() if head else 0)
+        parts = _split_operator_into_parts(text, name, head.end() if head else 0)
         for part in parts:
             place = f"{part.keyword} of {name}"
             group, made = _read_list(part)
@@ -331,7 +331,7 @@ class _OperatorPart(NamedTuple):
     last: bool
 
 
-def _split_parts(text: str, operator_name: str, offset: int) -> list[_OperatorPart]:
+def _split_operator_into_parts(text: str, operator_name: str, offset: int) -> list[_OperatorPart]:
     """Return the parts of an operator that follow its name.
 
     Raises:

@@ -22,7 +22,7 @@ from eai.abilities.transition_modeling.extraction import (
     read_operators,
 )
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
-from eai.abilities.verdict import AnswerSpan, ConfusionCounts, ErrorReport, Unreadable, add_confusions
+from eai.abilities.verdict import AnswerSpan, ConfusionCounts, ErrorReport, Unreadable, sum_confusion_counts
 from eai.pddl.check import DeclaredNames, PddlFinding, check_action
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
 from eai.pddl.matching import OperatorMatch, mark_all_clauses_missing, match_operators
@@ -44,9 +44,9 @@ def find_plan_flaw(
 ) -> tuple[int, str] | None:
     """Return why a plan fails if the gold operators execute it, or None if it reaches the goal.
 
-    Steps of the plan name the answer's operators. The parameters of an operator correspond to those of its
-    gold operator by name. If the answer lacks some of the names, parameters correspond by position, and a
-    step with another number of objects cannot be executed.
+    Steps of the plan name the answer's operators. The parameters of an operator correspond to the gold
+    operator's parameters of the same names. If the answer lacks the name of a gold parameter, parameters
+    correspond by position. A step with another number of objects then cannot be executed.
 
     Args:
         task: the task, which asks for the operators of the plan.
@@ -135,10 +135,10 @@ def _solve_if_planning_task(
 
 
 ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
-"""The part of a gold operator that is replaced by the answer's operator, for a test of the answer's operator.
+"""The part of a gold operator that the answer's operator replaces, for a test of the answer's operator.
 
-If only precondition or effect is replaced, the parameters are those of the gold operator. If the answer names
-its parameters differently, the replaced part then has variables that are not parameters.
+If only precondition or effect is replaced, the gold operator keeps its parameters. The replaced part then has
+variables that are not parameters if the answer names its parameters differently.
 """
 
 
@@ -283,7 +283,7 @@ class PaperOperatorRules(OperatorScoringRules):
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
             name: self._plan_with_written_operator(
-                task, _replace_part(by_name[name], task.gold_operators[name], replaced_part)
+                task, _replace_part_of_gold_operator(by_name[name], task.gold_operators[name], replaced_part)
             )
             if name in by_name
             else None
@@ -361,7 +361,9 @@ def _find_pddl_violations(task: TransitionTask, action: PddlAction) -> tuple[Pdd
     return check_action(action, DeclaredNames.from_domain(task.domain.header))
 
 
-def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart) -> WrittenOperator:
+def _replace_part_of_gold_operator(
+    written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart
+) -> WrittenOperator:
     written_action = written.action
     if replaced == "operator" or written_action is None:
         return written
@@ -375,10 +377,10 @@ def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: Replaced
 
 def _sum_literal_counts(compared: Sequence[_OperatorComparison]) -> dict[str, ConfusionCounts]:
     return {
-        "precondition": add_confusions(
+        "precondition": sum_confusion_counts(
             [ConfusionCounts(*match.precondition_literals) for _, match in compared]
         ),
-        "effect": add_confusions([ConfusionCounts(*match.effect_literals) for _, match in compared]),
+        "effect": sum_confusion_counts([ConfusionCounts(*match.effect_literals) for _, match in compared]),
     }
 
 

@@ -98,7 +98,7 @@ class TransitionModelingScorer(Scorer):
         outcome, planner = judgement.planning.outcome, self._rules.planner
         works = judgement.plan_works
         solved = None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
-        predicates_of_clauses = self._classify_clauses(judgement.operators)
+        predicates_of_clauses = self._find_predicates_of_clauses(judgement.operators)
         return OperatorVerdict(
             success=solved if works is None else works,
             error=judgement.error,
@@ -116,7 +116,9 @@ class TransitionModelingScorer(Scorer):
             clauses=predicates_of_clauses,
         )
 
-    def _classify_clauses(self, reports: tuple[OperatorReport, ...]) -> dict[str, PredicatesInClause]:
+    def _find_predicates_of_clauses(
+        self, reports: tuple[OperatorReport, ...]
+    ) -> dict[str, PredicatesInClause]:
         sides = [side for report in reports for side in (report.precondition, report.effect)]
         clauses = [
             clause_text for side in sides for clause_text in (*side.matched, *side.additional, *side.missing)

@@ -14,8 +14,8 @@ from eai.abilities.verdict import (
     ConfusionCounts,
     RewardInputs,
     Verdict,
-    add_confusions,
     compute_reward_inputs_of_parts,
+    sum_confusion_counts,
 )
 from eai.base.json_value import Json
 from eai.pddl.check import PddlFinding, PddlViolationKind
@@ -143,7 +143,7 @@ class OperatorVerdict(Verdict):
         The gain (`RewardInputs.gain`) is the F1 of all clauses in preconditions and effects.
         """
         return compute_reward_inputs_of_parts(
-            sum_counts(count_clauses_by_category(self)), self.error, self._count_faults()
+            sum_counts_of_categories(count_clauses_by_category(self)), self.error, self._count_faults()
         )
 
     def _count_faults(self) -> Counter[FaultKind]:
@@ -185,10 +185,10 @@ def count_clauses_by_category(verdict: OperatorVerdict) -> dict[str, ConfusionCo
     counts: dict[str, ConfusionCounts] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
-            counts[name] = add_confusions((counts.get(name, NO_COUNTS), confusion))
+            counts[name] = sum_confusion_counts((counts.get(name, NO_COUNTS), confusion))
     return counts
 
 
-def sum_counts(counts_by_category: Mapping[str, ConfusionCounts]) -> ConfusionCounts:
+def sum_counts_of_categories(counts_by_category: Mapping[str, ConfusionCounts]) -> ConfusionCounts:
     """Return the counts of all categories together. A clause that is in several categories counts once."""
-    return counts_by_category.get(ALL) or add_confusions(counts_by_category.values())
+    return counts_by_category.get(ALL) or sum_confusion_counts(counts_by_category.values())

@@ -131,7 +131,7 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         named = [goal for goal in self._resolve_names(goals) if isinstance(goal, WrittenGoal)]
         return (*named, *self._needed)
 
-    def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_uncounted_goals(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield a note for each goal in an answer that lacks a field, and for each unknown name."""
         yield from describe_ill_formed_entries(goals.ill_formed)
         for name in dict.fromkeys(name for name in self._resolve_names(goals) if isinstance(name, str)):

@@ -17,7 +17,11 @@ from eai.abilities.declaration import (
     get_display_name,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import add_confusions, make_confusion_shares, make_rate_contribution_of_answer
+from eai.abilities.verdict import (
+    make_confusion_shares,
+    make_rate_contribution_of_answer,
+    sum_confusion_counts,
+)
 from eai.base.entry_points import load_from_extension
 from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
 from eai.tasks.share import Share
@@ -46,7 +50,7 @@ def make_perception_rate_contributions(perceived: PerceptionErrors) -> dict[str,
         "unnecessary": Share(perceived.unnecessary, perceived.perceived),
         "invented": Share(perceived.invented, perceived.perceived),
         "unseen": Share(perceived.unseen, perceived.objects),
-        **make_confusion_shares("facts", add_confusions(perceived.predicates.values())),
+        **make_confusion_shares("facts", sum_confusion_counts(perceived.predicates.values())),
     }
 
 
@@ -102,7 +106,7 @@ def find_outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return find_error_outcome(verdict) or classify_answer_by_counts(
-        add_confusions(verdict.seen.predicates.values()), can_be_success=False
+        sum_confusion_counts(verdict.seen.predicates.values()), can_be_success=False
     )
 
 
