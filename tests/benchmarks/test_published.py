@@ -90,9 +90,9 @@ def test_published_prompts_are_unchanged_except_for_errata(
     domain, ability = suite
     pack = open_pack(PROMPTS, Source(data_store))
     files = official_files(domain, ability, data_store, ErrataChoice.NONE)
-    assert files.prompts == pack.read(f"{domain}/{ability.value}.json")
+    assert files.prompts == pack.read_member(f"{domain}/{ability.value}.json")
     if suite in WITH_SYSTEM_MESSAGE:
-        assert files.system == pack.read(f"{domain}/{ability.value}_system.json")
+        assert files.system == pack.read_member(f"{domain}/{ability.value}_system.json")
     texts = [row["llm_prompt"] for row in json.loads(files.prompts)]
     published = official_prompts(domain, ability, data_store, ErrataChoice.NONE)
     assert [prompt.user for prompt in published.values()] == texts

@@ -42,8 +42,8 @@ def test_a_written_problem_is_read_back(problem: PddlProblem) -> None:
 def test_every_pddl_text_of_the_data_set_survives_a_round_trip(
     data_store: Store, pack: str, header: str, problems: int, operators: int
 ) -> None:
-    files = data_store.open(pack)
-    domain = read_domain(files.read(header).decode() + ")")
+    files = data_store.open_pack(pack)
+    domain = read_domain(files.read_member(header).decode() + ")")
     assert read_domain(write_domain(domain)) == domain
     texts = files.read_json("problems.json").values()
     assert len(texts) == problems

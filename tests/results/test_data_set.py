@@ -108,7 +108,7 @@ def rows_of(domain: str, store: Store) -> dict[str, _DataSetStatistic]:
 def test_annotated_records_are_counted(store: Store, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     figures = count_tasks_and_goals_of_records(
-        VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)), ["1_1"], 5
+        VirtualHomeRecords.from_pack(store.open_pack(VIRTUALHOME)), ["1_1"], 5
     )
     assert {label: value for label, (value, _) in figures.items()} == {
         "task names": 2,

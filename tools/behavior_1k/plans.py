@@ -327,7 +327,7 @@ def opened(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
     """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
     nothing = DataForAmendedDefinitions({}, {}, {})
-    return list(split_by_activity(pack.read(ACTIVITIES))), open_scene_builder(pack, {}, nothing)[0]
+    return list(split_by_activity(pack.read_member(ACTIVITIES))), open_scene_builder(pack, {}, nothing)[0]
 
 
 def opened_2026(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:

@@ -82,7 +82,7 @@ class PackFile:
         lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.members.items()))
         return hashlib.sha256(lines.encode()).hexdigest()
 
-    def read(self, member: str) -> bytes:
+    def read_member(self, member: str) -> bytes:
         """Read and verify a file (member) of the pack, which is a zip with a converted data set.
 
         Raises:
@@ -91,7 +91,7 @@ class PackFile:
         expected = self.members.get(member)
         if expected is None:
             raise DataError(f"{self.path}: has no member {member}; {_REPAIR}")
-        content = _read_member(self.path, member)
+        content = _read_zip_member(self.path, member)
         if hashlib.sha256(content).hexdigest() != expected:
             raise DataError(f"{self.path}: {member} is damaged (its SHA-256 differs); {_REPAIR}")
         return content
@@ -102,7 +102,7 @@ class PackFile:
         Raises:
             DataError: the member is absent or damaged.
         """
-        return json.loads(self.read(member))
+        return json.loads(self.read_member(member))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,27 +111,27 @@ class Store:
 
     folder: Path = field(default_factory=default_folder)
 
-    def path(self, pack: str) -> Path:
+    def get_pack_path(self, pack: str) -> Path:
         """Return the path of the file of a pack (a converted data set), even if the file does not exist."""
         return self.folder / f"{pack}.{SCHEMA}.zip"
 
-    def has(self, pack: str) -> bool:
+    def has_pack(self, pack: str) -> bool:
         """Whether the folder has a file for the pack (a converted data set). The file may be damaged."""
-        return self.path(pack).is_file()
+        return self.get_pack_path(pack).is_file()
 
-    def open(self, pack: str) -> PackFile:
+    def open_pack(self, pack: str) -> PackFile:
         """Open a pack (an archive with the files of a data set), given its name.
 
         Raises:
             DataError: the pack has not been fetched, or is damaged.
         """
-        path = self.path(pack)
-        if not self.has(pack):
+        path = self.get_pack_path(pack)
+        if not self.has_pack(pack):
             raise DataError(
                 f"{path}: no such data; run `eai data fetch`, or set EAI_DATA_DIR to a fetched folder"
             )
         try:
-            values = json.loads(_read_member(path, _MANIFEST))
+            values = json.loads(_read_zip_member(path, _MANIFEST))
             file = PackFile(path, dict(values["archives"]), dict(values["members"]))
             digest, schema = values["sha256"], values["schema"]
         except (ValueError, KeyError, TypeError) as error:
@@ -140,7 +140,7 @@ class Store:
             raise DataError(f"{path}: is damaged (its manifest contradicts itself); {_REPAIR}")
         return file
 
-    def write(
+    def write_pack(
         self, pack: str, archive_digests: Mapping[str, str], content_by_member: Mapping[str, bytes]
     ) -> PackFile:
         """Write a pack (a converted data set). An older file of the pack is replaced as a whole.
@@ -148,7 +148,7 @@ class Store:
         Raises:
             DataError: the folder cannot be written to.
         """
-        path = self.path(pack)
+        path = self.get_pack_path(pack)
         digests = {name: hashlib.sha256(content).hexdigest() for name, content in content_by_member.items()}
         file = PackFile(path, dict(archive_digests), digests)
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
@@ -163,7 +163,7 @@ class Store:
                 partial.unlink()
         return file
 
-    def remove_partial_files(self) -> None:
+    def remove_partial_packs(self) -> None:
         """Remove partly written files of interrupted processes. The caller must hold the folder's lock."""
         for partial in self.folder.glob(".*.partial"):
             partial.unlink(missing_ok=True)
@@ -175,7 +175,7 @@ def make_unwritable_error(folder: Path, error: OSError) -> DataError:
     return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")
 
 
-def _read_member(path: Path, member: str) -> bytes:
+def _read_zip_member(path: Path, member: str) -> bytes:
     try:
         with zipfile.ZipFile(path) as archive:
             return archive.read(member)

@@ -35,7 +35,7 @@ class DataPack:
     """A data package: one file of the data store, made from published archives. It contains member files.
 
     Attributes:
-        name: name of the pack in `Store.open`.
+        name: name of the pack in `Store.open_pack`.
         archives: archives from which the pack is made.
         convert: function from the files of the archives to the files in the pack: content by name. It reports
             progress, and raises DataError. Equal archives give equal bytes.
@@ -106,12 +106,12 @@ def open_pack(
     """
     source = source or Source()
     store = source.store or Store()
-    if not store.has(name):
+    if not store.has_pack(name):
         packs = find_packs() if packs is None else packs
         needed = {archive for pack in packs if pack.name == name for archive in pack.archives}
         packs = [pack for pack in packs if needed.issuperset(pack.archives)]
         fetch_packs(store, packs=packs, report=source.report)
-    return store.open(name)
+    return store.open_pack(name)
 
 
 def fetch_packs(
@@ -146,7 +146,7 @@ def fetch_packs(
         wanted = list(packs) if force else _find_missing_packs(store, packs)
         if not wanted:
             return ()
-        store.remove_partial_files()
+        store.remove_partial_packs()
         with ExitStack() as stack:
             paths = _open_archives(wanted, place, report, stack)
             wanted = [pack for pack in wanted if paths.keys() >= set(pack.archives)]
@@ -158,7 +158,7 @@ def fetch_packs(
             }
             for pack in wanted:
                 opened = [bundles[archive] for archive in pack.archives]
-                store.write(pack.name, pack.archive_digests, pack.convert(*opened, report))
+                store.write_pack(pack.name, pack.archive_digests, pack.convert(*opened, report))
     return tuple(pack.name for pack in wanted)
 
 
@@ -190,14 +190,14 @@ def validate_packs(store: Store, packs: Sequence[DataPack] | None = None) -> tup
     """
     if packs is None:
         needed = {pack.name for pack in find_packs(list_paper_benchmarks())}
-        packs = [pack for pack in find_packs() if pack.name in needed or store.has(pack.name)]
+        packs = [pack for pack in find_packs() if pack.name in needed or store.has_pack(pack.name)]
     broken = tuple(finding for pack in packs for finding in _check_pack_files(store, pack))
     return broken or tuple(DataMistake(pack.name, problem) for pack in packs for problem in pack.check(store))
 
 
 def _check_pack_files(store: Store, pack: DataPack) -> Iterator[DataMistake]:
     try:
-        opened = store.open(pack.name)
+        opened = store.open_pack(pack.name)
     except DataError as error:
         yield DataMistake(pack.name, str(error))
         return
@@ -207,16 +207,16 @@ def _check_pack_files(store: Store, pack: DataPack) -> Iterator[DataMistake]:
         )
     for member in opened.members:
         try:
-            opened.read(member)
+            opened.read_member(member)
         except DataError as error:
             yield DataMistake(pack.name, str(error))
 
 
 def _get_status(store: Store, pack: DataPack) -> _DataPackStatus:
-    path = store.path(pack.name)
+    path = store.get_pack_path(pack.name)
     size = path.stat().st_size if path.is_file() else 0
     try:
-        opened = store.open(pack.name)
+        opened = store.open_pack(pack.name)
     except DataError as error:
         return _DataPackStatus(pack.name, size, None, pack.archive_digests, str(error))
     return _DataPackStatus(pack.name, size, opened.sha256, opened.archives, None)

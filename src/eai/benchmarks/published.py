@@ -35,8 +35,8 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
             return PromptFiles.from_prompts({i: Prompt(text) for i, text in texts.items()})
         pack = open_pack(packs.PROMPTS, source)
         setup = f"{name}/{ability.value}_system.json"
-        system = pack.read(setup) if setup in pack.members else None
-        return PromptFiles(pack.read(f"{name}/{ability.value}.json"), system)
+        system = pack.read_member(setup) if setup in pack.members else None
+        return PromptFiles(pack.read_member(f"{name}/{ability.value}.json"), system)
 
     return open_prompt_files
 
@@ -86,7 +86,7 @@ def _build_transition_tasks(
     from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 
     library = OperatorLibrary(
-        header=read_domain(pack.read(domain_file).decode() + ")"),
+        header=read_domain(pack.read_member(domain_file).decode() + ")"),
         operators={
             name: OperatorText(name, *[values[f"action_{part}"] for part in _PARTS])
             for name, values in pack.read_json("gold_action.json").items()

@@ -95,7 +95,7 @@ def test_a_task_is_assembled_from_both_archives(tmp_path: Any) -> None:
     members = convert_tasks(wheel(), bddl(), lambda _, subject, *counts: steps.append(counts))
     assert members.keys() == {TASKS_MEMBER, OPTIONS_MEMBER}
     assert steps == [(0, 1), (1, 1)]
-    tasks = read_records(Store(tmp_path).write("behavior", {}, members))
+    tasks = read_records(Store(tmp_path).write_pack("behavior", {}, members))
     assert list(tasks) == [TASK]
     record = tasks[TASK]
     jar, floor = record.objects

@@ -48,7 +48,7 @@ def test_a_definition_of_the_user_is_a_task(tmp_path: Path, activity_store: Stor
 @pytest.fixture(scope="module")
 def texts(activity_store: Store) -> dict[str, str]:
     """Return the definitions of the data by activity."""
-    lines = open_pack(PACK, Source(activity_store)).read(ACTIVITIES).decode().splitlines()
+    lines = open_pack(PACK, Source(activity_store)).read_member(ACTIVITIES).decode().splitlines()
     return dict(line.split("\t") for line in lines)
 
 

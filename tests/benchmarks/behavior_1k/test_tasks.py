@@ -51,7 +51,7 @@ def test_all_definitions_are_read_and_the_store_is_small(
     activities: TaskSet[Task], activity_store: Store
 ) -> None:
     assert len(activities) == NUMBER
-    assert activity_store.path(PACK).stat().st_size < 250_000
+    assert activity_store.get_pack_path(PACK).stat().st_size < 250_000
 
 
 @every(20)

@@ -20,7 +20,7 @@ from eai.benchmarks.virtualhome.records import (
 
 def convert(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHomeRecords:
     members = convert_tasks(bundle(files(tasks)), ignore_progress)
-    return VirtualHomeRecords.from_pack(Store(folder).write("virtualhome", {}, members))
+    return VirtualHomeRecords.from_pack(Store(folder).write_pack("virtualhome", {}, members))
 
 
 @pytest.fixture

@@ -123,7 +123,7 @@ def test_sets_of_ids_have_the_order_on_which_verdicts_depend() -> None:
 
 
 def test_the_store_is_small_and_quick_to_load(data_store: Store) -> None:
-    assert data_store.path(VIRTUALHOME).stat().st_size <= 3_000_000
+    assert data_store.get_pack_path(VIRTUALHOME).stat().st_size <= 3_000_000
     command = [sys.executable, "-c", LOAD, str(data_store.folder)]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     seconds, *kilobytes = map(float, output.split())

@@ -112,8 +112,8 @@ class BehaviorRecord:
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
     """Return the published data of each task (record) by task id, in data set order, decoded on first use."""
     lines, options = (
-        _map_task_ids_to_json(pack.read(TASKS_MEMBER)),
-        _map_task_ids_to_json(pack.read(OPTIONS_MEMBER)),
+        _map_task_ids_to_json(pack.read_member(TASKS_MEMBER)),
+        _map_task_ids_to_json(pack.read_member(OPTIONS_MEMBER)),
     )
 
     def read(task_id: str) -> BehaviorRecord:

@@ -61,7 +61,7 @@ def load_amendments() -> _ChallengeAmendments:
 def open_challenge_2026(source: Source | None) -> tuple[Definitions, DataForAmendedDefinitions]:
     """Return the definitions of the challenge's activities, and facts on amended ones, such as plans."""
     amendments = load_amendments()
-    packed = split_by_activity(open_pack(PACK, source).read(ACTIVITIES))
+    packed = split_by_activity(open_pack(PACK, source).read_member(ACTIVITIES))
     supplement = DataForAmendedDefinitions(amendments.kinds, read_plans(PLANS_2026), amendments.left_out)
     return amend_definitions_for_challenge(packed), supplement
 

@@ -71,7 +71,7 @@ def open_scene_builder(
     """Return the function that makes an activity's scene, and the object kinds with known abilities."""
     values = pack.read_json(KINDS)
     values = {**values, "kinds": {**values["kinds"], **supplement.kinds}}
-    all_definitions = {**split_by_activity(pack.read(ACTIVITIES)), **definitions}
+    all_definitions = {**split_by_activity(pack.read_member(ACTIVITIES)), **definitions}
     return make_scene_builder(ObjectKinds(values, pack.read_json(RULES)), all_definitions), values["kinds"]
 
 
@@ -99,7 +99,7 @@ def open_tasks(
     """
     pack = open_pack(PACK, source)
     packed, plans, excluded = (
-        split_by_activity(pack.read(ACTIVITIES)),
+        split_by_activity(pack.read_member(ACTIVITIES)),
         read_plans(),
         load_exclusion_reasons(),
     )

@@ -144,7 +144,7 @@ def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
     """
     records = open_records(source)
     resources = open_pack(packs.RESOURCES, source)
-    template = open_pack(packs.TEMPLATES, source).read(packs.TEMPLATE_MEMBER).decode()
+    template = open_pack(packs.TEMPLATES, source).read_member(packs.TEMPLATE_MEMBER).decode()
     states = resources.read_json("object_states_full.json")
     possible = {
         **states,
@@ -400,7 +400,7 @@ def list_unexpected_counts(
         expected_counts: expected counts by label; if None, those of the published data set.
     """
     expected_counts = PUBLISHED_COUNTS if expected_counts is None else expected_counts
-    tasks, resources = VirtualHomeRecords.from_pack(store.open(PACK)), store.open(packs.RESOURCES)
+    tasks, resources = VirtualHomeRecords.from_pack(store.open_pack(PACK)), store.open_pack(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
     counts = count_tasks_and_goals_of_records(tasks, resources.read_json("success_task.json"), len(operators))
     for label, (count, _) in counts.items():

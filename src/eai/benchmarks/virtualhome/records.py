@@ -182,7 +182,7 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
     @classmethod
     def from_pack(cls, pack: PackFile) -> VirtualHomeRecords:
         """Return the published data (records) in the data package (pack) of VirtualHome."""
-        return cls(pack.read(TASKS_MEMBER), pack.sha256)
+        return cls(pack.read_member(TASKS_MEMBER), pack.sha256)
 
 
 CHARACTER_ID = 65
