@@ -22,7 +22,7 @@ from eai.results.certainty import (
     TaskContribution,
     compute_difference_intervals,
     compute_rate_intervals,
-    compute_rate_with_error_by_sampling_unit,
+    compute_rate_with_errors_of_units,
     sum_shares_by_task_name,
 )
 from extensions.adaptive.abilities import ability
@@ -70,7 +70,7 @@ def compute_bootstrap_interval(cases: Sequence[TaskContribution], generator: ran
 
 def compute_plain_wilson_interval(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
-    rate = compute_rate_with_error_by_sampling_unit(sum_shares_by_task_name(cases))
+    rate = compute_rate_with_errors_of_units(sum_shares_by_task_name(cases))
     if rate is None:
         raise ValueError("no cases: a rate needs at least one")
     p, observed = rate.value, rate.observed_variance

@@ -6,10 +6,10 @@ from typing import Any
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.replanning_options import ReplanningOptions
-from eai.results.older_records import NAMES, read_older_experiment
+from eai.results.older_records import OLDER_OPTION_FIELDS, read_older_experiment
 
 
 def experiment(*replanning: Any, **options: Any) -> Experiment:
     """Return an experiment with names such as ``scene="image"``; other options are options of replanning."""
-    names = {name: options.pop(name) for name in NAMES if name in options}
+    names = {name: options.pop(name) for name in OLDER_OPTION_FIELDS if name in options}
     return read_older_experiment(names, ReplanningOptions(*replanning, **options))

@@ -17,4 +17,4 @@ def write_records(path: Path, records: Iterable[Record]) -> None:
 
 def write_shard(folder: Path, shard: RunShard, batches: Iterable[RecordBatch]) -> None:
     """Write the records of a shard of a run."""
-    write_files_atomically({folder / shard.file_name: (lines for lines, _ in batches)})
+    write_files_atomically({folder / shard.records_file_name: (lines for lines, _ in batches)})

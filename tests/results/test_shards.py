@@ -27,7 +27,7 @@ from record_files import write_shard
 )
 def test_shards_are_counted_from_one(text: str, shard: RunShard) -> None:
     assert RunShard.parse(text) == shard
-    assert shard.file_name == f"records.shard-{shard.number}-of-{shard.of}.jsonl"
+    assert shard.records_file_name == f"records.shard-{shard.number}-of-{shard.of}.jsonl"
 
 
 @pytest.mark.parametrize("text", ["", "0/3", "4/3", "1", "1/0", "-1/3", "a/b", "1/3/5"])
@@ -57,7 +57,9 @@ def test_shards_are_found_in_order_and_merged_unchanged(tmp_path: Path) -> None:
         write_shard(tmp_path / "run", shard, [make_record_batch([*shard.select_items_of_shard(RECORDS)])])
     (tmp_path / "run" / "records.shard-1-of-x.jsonl").touch()
     found = find_shards(tmp_path)
-    assert found == {tmp_path / "run": [tmp_path / "run" / RunShard(n, 3).file_name for n in (1, 2, 3)]}
+    assert found == {
+        tmp_path / "run": [tmp_path / "run" / RunShard(n, 3).records_file_name for n in (1, 2, 3)]
+    }
     assert merge_shards(tmp_path, found[tmp_path / "run"]) == RunTotals.from_records(RECORDS)
     assert list(read_records(tmp_path / "records.jsonl")) == RECORDS
 

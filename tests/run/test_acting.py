@@ -20,7 +20,7 @@ from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.results.records import read_records
 from eai.results.runs import read_runs
-from eai.run.acting import read_command
+from eai.run.acting import find_command_in_reply
 from eai.run.registry import TASKS
 from eai.run.tasks import read_answers
 from processes import Command, eai
@@ -244,9 +244,9 @@ def test_slips_are_drawn_from_the_seed_and_replayed(data_store: Store, tmp_path:
 
 
 def test_a_command_is_the_last_line_or_a_json_answer() -> None:
-    assert read_command("First I look.\n\nOPEN(jar_0) \n") == "OPEN(jar_0)"
-    assert read_command('{"OPEN": ["jar"],\n "x": []}') == '{"OPEN": ["jar"],\n "x": []}'
-    assert read_command("") == ""
+    assert find_command_in_reply("First I look.\n\nOPEN(jar_0) \n") == "OPEN(jar_0)"
+    assert find_command_in_reply('{"OPEN": ["jar"],\n "x": []}') == '{"OPEN": ["jar"],\n "x": []}'
+    assert find_command_in_reply("") == ""
 
 
 def run(out: Path, *words: object) -> None:

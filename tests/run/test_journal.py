@@ -20,7 +20,7 @@ def test_a_written_answer_is_found_in_the_journal(tmp_path: Path) -> None:
     strange = replace(ANSWER, task_id="1_1", text="ünder\r\n\u2028 }", usage=AnswerUsage(1, 1))
     journal = AnswerJournal(file)
     for answer in (ANSWER, strange):
-        journal.add(answer)
+        journal.write_answer(answer)
         again = AnswerJournal(file)  # written when `add` returns
         assert again.find_answer((answer.task_id, 1), "request") == answer
     assert journal.find_answer(("27_2", 1), "request") == ANSWER
@@ -29,7 +29,7 @@ def test_a_written_answer_is_found_in_the_journal(tmp_path: Path) -> None:
 def test_a_line_of_the_journal_has_every_field(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
     journal = AnswerJournal(file)
-    journal.add(ANSWER)
+    journal.write_answer(ANSWER)
     assert file.read_text() == json.dumps(asdict(ANSWER)) + "\n"
 
 
@@ -39,12 +39,12 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path: Path) -> None:
     journal = AnswerJournal(file)
     file.symlink_to("/dev/full")
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
-        journal.add(ANSWER)
+        journal.write_answer(ANSWER)
 
 
 def test_another_request_or_epoch_is_not_found_in_the_journal(tmp_path: Path) -> None:
     journal = AnswerJournal(tmp_path / "answers.jsonl")
-    journal.add(ANSWER)
+    journal.write_answer(ANSWER)
     assert journal.find_answer(("27_2", 2), "request") is None
     assert journal.find_answer(("27_2", 1), "other") is None
     assert journal.find_answer(("27_3", 1), "request") is None
@@ -56,20 +56,20 @@ def test_an_incomplete_last_line_is_overwritten_by_the_next_answer(
 ) -> None:
     file = tmp_path_factory.mktemp("torn") / "answers.jsonl"
     journal = AnswerJournal(file)
-    journal.add(ANSWER)
-    journal.add(replace(ANSWER, epoch=2))
+    journal.write_answer(ANSWER)
+    journal.write_answer(replace(ANSWER, epoch=2))
     file.write_bytes(file.read_bytes()[:-cut])
     torn = AnswerJournal(file)
     assert torn.find_answer(("27_2", 1), "request") == ANSWER
     assert torn.find_answer(("27_2", 2), "request") is None
-    torn.add(replace(ANSWER, epoch=2))
+    torn.write_answer(replace(ANSWER, epoch=2))
     assert AnswerJournal(file).find_answer(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
 def test_a_file_that_is_no_journal_is_refused_with_its_line(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
     journal = AnswerJournal(file)
-    journal.add(ANSWER)
+    journal.write_answer(ANSWER)
     with file.open("a") as opened:
         opened.write('{"task_id": "27_2"}\n')
     with pytest.raises(InputError, match=r"answers\.jsonl, line 2: expected an answer of a run"):

@@ -52,40 +52,40 @@ def test_two_processes_cannot_run_in_one_folder(tmp_path: Path) -> None:
             pass
     with lock_run_folder(folder):
         journal = AnswerJournal(folder / "answers.jsonl")
-        journal.add(ANSWER)
+        journal.write_answer(ANSWER)
 
 
 def test_a_full_disk_in_the_middle_of_an_answer_loses_only_that_answer(tmp_path: Path) -> None:
     file = tmp_path / "answers.jsonl"
     journal = AnswerJournal(file)
-    journal.add(ANSWER)
+    journal.write_answer(ANSWER)
     size, limits = file.stat().st_size, resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size + size // 2, limits[1]))
     try:
         full = AnswerJournal(file)
         with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written \(File too large\)"):
-            full.add(replace(ANSWER, epoch=2))
+            full.write_answer(replace(ANSWER, epoch=2))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, ignored)
     assert full.find_answer(("27_2", 2), "request") is None
-    full.add(replace(ANSWER, epoch=3))  # an answer to a concurrent request
+    full.write_answer(replace(ANSWER, epoch=3))  # an answer to a concurrent request
     assert AnswerJournal(file).find_answer(("27_2", 3), "request") == replace(ANSWER, epoch=3)
     mended = AnswerJournal(file)
     assert mended.find_answer(("27_2", 1), "request") == ANSWER
     assert mended.find_answer(("27_2", 2), "request") is None
-    mended.add(replace(ANSWER, epoch=2))
+    mended.write_answer(replace(ANSWER, epoch=2))
     assert AnswerJournal(file).find_answer(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
 def test_a_folder_removed_during_a_run_is_an_error(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     journal = AnswerJournal(folder / "answers.jsonl")
-    journal.add(ANSWER)
+    journal.write_answer(ANSWER)
     shutil.rmtree(folder)
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written \(No such file or directory\)"):
-        journal.add(replace(ANSWER, epoch=2))
+        journal.write_answer(replace(ANSWER, epoch=2))
 
 
 def test_an_unwritable_folder_is_reported_before_any_question(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_an_unwritable_folder_is_reported_before_any_question(tmp_path: Path) ->
     with pytest.raises(InputError, match=r"run: cannot be written"), lock_run_folder(tmp_path / "run"):
         pass
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
-        AnswerJournal(tmp_path / "run" / "answers.jsonl").add(ANSWER)
+        AnswerJournal(tmp_path / "run" / "answers.jsonl").write_answer(ANSWER)
 
 
 def test_a_clock_that_jumps_changes_no_answer() -> None:
@@ -112,7 +112,7 @@ def test_a_journal_of_a_hundred_thousand_answers_is_read_quickly(tmp_path: Path)
     file, number = tmp_path / "answers.jsonl", 100_000
     journal = AnswerJournal(file)
     for epoch in range(1, number + 1):
-        journal.add(replace(ANSWER, epoch=epoch))
+        journal.write_answer(replace(ANSWER, epoch=epoch))
     again = AnswerJournal(file)
     assert all(again.find_answer(("27_2", epoch), "request") for epoch in (1, number // 2, number))
     assert len(file.read_bytes().splitlines()) == number

@@ -111,20 +111,20 @@ def _weight_success_by_path_length(won: bool, tried_actions: int, shortest_lengt
     return float(won) if tried_actions <= shortest_length else won * shortest_length / tried_actions
 
 
-def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(domain_and_notation: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports do not load the code that plays games.
     """
     from eai.agents.scorer import make_scorer_factory
 
-    return make_scorer_factory(parts)
+    return make_scorer_factory(domain_and_notation)
 
 
-def _make_question_and_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
+def _make_question_and_answer(domain_and_notation: DomainAndNotation, task: Task) -> QuestionAndAnswer:
     from eai.agents.scorer import make_question_and_winning_answer
 
-    return make_question_and_winning_answer(parts, task)
+    return make_question_and_winning_answer(domain_and_notation, task)
 
 
 def _read_settings_of_episode(answer: str) -> Experiment | None:

@@ -134,7 +134,7 @@ class Game:
     def memory(self) -> AgentMemory:
         """The agent's memory, updated to the present state even if turns report only outcomes of actions."""
         if self._memory.observation.state is not self.state:
-            self._memory.update(self.state)
+            self._memory.update_and_describe_changes(self.state)
         return self._memory
 
     @property
@@ -362,9 +362,11 @@ class Game:
             case State():
                 self.taken.append(command.operator)
                 if self._rules.feedback not in OUTCOMES:
-                    return _CommandOutcome(f"{line}: done.\n{self._memory.update(outcome)}")
+                    return _CommandOutcome(
+                        f"{line}: done.\n{self._memory.update_and_describe_changes(outcome)}"
+                    )
                 if self._rules.observe == "partial":  # objects that are visible now may be hidden later
-                    self._memory.update(outcome)
+                    self._memory.update_and_describe_changes(outcome)
                 return _CommandOutcome(f"{line}: done.")
             case _:
                 assert_never(outcome)

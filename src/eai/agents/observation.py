@@ -316,7 +316,7 @@ class AgentMemory:
         }
         return self._templates.fill_template("view.txt", values)
 
-    def update(self, state: State) -> str:
+    def update_and_describe_changes(self, state: State) -> str:
         """Update the memory with the next state.
 
         Return text about visible changes, and about the objects that are visible for the first time.

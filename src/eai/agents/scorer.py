@@ -43,20 +43,20 @@ _TOO_LATE = "too_late"
 """Outcome of an action that exceeds the maximum number of actions."""
 
 
-def _get_benchmark(parts: DomainAndNotation) -> Benchmark:
-    if not isinstance(parts.benchmark, Benchmark):
+def _get_benchmark(domain_and_notation: DomainAndNotation) -> Benchmark:
+    if not isinstance(domain_and_notation.benchmark, Benchmark):
         raise TypeError("the ability acting needs a `Benchmark`: open the tasks with `eai.open`")
-    return parts.benchmark
+    return domain_and_notation.benchmark
 
 
-def make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
+def make_scorer_factory(domain_and_notation: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return the function that makes the scorer of a task of a benchmark."""
-    return partial(_EpisodeScorer, benchmark=_get_benchmark(parts))
+    return partial(_EpisodeScorer, benchmark=_get_benchmark(domain_and_notation))
 
 
-def make_question_and_winning_answer(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
+def make_question_and_winning_answer(domain_and_notation: DomainAndNotation, task: Task) -> QuestionAndAnswer:
     """Return the question of a task in the standard setting, and commands that win the episode."""
-    factory = EpisodeFactory(_get_benchmark(parts))
+    factory = EpisodeFactory(_get_benchmark(domain_and_notation))
     commands = factory.make_setup(task).reference.commands if task.unplannable_reason is None else None
     end = [] if task.has_no_plan else [DONE]
     return factory.make_prompt(task).user, "\n".join([*(commands or ()), *end])

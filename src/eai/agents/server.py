@@ -69,10 +69,10 @@ class _ServedTools(Protocol):
 
     instructions: str
 
-    def list_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
+    def list_tool_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
         """Return the tools: name, description, and JSON schema of the arguments."""
 
-    async def call(self, name: str, arguments: Mapping[str, object]) -> str:
+    async def call_tool(self, name: str, arguments: Mapping[str, object]) -> str:
         """Return the result of a tool call. Raises InputError if the call is invalid or exceeds a limit."""
 
     async def close(self) -> None:
@@ -128,12 +128,12 @@ def make_tool_server(tools: _ServedTools) -> Server[Any]:
 
     async def call_tool(context: object, params: CallToolRequestParams) -> CallToolResult:
         try:
-            text = await tools.call(params.name, params.arguments or {})
+            text = await tools.call_tool(params.name, params.arguments or {})
         except InputError as error:
             return _make_error_result(error)
         return CallToolResult(content=[TextContent(text=text)])
 
-    return _make_server(tools.instructions, tools.list_names_texts_and_schemas(), call_tool)
+    return _make_server(tools.instructions, tools.list_tool_names_texts_and_schemas(), call_tool)
 
 
 def _make_server(

@@ -237,7 +237,9 @@ def _drop_constant_columns(table: Table) -> Table:
     These values are added to the title of the table.
     """
     rows = table.row_dicts()
-    common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
+    common = [
+        name for name in SUITE if name in table.column_names and len({str(row[name]) for row in rows}) == 1
+    ]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title
     return replace(table.drop_columns(common), title=title)
 

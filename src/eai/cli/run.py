@@ -256,7 +256,11 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
     print_results(
         {each.model: each.totals for each in outcomes}, spec.combined_study_options.results_heading, wide=wide
     )
-    repeated = {each.model: each.success_cases_by_epoch for each in outcomes if each.success_cases_by_epoch}
+    repeated = {
+        each.model: each.success_contributions_by_epoch
+        for each in outcomes
+        if each.success_contributions_by_epoch
+    }
     if repeated:
         print_table(console.get_output_console(), make_pass_at_k_table(repeated), wide=wide)
 

@@ -104,7 +104,9 @@ class _ScoringJob:
     @property
     def records_file(self) -> Path:
         """The file of records in the folder of results, or in the working folder if no folder is given."""
-        return (self.out or Path()) / (records.RECORDS if self.shard is None else self.shard.file_name)
+        return (self.out or Path()) / (
+            records.RECORDS if self.shard is None else self.shard.records_file_name
+        )
 
     @property
     def reason_by_unanswered_task(self) -> dict[str, str]:
@@ -206,7 +208,7 @@ def score(
         print_note_if_planner_missing([job.suite for job in jobs])
         _print_note_on_unknown_tasks(jobs)
         with options.open_scoring_workers(workers, ray) as scoring, ExitStack() as stack:
-            lock_file = LOCK_FILE if shard is None else f".{shard.file_name}.lock"
+            lock_file = LOCK_FILE if shard is None else f".{shard.records_file_name}.lock"
             for folder in {job.out: None for job in jobs}:
                 if folder is not None:
                     stack.enter_context(lock_run_folder(folder, lock_file))

@@ -251,7 +251,7 @@ def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict
         agent = made_by(answer_text)
         return usual if agent is None else agent.rules
 
-    epochs_by_rules = [epoch.split_by_key(find_game_rules_of_answer) for epoch in epochs]
+    epochs_by_rules = [epoch.group_answers_by_key(find_game_rules_of_answer) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
         first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]

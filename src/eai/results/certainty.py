@@ -77,7 +77,7 @@ _PSEUDO_UNITS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _RateWithErrorBySamplingUnit:
+class _RateWithErrorsOfUnits:
     """An estimated rate, or difference of rates, with the error that each unit contributes to it.
 
     A unit is a task, or a group of near copies of a task. With few units the variance would be too small.
@@ -86,22 +86,22 @@ class _RateWithErrorBySamplingUnit:
     Attributes:
         value: the estimate, as a fraction of 1.
         centre: the estimate with two more units, one of them right and one wrong.
-        of_units: mapping from each unit to the error that it contributes; these errors sum to 0.
-        of_pseudo_units: the errors that one pseudo-unit may contribute, all equally likely. For a rate there
-            are two: one if the unit is right, one if it is wrong.
+        errors_of_units: mapping from each unit to the error that it contributes; these errors sum to 0.
+        errors_of_pseudo_units: the errors that one pseudo-unit may contribute, all equally likely. For a rate
+            there are two: one if the unit is right, one if it is wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
     value: float
     centre: float
-    of_units: Mapping[str, float]
-    of_pseudo_units: tuple[float, ...]
+    errors_of_units: Mapping[str, float]
+    errors_of_pseudo_units: tuple[float, ...]
     weights: Mapping[str, float]
 
     @property
     def observed_variance(self) -> float:
         """Variance of the estimate from its units alone, without the two pseudo-units."""
-        return sum(added * added for added in self.of_units.values())
+        return sum(added * added for added in self.errors_of_units.values())
 
     @property
     def variance(self) -> float:
@@ -112,10 +112,10 @@ class _RateWithErrorBySamplingUnit:
         """
         left_out = (
             added / (1 - self.weights[unit])
-            for unit, added in self.of_units.items()
+            for unit, added in self.errors_of_units.items()
             if self.weights[unit] < 1
         )
-        pseudo = _PSEUDO_UNITS * fmean(added * added for added in self.of_pseudo_units)
+        pseudo = _PSEUDO_UNITS * fmean(added * added for added in self.errors_of_pseudo_units)
         return sum(change * change for change in left_out) + pseudo
 
     @property
@@ -128,9 +128,9 @@ class _RateWithErrorBySamplingUnit:
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
 
 
-def compute_rate_with_error_by_sampling_unit(
+def compute_rate_with_errors_of_units(
     shares_by_unit: Mapping[str, Share],
-) -> _RateWithErrorBySamplingUnit | None:
+) -> _RateWithErrorsOfUnits | None:
     """Return a rate with the error that each unit contributes, or None if the denominator is zero.
 
     A unit is a task, or a group of near copies of a task.
@@ -144,7 +144,7 @@ def compute_rate_with_error_by_sampling_unit(
         return None
     value = sum(share.numerator for share in parts.values()) / whole
     centre = (value * units + _PSEUDO_UNITS / 2) / (units + _PSEUDO_UNITS)
-    return _RateWithErrorBySamplingUnit(
+    return _RateWithErrorsOfUnits(
         value,
         centre,
         {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
@@ -154,40 +154,43 @@ def compute_rate_with_error_by_sampling_unit(
 
 
 def compute_weighted_mean_of_rates(
-    weighted_rates: Sequence[tuple[float, _RateWithErrorBySamplingUnit]],
-) -> _RateWithErrorBySamplingUnit:
+    weighted_rates: Sequence[tuple[float, _RateWithErrorsOfUnits]],
+) -> _RateWithErrorsOfUnits:
     """Return the weighted mean of rates of the same tasks, with the error that each unit contributes.
 
-    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorBySamplingUnit`) is
-    either right in all rates or wrong in all rates.
+    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorsOfUnits`) is either
+    right in all rates or wrong in all rates.
 
     Args:
         weighted_rates: for each rate, its weight and the result of
-            `compute_rate_with_error_by_sampling_unit`; the weights sum to 1.
+            `compute_rate_with_errors_of_units`; the weights sum to 1.
     """
-    return _RateWithErrorBySamplingUnit(
+    return _RateWithErrorsOfUnits(
         sum(weight * rate.value for weight, rate in weighted_rates),
         sum(weight * rate.centre for weight, rate in weighted_rates),
-        _sum_weighted_numbers_by_unit([(weight, rate.of_units) for weight, rate in weighted_rates]),
-        tuple(sum(weight * rate.of_pseudo_units[case] for weight, rate in weighted_rates) for case in (0, 1)),
+        _sum_weighted_numbers_by_unit([(weight, rate.errors_of_units) for weight, rate in weighted_rates]),
+        tuple(
+            sum(weight * rate.errors_of_pseudo_units[index] for weight, rate in weighted_rates)
+            for index in (0, 1)
+        ),
         _sum_weighted_numbers_by_unit([(weight, rate.weights) for weight, rate in weighted_rates]),
     )
 
 
-def compute_rate_difference_by_sampling_unit(
-    first: _RateWithErrorBySamplingUnit, second: _RateWithErrorBySamplingUnit
-) -> _RateWithErrorBySamplingUnit:
+def compute_difference_with_errors_of_units(
+    first: _RateWithErrorsOfUnits, second: _RateWithErrorsOfUnits
+) -> _RateWithErrorsOfUnits:
     """Return the second rate minus the first, with the error that each unit contributes.
 
-    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorBySamplingUnit`) may
-    be right in both rates, only in the first, only in the second, or in neither. So it may contribute four
+    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorsOfUnits`) may be
+    right in both rates, only in the first, only in the second, or in neither. So it may contribute four
     different errors.
     """
-    return _RateWithErrorBySamplingUnit(
+    return _RateWithErrorsOfUnits(
         second.value - first.value,
         second.centre - first.centre,
-        _sum_weighted_numbers_by_unit([(1, second.of_units), (-1, first.of_units)]),
-        tuple(b - a for a, b in product(first.of_pseudo_units, second.of_pseudo_units)),
+        _sum_weighted_numbers_by_unit([(1, second.errors_of_units), (-1, first.errors_of_units)]),
+        tuple(b - a for a, b in product(first.errors_of_pseudo_units, second.errors_of_pseudo_units)),
         _sum_weighted_numbers_by_unit([(0.5, first.weights), (0.5, second.weights)]),
     )
 
@@ -258,37 +261,44 @@ class ConfidenceIntervals:
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
-def sum_shares_by_task(cases: TaskContributions) -> dict[str, Share]:
+def sum_shares_by_task(contributions: TaskContributions) -> dict[str, Share]:
     """Return a mapping from each task to the numerator and denominator that it adds to a rate."""
-    return _sum_shares_by_sampling_unit([(case.task, case.share) for case in cases])
+    return _sum_shares_by_unit([(contribution.task, contribution.share) for contribution in contributions])
 
 
-def sum_shares_by_task_name(cases: TaskContributions) -> dict[str, Share]:
+def sum_shares_by_task_name(contributions: TaskContributions) -> dict[str, Share]:
     """Return a mapping from each task name to the numerator and denominator that its tasks add to a rate."""
-    return _sum_shares_by_sampling_unit([(case.name, case.share) for case in cases])
+    return _sum_shares_by_unit([(contribution.name, contribution.share) for contribution in contributions])
 
 
-def compute_mean_rate_over_task_names(cases: TaskContributions) -> float | None:
+def compute_mean_rate_over_task_names(contributions: TaskContributions) -> float | None:
     """Group tasks by name, and return the mean of the groups' rates, in percent.
 
     Return None if all denominators are zero.
     """
-    rates = [Rate(*share).percent for share in sum_shares_by_task_name(cases).values() if share.denominator]
+    rates = [
+        Rate(*share).percent for share in sum_shares_by_task_name(contributions).values() if share.denominator
+    ]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
 
-def compute_rate_intervals(cases: TaskContributions) -> ConfidenceIntervals | None:
+def compute_rate_intervals(contributions: TaskContributions) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a rate, or None if its denominator is zero.
 
     A single task can add more than 1 to the rate, for instance by several errors. Then the interval is
     computed for the rate divided by the largest contribution of a task, and multiplied by it again.
     """
-    largest = max([1, *(share.numerator / share.denominator for _, _, share in cases if share.denominator)])
+    largest = max(
+        [1, *(share.numerator / share.denominator for _, _, share in contributions if share.denominator)]
+    )
     if largest == 1:
-        return _compute_confidence_intervals_of_rate(cases)
-    shares = (Share(case.share.numerator / largest, case.share.denominator) for case in cases)
+        return _compute_confidence_intervals_of_rate(contributions)
+    shares = (
+        Share(contribution.share.numerator / largest, contribution.share.denominator)
+        for contribution in contributions
+    )
     certainty = _compute_confidence_intervals_of_rate(
-        [case._replace(share=s) for case, s in zip(cases, shares, strict=True)]
+        [contribution._replace(share=s) for contribution, s in zip(contributions, shares, strict=True)]
     )
     if certainty is None:
         return None
@@ -298,13 +308,15 @@ def compute_rate_intervals(cases: TaskContributions) -> ConfidenceIntervals | No
     return replace(certainty, interval=by_name, by_task=by_task)
 
 
-def _compute_confidence_intervals_of_rate(cases: TaskContributions) -> ConfidenceIntervals | None:
-    each_task, each_name = sum_shares_by_task(cases), sum_shares_by_task_name(cases)
-    tasks = compute_rate_with_error_by_sampling_unit(each_task)
-    names = tasks if len(each_name) == len(each_task) else compute_rate_with_error_by_sampling_unit(each_name)
+def _compute_confidence_intervals_of_rate(contributions: TaskContributions) -> ConfidenceIntervals | None:
+    each_task, each_name = sum_shares_by_task(contributions), sum_shares_by_task_name(contributions)
+    tasks = compute_rate_with_errors_of_units(each_task)
+    names = tasks if len(each_name) == len(each_task) else compute_rate_with_errors_of_units(each_name)
     if tasks is None or names is None:
         return None
-    yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
+    yes_no = len(tasks.errors_of_units) == len(contributions) and all(
+        contribution.share in _YES_NO for contribution in contributions
+    )
     return _make_confidence_intervals(
         _make_binomial_interval_inputs(tasks) if yes_no else _make_wilson_interval_inputs(tasks),
         _make_wilson_interval_inputs(names),
@@ -323,12 +335,12 @@ def compute_intervals_of_weighted_mean(
         parts: the weight of each rate, with the contributions of tasks to the rate; the weights sum to 1.
     """
     tasks = [
-        (weight, compute_rate_with_error_by_sampling_unit(sum_shares_by_task(cases)))
-        for weight, cases in parts
+        (weight, compute_rate_with_errors_of_units(sum_shares_by_task(contributions)))
+        for weight, contributions in parts
     ]
     names = [
-        (weight, compute_rate_with_error_by_sampling_unit(sum_shares_by_task_name(cases)))
-        for weight, cases in parts
+        (weight, compute_rate_with_errors_of_units(sum_shares_by_task_name(contributions)))
+        for weight, contributions in parts
     ]
     complete = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
     if len(complete[0]) < len(parts):
@@ -349,13 +361,13 @@ def compute_difference_intervals(
     """
     pairs = [
         (
-            compute_rate_with_error_by_sampling_unit(sums(first)),
-            compute_rate_with_error_by_sampling_unit(sums(second)),
+            compute_rate_with_errors_of_units(sums(first)),
+            compute_rate_with_errors_of_units(sums(second)),
         )
         for sums in (sum_shares_by_task, sum_shares_by_task_name)
     ]
     both_inputs = [
-        _make_confidence_interval_inputs(compute_rate_difference_by_sampling_unit(one, other))
+        _make_confidence_interval_inputs(compute_difference_with_errors_of_units(one, other))
         for one, other in pairs
         if one and other
     ]
@@ -365,7 +377,7 @@ def compute_difference_intervals(
     return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
 
 
-def compute_interval_of_success_cost(cases: TaskContributions) -> Interval | None:
+def compute_interval_of_success_cost(contributions: TaskContributions) -> Interval | None:
     """Return the confidence interval of the cost of a success.
 
     The cost of a success is the sum of all costs, divided by the number of successes. Its interval is
@@ -373,9 +385,9 @@ def compute_interval_of_success_cost(cases: TaskContributions) -> Interval | Non
     there is no success, no cost, or only one name.
 
     Args:
-        cases: for each answer, its cost (numerator) and 1 for a success, else 0 (denominator).
+        contributions: for each answer, its cost (numerator) and 1 for a success, else 0 (denominator).
     """
-    units = sum_shares_by_task_name(cases).values()
+    units = sum_shares_by_task_name(contributions).values()
     spent, successes = sum(unit.numerator for unit in units), sum(unit.denominator for unit in units)
     if not spent or not successes or len(units) < 2:
         return None
@@ -394,9 +406,9 @@ class _IntervalInputs(NamedTuple):
 
     Attributes:
         value: the estimate, as a fraction of 1.
-        variance: variance of the estimate, pseudo-units included (`_RateWithErrorBySamplingUnit`). For
-            Wilson's interval it is divided by the variance of one yes-or-no answer. The quotient is 1 divided
-            by the effective number of units.
+        variance: variance of the estimate, pseudo-units included (`_RateWithErrorsOfUnits`). For Wilson's
+            interval it is divided by the variance of one yes-or-no answer. The quotient is 1 divided by the
+            effective number of units.
         observed: variance of the estimate from the tasks or names alone, without pseudo-units.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
@@ -409,18 +421,18 @@ class _IntervalInputs(NamedTuple):
     units: int
 
 
-def _make_confidence_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
+def _make_confidence_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInputs:
     quantile = compute_student_quantile(LEVEL, rate.degrees_of_freedom)
     return _IntervalInputs(
         rate.value,
         rate.variance,
         rate.observed_variance,
         quantile,
-        len(rate.of_units),
+        len(rate.errors_of_units),
     )
 
 
-def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
+def _make_wilson_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInputs:
     """Return the inputs of Wilson's interval; `variance` is 1 divided by the effective number of units.
 
     A unit is a task or a group of near copies. The effective number is the variance of one yes-or-no answer,
@@ -430,13 +442,13 @@ def _make_wilson_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _Interva
     return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))
 
 
-def _make_binomial_interval_inputs(rate: _RateWithErrorBySamplingUnit) -> _IntervalInputs:
+def _make_binomial_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInputs:
     """Return the inputs of Wilson's interval if all units are independent yes-or-no answers."""
-    units = len(rate.of_units)
+    units = len(rate.errors_of_units)
     return _IntervalInputs(rate.value, 1 / units, rate.observed_variance, _NORMAL, units)
 
 
-def _sum_shares_by_sampling_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
+def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
     last = dict(units_and_shares)
     if len(last) == len(units_and_shares):
         return last

@@ -28,7 +28,7 @@ from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError
 from eai.base.json_value import Json
-from eai.results.older_records import NAMES, read_older_experiment, read_older_study_summaries
+from eai.results.older_records import OLDER_OPTION_FIELDS, read_older_experiment, read_older_study_summaries
 from eai.results.record import AnswerOrigin, Record
 from eai.tasks.options import describe_validation_error
 from eai.tasks.share import TalliesByGoalKind
@@ -141,7 +141,7 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
             _parse_value(ReplanningOptions, study[STUDY].options, f"study.{STUDY}.options")
         experiment = _parse_value(Experiment, {**agent, "study": study}, "agent")
     else:
-        chosen = {name: values[name] for name in NAMES if values.get(name) is not None}
+        chosen = {name: values[name] for name in OLDER_OPTION_FIELDS if values.get(name) is not None}
         names = _parse_value(dict[str, str], chosen, "experiment")
         experiment = read_older_experiment(names, _parse_value(ReplanningOptions, values, "experiment"))
     positions = enumerate(experiment.study.items())
@@ -218,15 +218,15 @@ def _verdict_to_json(verdict: Verdict) -> dict[str, Json]:
     """Return the fields of a verdict as a JSON object. Each field has one type in all records."""
     fields = verdict_to_record_fields(verdict)
     return fields | {
-        name: _convert_numbers(fields[name], float) for name in _FIELDS_WITH_HALVES if name in fields
+        name: _convert_numbers_in_json(fields[name], float) for name in _FIELDS_WITH_HALVES if name in fields
     }
 
 
-def _convert_numbers(value: Any, convert: Callable[[float], int | float]) -> Any:
+def _convert_numbers_in_json(value: Any, convert: Callable[[float], int | float]) -> Any:
     if isinstance(value, Mapping):
-        return {name: _convert_numbers(item, convert) for name, item in value.items()}
+        return {name: _convert_numbers_in_json(item, convert) for name, item in value.items()}
     if isinstance(value, list):
-        return [_convert_numbers(item, convert) for item in value]
+        return [_convert_numbers_in_json(item, convert) for item in value]
     return convert(value) if type(value) in (int, float) else value
 
 
@@ -245,7 +245,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
     record = _parse_value(
         Record,
         {
-            **{name: values[name] for name in _list_dataclass_fields(Record) if name in values},
+            **{name: values[name] for name in _list_dataclass_field_names(Record) if name in values},
             "ability": ability,
             "response": values.get("response") or "",
             "verdict": _read_verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
@@ -336,13 +336,13 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_sc
         )
     repairs = _parse_value(tuple[str, ...], _require_field(values, "repairs"), "repairs")
     declared: type[Verdict] = get_declaration(ability).verdict
-    fields = {name: values[name] for name in _list_dataclass_fields(declared) if name in values}
+    fields = {name: values[name] for name in _list_dataclass_field_names(declared) if name in values}
     fields |= {
-        name: _convert_numbers(fields[name], _shorten_number)
+        name: _convert_numbers_in_json(fields[name], _shorten_number)
         for name in _FIELDS_WITH_HALVES
         if name in fields
     }
-    if "tried_actions" in _list_dataclass_fields(declared) and isinstance(
+    if "tried_actions" in _list_dataclass_field_names(declared) and isinstance(
         values.get("attempts"), int
     ):  # records of schema 2 store `tried_actions` under the name `attempts`
         fields["tried_actions"] = values["attempts"]
@@ -361,7 +361,7 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
         )
         fields = {
             name: values_of_attempt[name]
-            for name in _list_dataclass_fields(Attempt)
+            for name in _list_dataclass_field_names(Attempt)
             if name in values_of_attempt
         }
         fields["explanation"] = _convert_explanation_goals_to_mapping(values_of_attempt.get("explanation"))
@@ -371,7 +371,7 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
 
 
 def _read_origin(values: Mapping[str, Any]) -> AnswerOrigin | None:
-    fields = {name: values[name] for name in _list_dataclass_fields(AnswerOrigin) if name in values}
+    fields = {name: values[name] for name in _list_dataclass_field_names(AnswerOrigin) if name in values}
     return _parse_value(AnswerOrigin, fields) if fields else None
 
 
@@ -402,5 +402,5 @@ def _make_type_adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _list_dataclass_fields(declared: Any) -> Iterable[str]:
-    return tuple(declared.__dataclass_fields__)
+def _list_dataclass_field_names(dataclass_type: Any) -> Iterable[str]:
+    return tuple(dataclass_type.__dataclass_fields__)

@@ -170,14 +170,14 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
         for task in first_shares
         if task in second_shares and task not in different
     }
-    cases_by_metric = {
+    contributions_by_metric = {
         metric: [_make_task_contributions(metric, names, shares) for shares in (first_shares, second_shares)]
         for metric in declared.overview_headings
     }
     return RunComparison(
         {
-            metric: compare_metric(*cases, yes_no=metric in declared.yes_no_metrics)
-            for metric, cases in cases_by_metric.items()
+            metric: compare_metric(*contributions, yes_no=metric in declared.yes_no_metrics)
+            for metric, contributions in contributions_by_metric.items()
         },
         len(names),
         len(set(names.values())),
@@ -208,19 +208,22 @@ def compare_metric(first: TaskContributions, second: TaskContributions, *, yes_n
         yes_no: whether the metric counts a single answer as 0 or 1. With several answers to a task, the
             contribution of the task may still be a fraction.
     """
-    yes_no = yes_no and all(case.share.numerator in _WRONG_AND_RIGHT_NUMERATOR for case in (*first, *second))
+    yes_no = yes_no and all(
+        contribution.share.numerator in _WRONG_AND_RIGHT_NUMERATOR for contribution in (*first, *second)
+    )
     right_in_first, right_in_second = (
-        [bool(case.share.numerator) for case in cases] for cases in (first, second)
+        [bool(contribution.share.numerator) for contribution in contributions]
+        for contributions in (first, second)
     )
     changed = [
-        (case.task, b)
-        for case, a, b in zip(first, right_in_first, right_in_second, strict=True)
+        (contribution.task, b)
+        for contribution, a, b in zip(first, right_in_first, right_in_second, strict=True)
         if yes_no and a != b
     ]
     p_value = _compute_exact_p_value if yes_no else compute_permutation_p_value
     return MetricDifference(
-        compute_rate(case.share for case in first),
-        compute_rate(case.share for case in second),
+        compute_rate(contribution.share for contribution in first),
+        compute_rate(contribution.share for contribution in second),
         compute_difference_intervals(first, second),
         p_value([*sum_shares_by_task_name(first).values()], [*sum_shares_by_task_name(second).values()]),
         p_value([*sum_shares_by_task(first).values()], [*sum_shares_by_task(second).values()]),

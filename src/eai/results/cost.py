@@ -120,10 +120,14 @@ def make_cost_contributions_by_unit(records: Iterable[Record]) -> dict[str, Task
     """
     scored = (record for record in records if record.verdict.excluded is None)
     answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]
-    cost_cases_by_unit = group_pairs(
+    cost_contributions_by_unit = group_pairs(
         pair for record, usage in answers for pair in _list_tokens_dollars_and_seconds(record, usage)
     )
-    return {name: cases for name, cases in cost_cases_by_unit.items() if len(cases) == len(answers)}
+    return {
+        name: contributions
+        for name, contributions in cost_contributions_by_unit.items()
+        if len(contributions) == len(answers)
+    }
 
 
 def _list_tokens_dollars_and_seconds(
@@ -135,15 +139,18 @@ def _list_tokens_dollars_and_seconds(
             yield name, TaskContribution(record.task_id, find_task_name(record), Share(amount, won))
 
 
-def make_json_of_success_cost(cost_cases_by_unit: Mapping[str, TaskContributions]) -> dict[str, Json]:
+def make_json_of_success_cost(cost_contributions_by_unit: Mapping[str, TaskContributions]) -> dict[str, Json]:
     """Return the cost of a success in tokens, dollars and seconds, as in ``summary.json``.
 
     The cost is the sum of all costs divided by the number of successes, with an interval. It is null without
     success.
     """
     amounts: dict[str, Json] = {}
-    for name, cases in cost_cases_by_unit.items():
-        rate, interval = compute_rate(case.share for case in cases), compute_interval_of_success_cost(cases)
+    for name, contributions in cost_contributions_by_unit.items():
+        rate, interval = (
+            compute_rate(contribution.share for contribution in contributions),
+            compute_interval_of_success_cost(contributions),
+        )
         between = None if interval is None else list(interval)
         amounts[name] = {**rate.to_json(), "value": rate.share, "interval": between}
     return amounts

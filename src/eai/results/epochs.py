@@ -329,7 +329,7 @@ class SuiteResult:
             **(
                 {
                     "passes": pass_at_k_to_json(
-                        make_task_contributions_by_pass_at_k(self.success_cases_by_epoch)
+                        make_task_contributions_by_pass_at_k(self.success_contributions_by_epoch)
                     )
                 }
                 if self.by_epoch
@@ -338,7 +338,7 @@ class SuiteResult:
         }
 
     @property
-    def success_cases_by_epoch(self) -> Sequence[TaskContributions]:
+    def success_contributions_by_epoch(self) -> Sequence[TaskContributions]:
         """The contributions of answers (`TaskContribution`) to the share of right answers, by epoch.
 
         Empty if the run has no epochs, or the ability has no metric for whole answers.
@@ -430,13 +430,17 @@ def _choose_majority_answers(model_answers: ModelAnswers, ability: Ability) -> d
     in_order = sorted(model_answers.answers.values(), key=attrgetter("epoch"))
     by_task = group_pairs((answer.task_id, answer) for answer in in_order)
     chosen = {
-        i: select_majority(given, [answer.text for answer in given], model_answers.epochs, ability)
+        i: select_item_with_majority_answer(
+            given, [answer.text for answer in given], model_answers.epochs, ability
+        )
         for i, given in by_task.items()
     }
     return {i: answer for i, answer in chosen.items() if answer is not None}
 
 
-def select_majority(items: Sequence[T], answers: Sequence[str], epochs: int, ability: Ability) -> T | None:
+def select_item_with_majority_answer(
+    items: Sequence[T], answers: Sequence[str], epochs: int, ability: Ability
+) -> T | None:
     """Return the item whose answer is chosen by `find_majority_index`, or None if missing answers win.
 
     Args:

@@ -270,7 +270,7 @@ class SuiteIdentity(NamedTuple):
         return f"{self.domain} {Ability(self.ability).value.replace('_', ' ')}, {self.protocol}"
 
     @property
-    def file_name(self) -> str:
+    def file_name_part(self) -> str:
         """The protocol, benchmark and ability as part of a file name."""
         return f"{self.domain}-{self.ability}-{self.protocol}"
 

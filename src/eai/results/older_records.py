@@ -24,7 +24,7 @@ _OPTIONS = {
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
-NAMES = (*_OPTIONS, *_AGENT)
+OLDER_OPTION_FIELDS = (*_OPTIONS, *_AGENT)
 """Fields of old records, each with one option of a run as text, such as `prompt_name`."""
 
 _STATED = (

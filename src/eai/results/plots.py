@@ -238,12 +238,12 @@ def group_rows_by_suite(table: Table) -> dict[SuiteIdentity, list[dict[str, Cell
     return group_pairs((SuiteIdentity(*(str(row[name]) for name in SUITE)), row) for row in table.row_dicts())
 
 
-def read_estimate(cell: Cell | None) -> float:
-    """Return the number of an estimate, or NaN for a missing number."""
+def get_value_of_cell(cell: Cell | None) -> float:
+    """Return the number in a table cell, or NaN if the cell has no estimate or its number is unknown."""
     return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
 
 
-def read_denominator(cell: Cell | None) -> int:
+def get_denominator_of_cell(cell: Cell | None) -> int:
     """Return the denominator of a table cell, such as a number of tasks; 0 if the cell has no estimate."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
@@ -286,12 +286,14 @@ def draw_line(
         properties: further properties of the line.
     """
     properties = {"linewidth": 1.2, "markersize": 4, **properties}
-    panel.plot(positions, [read_estimate(cell) for cell in cells], style, color=color, **properties)
+    panel.plot(positions, [get_value_of_cell(cell) for cell in cells], style, color=color, **properties)
     for position, cell in zip(positions, cells, strict=True):
         if intervals and isinstance(cell, Estimate) and cell.low is not None and cell.high is not None:
             panel.vlines(position, cell.low, cell.high, color=color, linewidth=0.8)
         if position in hollow:
-            mark = panel.plot(position, read_estimate(cell), style[0], color=color, markersize=4, zorder=3)[0]
+            mark = panel.plot(
+                position, get_value_of_cell(cell), style[0], color=color, markersize=4, zorder=3
+            )[0]
             mark.set_markerfacecolor("white")
 
 
@@ -310,13 +312,15 @@ def draw_rates_by_name(
         axis_label: label of the axis of rates.
     """
     first = rows[0]["model"] if rows else None
-    shown = [row for row in rows if row["model"] == first and not math.isnan(read_estimate(row[rate_column]))]
-    shown = sorted(shown, key=lambda row: -read_denominator(row[rate_column]))[:_MAX_NAMES]
+    shown = [
+        row for row in rows if row["model"] == first and not math.isnan(get_value_of_cell(row[rate_column]))
+    ]
+    shown = sorted(shown, key=lambda row: -get_denominator_of_cell(row[rate_column]))[:_MAX_NAMES]
     if not shown:
         return None
-    shown.sort(key=lambda row: (-read_estimate(row[rate_column]), str(row[name_column])))
-    one_whole = len({read_denominator(row[rate_column]) for row in shown}) == 1
-    count_of = get_numerator_of_cell if one_whole else read_denominator
+    shown.sort(key=lambda row: (-get_value_of_cell(row[rate_column]), str(row[name_column])))
+    one_whole = len({get_denominator_of_cell(row[rate_column]) for row in shown}) == 1
+    count_of = get_numerator_of_cell if one_whole else get_denominator_of_cell
     labels = [
         f"{wrap_label(str(row[name_column]).replace('_', ' '))}\u2002{count_of(row[rate_column]):,}"
         for row in shown
@@ -327,7 +331,7 @@ def draw_rates_by_name(
     figure = make_figure(COLUMN, 0.7 + 0.17 * ends[-1])
     panel = figure.subplots()
     for height, row in zip(middles, shown, strict=True):
-        few = read_denominator(row[rate_column]) < FEW_CASES
+        few = get_denominator_of_cell(row[rate_column]) < FEW_CASES
         draw_estimate(panel, height, row[rate_column], MUTED if few else ACCENT, "white" if few else ACCENT)
     panel.set_yticks(middles, labels=labels, fontsize=6.5, linespacing=1.0)
     panel.set_ylim(ends[-1], 0)
@@ -370,7 +374,9 @@ def draw_rate_matrix(
         return None
     is_turned = len(column_names) > len(row_names)
     case_counts = {
-        column_name: {read_denominator(cell) for (_, model), cell in cells.items() if model == column_name}
+        column_name: {
+            get_denominator_of_cell(cell) for (_, model), cell in cells.items() if model == column_name
+        }
         for column_name in column_names
     }
     if all(len(counts) == 1 for counts in case_counts.values()):
@@ -386,7 +392,7 @@ def draw_rate_matrix(
     figure = make_figure(_LABEL_INCHES + width, 1.3 + 0.19 * len(row_names))
     panel = figure.subplots()
     grid = [[cells.get((name, column_name)) for column_name in column_names] for name in row_names]
-    shades = [[read_estimate(cell) for cell in line] for line in grid]
+    shades = [[get_value_of_cell(cell) for cell in line] for line in grid]
     panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
     panel.set_xticks(
         range(len(column_names)), labels=map(clip_label, column_names), rotation=55, ha="right", fontsize=6.5
@@ -397,7 +403,7 @@ def draw_rate_matrix(
     panel.spines[:].set_visible(False)
     for y, line in enumerate(grid):
         for x, cell in enumerate(line):
-            value = read_estimate(cell)
+            value = get_value_of_cell(cell)
             if isinstance(cell, int) or value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK_PERCENT else INK
                 style = {"ha": "center", "va": "center", "color": color, "fontsize": 6, "in_layout": False}
@@ -410,9 +416,9 @@ def draw_rate_matrix(
 def _format_cell_number(cell: Cell | None) -> str:
     if isinstance(cell, int):
         return f"{cell:,}"
-    value = read_estimate(cell)
+    value = get_value_of_cell(cell)
     text = f"{value:.0f}" if value >= 0.5 or not value else "<1"
-    return f"({text})" if read_denominator(cell) < FEW_CASES else text
+    return f"({text})" if get_denominator_of_cell(cell) < FEW_CASES else text
 
 
 def _make_row_label(row: Mapping[str, Cell], levels: Sequence[str]) -> str:

@@ -222,7 +222,7 @@ class RunShard(NamedTuple):
         return islice(items, self.number - 1, None, self.of)
 
     @property
-    def file_name(self) -> str:
+    def records_file_name(self) -> str:
         """Name of the file with the shard's records."""
         return f"records.shard-{self.number}-of-{self.of}.jsonl"
 

@@ -26,32 +26,37 @@ def find_success_metric(ability: Ability) -> str | None:
 
 
 def make_task_contributions_by_pass_at_k(
-    cases_by_epoch: Sequence[TaskContributions],
+    contributions_by_epoch: Sequence[TaskContributions],
 ) -> dict[str, TaskContributions]:
     """Return a mapping from the metrics ``pass@k`` and ``pass^k`` to the contributions of the tasks.
 
     k runs from 1 to the number of answers to a task.
 
     Args:
-        cases_by_epoch: for each epoch, whether the answer to each task is right. A task with fewer than k
-            scored answers is left out for that k.
+        contributions_by_epoch: for each epoch, the contributions of tasks: 1 of 1 if the answer is right, 0
+            of 1 if it is wrong. A task with fewer than k scored answers is left out for that k.
     """
     counts: dict[tuple[str, str], tuple[int, int]] = {}
-    for case in (case for cases in cases_by_epoch for case in cases):
-        n, c = counts.get(case[:2], (0, 0))
-        counts[case[:2]] = n + int(case.share.denominator), c + int(case.share.numerator)
-    cases_by_metric: dict[str, TaskContributions] = {}
-    for k in range(1, len(cases_by_epoch) + 1):
+    for contribution in (
+        contribution for contributions in contributions_by_epoch for contribution in contributions
+    ):
+        n, c = counts.get(contribution[:2], (0, 0))
+        counts[contribution[:2]] = (
+            n + int(contribution.share.denominator),
+            c + int(contribution.share.numerator),
+        )
+    contributions_by_metric: dict[str, TaskContributions] = {}
+    for k in range(1, len(contributions_by_epoch) + 1):
         counts_of_tasks = [(task, name, n, c) for (task, name), (n, c) in counts.items() if n >= k]
-        cases_by_metric[f"pass@{k}"] = [
+        contributions_by_metric[f"pass@{k}"] = [
             TaskContribution(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
             for task, name, n, c in counts_of_tasks
         ]
-        cases_by_metric[f"pass^{k}"] = [
+        contributions_by_metric[f"pass^{k}"] = [
             TaskContribution(task, name, Share(comb(c, k) / comb(n, k), 1))
             for task, name, n, c in counts_of_tasks
         ]
-    return cases_by_metric
+    return contributions_by_metric
 
 
 _SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "pass^k")])
@@ -66,14 +71,14 @@ def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskContributions]]) -> Ite
     the probability that all k are right, C(c, k) / C(n, k). For k = 1 both are the share of right answers
     """
     for name, epochs in runs.items():
-        n, cases = len(epochs), make_task_contributions_by_pass_at_k(epochs)
+        n, contributions = len(epochs), make_task_contributions_by_pass_at_k(epochs)
         for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, 2, 4, ... and n
             yield (
                 TextCell(name),
                 n,
                 k,
-                Estimate.from_cases(cases[f"pass@{k}"]),
-                Estimate.from_cases(cases[f"pass^{k}"]),
+                Estimate.from_cases(contributions[f"pass@{k}"]),
+                Estimate.from_cases(contributions[f"pass^{k}"]),
             )
 
 
@@ -82,12 +87,12 @@ def strip_epoch(model: str) -> str:
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 
-def pass_at_k_to_json(cases_by_metric: Mapping[str, TaskContributions]) -> dict[str, Json]:
+def pass_at_k_to_json(contributions_by_metric: Mapping[str, TaskContributions]) -> dict[str, Json]:
     """Return pass@k and pass^k as in ``summary.json``: rates with their intervals."""
     rates: dict[str, Json] = {}
-    for name, cases in cases_by_metric.items():
-        certainty = compute_rate_intervals(cases)
+    for name, contributions in contributions_by_metric.items():
+        certainty = compute_rate_intervals(contributions)
         interval = None if certainty is None else list(certainty.interval)
-        rate = compute_rate(case.share for case in cases)
+        rate = compute_rate(contribution.share for contribution in contributions)
         rates[name] = {**rate.to_json(), "interval": interval}
     return rates

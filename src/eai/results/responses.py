@@ -101,13 +101,13 @@ class ResponseFile:
             else iter(self.responses)
         )
 
-    def split_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
-        """Group the answers by the key that a function computes from each answer's text; keep their order.
+    def group_answers_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
+        """Group the answers by a key, which a function computes from the text of an answer. Keep their order.
 
         The answers of `further_epochs` (rounds after the first) are left out.
         """
         if isinstance(self.responses, _AnswersKeptInFile):
-            parts: dict[T, Collection[Response]] = {**self.responses.split_by_key(key)}
+            parts: dict[T, Collection[Response]] = {**self.responses.group_answers_by_key(key)}
         else:
             parts = {**group_pairs((key(response.text), response) for response in self.responses)}
         return {value: replace(self, responses=part, further_epochs=()) for value, part in parts.items()}
@@ -136,8 +136,8 @@ class _AnswersKeptInFile(Collection[Response]):
             row for number, row in enumerate(_read_response_rows(self.path), 1) if number not in self.skipped
         )
 
-    def split_by_key(self, key: Callable[[str], T]) -> dict[T, _AnswersKeptInFile]:
-        """Group the answers by the key that a function computes from each answer's text."""
+    def group_answers_by_key(self, key: Callable[[str], T]) -> dict[T, _AnswersKeptInFile]:
+        """Group the answers by a key, which a function computes from the text of an answer."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
         for number, row in enumerate(_read_response_rows(self.path), 1):
@@ -209,10 +209,10 @@ def read_responses(
         InputError: the file is not a JSON list of answers or has no row; a row lacks a key or its value has
             another type; an identifier is unknown or repeated.
     """
-    checked_rows = _check_rows(path, task_ids, task_id_of)
+    checked_rows = _read_and_check_rows(path, task_ids, task_id_of)
     first = next(checked_rows, None)
     sampled = samples and first is not None and first.sample is not None
-    file = _read_checked_rows(
+    file = _make_response_file(
         path, chain(() if first is None else (first,), checked_rows), task_id_of, has_samples=sampled
     )
     if not file.responses:
@@ -236,7 +236,7 @@ class _CheckedResponseRow(NamedTuple):
     sample: Any
 
 
-def _check_rows(
+def _read_and_check_rows(
     path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str | None]
 ) -> Iterator[_CheckedResponseRow]:
     known_ids = frozenset(task_ids)
@@ -253,7 +253,7 @@ def _check_rows(
         yield _CheckedResponseRow(number, location, task_id, text, sample)
 
 
-def _read_checked_rows(
+def _make_response_file(
     path: Path,
     rows: Iterable[_CheckedResponseRow],
     task_id_of: Callable[[str], str | None],

@@ -47,16 +47,22 @@ class Estimate:
     notes: tuple[int, ...] = ()
 
     @classmethod
-    def from_cases(cls, cases: TaskContributions) -> Estimate:
+    def from_cases(cls, contributions: TaskContributions) -> Estimate:
         """Return a rate in percent; in its interval, near copies (tasks with equal `name`) are one unit."""
-        rate, certainty = compute_rate(case.share for case in cases), compute_rate_intervals(cases)
+        rate, certainty = (
+            compute_rate(contribution.share for contribution in contributions),
+            compute_rate_intervals(contributions),
+        )
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
     def estimate_rate_difference(cls, before: TaskContributions, after: TaskContributions) -> Estimate:
         """Return the estimate of the second rate minus the first, in percentage points."""
-        percents = [compute_rate(case.share for case in cases).percent for cases in (before, after)]
+        percents = [
+            compute_rate(contribution.share for contribution in contributions).percent
+            for contributions in (before, after)
+        ]
         certainty = compute_difference_intervals(before, after)
         if percents[0] is None or percents[1] is None:
             return cls(None)
@@ -184,7 +190,7 @@ class Table:
         return cls("", title, "", tuple([column for column, _ in columns]), tuple(rows))
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def column_names(self) -> tuple[str, ...]:
         """Names of the columns, in order."""
         return tuple([column if isinstance(column, str) else column.name for column in self.columns])
 
@@ -200,12 +206,12 @@ class Table:
 
     def row_dicts(self) -> list[dict[str, Cell]]:
         """Return each row as a mapping from column names to cells."""
-        names = self.names
+        names = self.column_names
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
     def select_columns(self, columns: Sequence[str]) -> Table:
         """Return the table with only some columns, in the table's order."""
-        indices = [index for index, name in enumerate(self.names) if name in columns]
+        indices = [index for index, name in enumerate(self.column_names) if name in columns]
         selected = tuple([self.columns[index] for index in indices])
         return replace(
             self, columns=selected, rows=tuple(tuple(row[i] for i in indices) for row in self.rows)
@@ -213,11 +219,11 @@ class Table:
 
     def drop_columns(self, columns: Collection[str]) -> Table:
         """Return the table without some columns."""
-        return self.select_columns([name for name in self.names if name not in columns])
+        return self.select_columns([name for name in self.column_names if name not in columns])
 
     def csv_column_names(self) -> list[str]:
         """Return the names of the columns in CSV: each number of an estimate has a column of its own."""
-        parts = zip(self.names, self._list_whether_columns_have_estimates(), strict=True)
+        parts = zip(self.column_names, self._list_whether_columns_have_estimates(), strict=True)
         return [name for column, is_estimate in parts for name in _make_csv_column_names(column, is_estimate)]
 
     def csv_rows(self) -> Iterator[list[Plain]]:

@@ -265,7 +265,7 @@ class WorkerPool:
         """Send waiting batches to the least busy workers, until each has its maximum number of batches."""
         while self._waiting:
             batch = self._waiting[0]
-            worker = self._find_least_busy()
+            worker = self._find_least_busy_worker()
             if len(worker.pending) >= (1 if len(batch.items) < MIN_BATCH_SIZE else MAX_BATCHES_PER_WORKER):
                 return
             content = pickle.dumps((batch.work, batch.items))
@@ -296,7 +296,7 @@ class WorkerPool:
             if not isinstance(error, EOFError | OSError):
                 raise
 
-    def _find_least_busy(self) -> WorkerProcess:
+    def _find_least_busy_worker(self) -> WorkerProcess:
         """Return an idle worker, or a new worker if more are allowed, or else the least busy worker."""
         worker_with_least = min(self._workers, key=lambda worker: len(worker.pending), default=None)
         if worker_with_least is None or (worker_with_least.pending and len(self._workers) < self._number):

@@ -132,7 +132,7 @@ def _make_plan_verifier_tools_for_task(state: TaskState) -> Iterator[ToolDef]:
         async def call(**arguments: Any) -> str:
             tools = open_tools()
             try:
-                result: str = await tools.call(name, {**arguments, **task})
+                result: str = await tools.call_tool(name, {**arguments, **task})
             except InputError as error:
                 raise ToolError(str(error)) from error
             finally:
@@ -141,7 +141,7 @@ def _make_plan_verifier_tools_for_task(state: TaskState) -> Iterator[ToolDef]:
 
         return call
 
-    for name, description, schema in open_tools().list_names_texts_and_schemas():
+    for name, description, schema in open_tools().list_tool_names_texts_and_schemas():
         properties = {key: value for key, value in schema["properties"].items() if key not in task}
         required = [key for key in schema["required"] if key not in task]
         params = ToolParams.model_validate({**schema, "properties": properties, "required": required})
@@ -247,12 +247,12 @@ async def _play_by_text(state: TaskState, agent: AgentState, play: RecordedGame)
         if agent.output.empty:
             raise RuntimeError(agent.output.error or "the provider returned no choice")
         agent.messages.append(agent.output.message)
-        command = read_command(split_reply(agent.output.completion).answer)
+        command = find_command_in_reply(split_reply(agent.output.completion).answer)
         reply = _play_command(state, play, command)
         agent.messages.append(ChatMessageUser(content=reply))
 
 
-def read_command(reply: str) -> str:
+def find_command_in_reply(reply: str) -> str:
     """Return the command of a message: the whole message if it is JSON, else its last line."""
     reply = reply.strip()
     return reply if reply.startswith(("{", "[")) else (reply.splitlines() or [""])[-1].strip()

@@ -161,8 +161,8 @@ def calls_server(endpoint: Endpoint) -> bool:
 
 def read_context_length(model: Model) -> int | None:
     """Return the length of a model's context in tokens, or None if the model's server does not state it."""
-    with _make_openai_client(model) as server:
-        lengths = _yield_context_lengths(server, str(server.base_url), _find_served_name(model))
+    with _make_openai_client(model) as client:
+        lengths = _yield_context_lengths(client, str(client.base_url), _find_served_name(model))
         return next((length for length in lengths if isinstance(length, int) and length > 0), None)
 
 
@@ -172,14 +172,14 @@ def require_server(model: Model) -> None:
     Raises:
         EaiError: the connection is refused.
     """
-    with _make_openai_client(model) as server:
+    with _make_openai_client(model) as client:
         for is_last_try in (False, True):
-            error = _find_connection_error(server)
+            error = _find_connection_error(client)
             if error is None or not is_connection_refused(error):
                 return
             if is_last_try:
                 hint = "start it, or correct its address; the same command resumes from here"
-                raise EaiError(f"{model}: {REFUSED} at {server.base_url}: {hint}") from error
+                raise EaiError(f"{model}: {REFUSED} at {client.base_url}: {hint}") from error
             time.sleep(MIN_SECONDS_BETWEEN_TRIES)
 
 
@@ -191,11 +191,11 @@ def _make_openai_client(model: Model) -> Any:
     return OpenAI(base_url=address, api_key=key, max_retries=0, timeout=_PROBE_SECONDS)
 
 
-def _find_connection_error(server: Any) -> Exception | None:
+def _find_connection_error(client: Any) -> Exception | None:
     from openai import APIConnectionError, OpenAIError
 
     try:
-        server.get("/models", cast_to=object)
+        client.get("/models", cast_to=object)
     except APIConnectionError as error:
         return error
     except (OpenAIError, ValueError):  # the server listens, but lists no models
@@ -208,7 +208,7 @@ def _find_served_name(model: Model) -> str:
     return str(name() if name is not None else model.api.model_name)
 
 
-def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any]:
+def _yield_context_lengths(client: Any, address: str, model_name: str) -> Iterator[Any]:
     """Yield the context lengths that a server states for a model, the most reliable one first.
 
     vLLM and SGLang list ``max_model_len`` with each model, hosted services ``context_length``. llama.cpp
@@ -217,22 +217,24 @@ def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any
     the model was trained. A value that the server does not state is None.
 
     Args:
-        server: OpenAI's client of the server.
+        client: OpenAI's client of the server.
         address: address of the server.
-        name: name of the model.
+        model_name: name of the model.
     """
     root = address.rstrip("/").removesuffix("/v1")
-    models = _read_dicts_in_field(_read_json(server, "/models"), "data")
-    entries = [entry for entry in models if entry.get("id") == name] or (models if len(models) == 1 else [])
+    models = _read_dicts_in_field(_request_json(client, "/models"), "data")
+    entries = [entry for entry in models if entry.get("id") == model_name] or (
+        models if len(models) == 1 else []
+    )
     listed = entries[0] if entries else {}
     meta = _get_dict_or_empty(listed.get("meta"))
     yield from (listed.get("max_model_len"), meta.get("n_ctx"), listed.get("context_length"))
-    properties = _get_dict_or_empty(_read_json(server, f"{root}/props"))
+    properties = _get_dict_or_empty(_request_json(client, f"{root}/props"))
     yield _get_dict_or_empty(properties.get("default_generation_settings")).get("n_ctx")
-    for running in _read_dicts_in_field(_read_json(server, f"{root}/api/ps"), "models"):
-        if running.get("name") in (name, f"{name}:latest"):
+    for running in _read_dicts_in_field(_request_json(client, f"{root}/api/ps"), "models"):
+        if running.get("name") in (model_name, f"{model_name}:latest"):
             yield running.get("context_length")
-    shown = _get_dict_or_empty(_read_json(server, f"{root}/api/show", {"model": name}))
+    shown = _get_dict_or_empty(_request_json(client, f"{root}/api/show", {"model": model_name}))
     parameter = re.search(r"^num_ctx\s+(\d+)", str(shown.get("parameters")), re.MULTILINE)
     yield int(parameter[1]) if parameter else None
     training = _get_dict_or_empty(shown.get("model_info"))
@@ -240,11 +242,11 @@ def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any
     yield meta.get("n_ctx_train")
 
 
-def _read_json(server: Any, path: str, body: Mapping[str, str] | None = None) -> Any:
+def _request_json(client: Any, path: str, body: Mapping[str, str] | None = None) -> Any:
     """Return the JSON that a server sends for a path, or None if the server does not know the path.
 
     Args:
-        server: OpenAI's client of the server.
+        client: OpenAI's client of the server.
         path: the path.
         body: the body of a POST request; None for a GET request.
     """
@@ -252,7 +254,7 @@ def _read_json(server: Any, path: str, body: Mapping[str, str] | None = None) ->
 
     try:
         return (
-            server.get(path, cast_to=object) if body is None else server.post(path, body=body, cast_to=object)
+            client.get(path, cast_to=object) if body is None else client.post(path, body=body, cast_to=object)
         )
     except (OpenAIError, ValueError):
         return None

@@ -199,7 +199,7 @@ class QuestionJob:
             decisive.append([self.trials.options.label, self.trials.suite.protocol.value])
         return hash_text(json.dumps(decisive))
 
-    def split(self, max_samples: int) -> Iterator[QuestionJob]:
+    def split_into_jobs(self, max_samples: int) -> Iterator[QuestionJob]:
         """Yield jobs with consecutive tasks of this job, in order.
 
         A sample is a task in one epoch (round of answers to all tasks). A job has at most ``max_samples``

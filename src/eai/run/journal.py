@@ -68,7 +68,7 @@ class AnswerJournal:
         """Whether the journal has an answer to any request about a task in an epoch (round of answers)."""
         return key in self._answers
 
-    def add(self, answer: Answer) -> None:
+    def write_answer(self, answer: Answer) -> None:
         """Write an answer to disk, so that the answer survives a crash of the process.
 
         Raises:
@@ -191,7 +191,7 @@ class RunState:
             InputError: the journal cannot be written; then the run sends no more questions.
         """
         try:
-            self.journal.add(answer)
+            self.journal.write_answer(answer)
         except InputError as error:
             self.stopped = error
             raise

@@ -55,7 +55,7 @@ def describe_error(error: BaseException) -> str:
     if is_prompt_too_long(error):
         length = find_context_length(error)
         return f"the question is too long for the model's context{f' of {length:,} tokens' if length else ''}"
-    error = _find_last_error(error)
+    error = _find_error_of_last_try(error)
     if is_prerequisite_missing(error):
         return get_message_without_markup(error)
     lines = str(error).strip().splitlines()
@@ -69,7 +69,7 @@ def describe_error(error: BaseException) -> str:
     return first_line
 
 
-def _find_last_error(error: BaseException) -> BaseException:
+def _find_error_of_last_try(error: BaseException) -> BaseException:
     """Return the provider's error; if the request was repeated, the error of the last repetition."""
     if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
         return error.__cause__
@@ -85,7 +85,7 @@ def _find_first_cause(error: BaseException) -> BaseException:
 
 def is_prerequisite_missing(error: BaseException) -> bool:
     """Whether Inspect needs a library or a key that is missing, so that every request fails."""
-    return type(_find_last_error(error)).__name__ == "PrerequisiteError"
+    return type(_find_error_of_last_try(error)).__name__ == "PrerequisiteError"
 
 
 def get_message_without_markup(error: BaseException) -> str:
@@ -98,23 +98,23 @@ def get_message_without_markup(error: BaseException) -> str:
 
 def find_http_status(error: BaseException) -> int | None:
     """Return the HTTP status with which a request failed, or None if the status is unknown."""
-    status = getattr(_find_last_error(error), "status_code", None)
+    status = getattr(_find_error_of_last_try(error), "status_code", None)
     return status if isinstance(status, int) else None
 
 
 def is_prompt_too_long(error: BaseException) -> bool:
     """Whether a server refused a request because the question does not fit into the model's context."""
-    return _TOO_LONG.search(str(_find_last_error(error))) is not None
+    return _TOO_LONG.search(str(_find_error_of_last_try(error))) is not None
 
 
 def is_refusal_of_max_tokens(error: BaseException) -> bool:
     """Whether a server refused the maximum number of tokens of an answer."""
-    return _MAX_TOKENS.search(str(_find_last_error(error))) is not None
+    return _MAX_TOKENS.search(str(_find_error_of_last_try(error))) is not None
 
 
 def find_context_length(error: BaseException) -> int | None:
     """Return the length of a model's context in tokens as an error message states it; None if it does not."""
-    match = _CONTEXT_LENGTH.search(str(_find_last_error(error)))
+    match = _CONTEXT_LENGTH.search(str(_find_error_of_last_try(error)))
     return int(match[1].replace(",", "")) if match else None
 
 

@@ -47,7 +47,12 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
-from eai.results.epochs import ModelAnswers, ModelBeliefsInPrompts, SuiteResult, select_majority
+from eai.results.epochs import (
+    ModelAnswers,
+    ModelBeliefsInPrompts,
+    SuiteResult,
+    select_item_with_majority_answer,
+)
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import SuiteConversations, open_trials
@@ -457,7 +462,9 @@ def _select_samples_with_majority_answer(log: EvalLog, ability: Ability) -> list
     by_task = group_pairs((str(sample.id), sample) for sample in answered)
     epochs = log.eval.config.epochs or 1
     chosen = (
-        select_majority(samples, [read_episode_text(sample) for sample in samples], epochs, ability)
+        select_item_with_majority_answer(
+            samples, [read_episode_text(sample) for sample in samples], epochs, ability
+        )
         for samples in by_task.values()
     )
     return [sample for sample in chosen if sample is not None]
@@ -499,7 +506,7 @@ def request_missing_answers(
     if calls_server(job.endpoint) and not run.has_all_answers(job):
         require_server(find_model(job.endpoint))
     logs: dict[str, Path] = {}
-    for part in job.split(sys.maxsize if job.pace.batch else _MAX_LOG_SAMPLES):
+    for part in job.split_into_jobs(sys.maxsize if job.pace.batch else _MAX_LOG_SAMPLES):
         logs |= dict.fromkeys(part.prompts, _find_or_make_log(part, run, log_dir))
     return ModelAnswers(
         job.endpoint.model,

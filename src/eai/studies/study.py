@@ -93,7 +93,7 @@ def name_suite_figure(suite: SuiteIdentity, name: str, figure: Figure | None) ->
     """
     if figure is not None:
         add_title(figure, format_suite_heading(suite))
-    return f"{name}-{suite.file_name}", figure
+    return f"{name}-{suite.file_name_part}", figure
 
 
 def name_run_figure(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:

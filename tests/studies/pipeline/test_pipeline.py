@@ -34,7 +34,7 @@ def of(model: str = "first") -> _ModularAndPipelineRuns:
 
 
 def column(table: Table, name: str) -> dict[Cell, Cell]:
-    place = table.names.index(name)
+    place = table.column_names.index(name)
     return {row[0]: row[place] for row in table.rows}
 
 
@@ -59,7 +59,7 @@ def test_tasks_of_a_pipeline_are_grouped_by_the_rightness_of_stated_goals() -> N
     assert counts(goals, "pipeline") == {**dict.fromkeys(solved, 0), "exactly right": 3, "all": 3}
     assert counts(goals, "only modular") == {**solved, "exactly right": 0, "all": 3}
     assert counts(goals, "only pipeline") == {**dict.fromkeys(solved, 0), "exactly right": 2, "all": 2}
-    assert "perfect stage 2" not in goals.names
+    assert "perfect stage 2" not in goals.column_names
     assert counts(stage_1, "tasks") == {
         "no answer": 2,
         "unreadable, so that no goals were stated": 0,

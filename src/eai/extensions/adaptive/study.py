@@ -35,9 +35,9 @@ from eai.results.plots import (
     RULE,
     clip_label,
     draw_estimate,
+    get_value_of_cell,
     group_rows_by_suite,
     make_figure,
-    read_estimate,
 )
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Row, Table, collect_rows_in_table
@@ -358,7 +358,7 @@ def draw_difficulties_and_abilities(
     top, bottom = figure.subplots(
         2, 1, sharex=True, gridspec_kw={"height_ratios": [1.2, 0.35 + 0.17 * len(models)]}
     )
-    ends = [read_estimate(row["logit"]) for row in models]
+    ends = [get_value_of_cell(row["logit"]) for row in models]
     low, high = min([*difficulties, *ends]) - 0.3, max([*difficulties, *ends]) + 0.3
     width = 1 / _BINS_PER_UNIT
     edges = [width * step for step in range(int(low / width) - 1, int(high / width) + 2)]

@@ -78,7 +78,7 @@ class RayScoring(Scoring):
         actor: Any = _ClusterWorker()
         return WorkerProcess(actor, actor)
 
-    def _find_least_busy(self) -> WorkerProcess:
+    def _find_least_busy_worker(self) -> WorkerProcess:
         """Return the least busy actor that runs. An actor without a free core gets no batch.
 
         New actors start while there are fewer actors than batches.

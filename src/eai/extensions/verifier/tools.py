@@ -47,11 +47,11 @@ class _VerifierTools:
         self._permits = asyncio.Semaphore(processes)
         self._idle: list[Process] = []
 
-    def list_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
+    def list_tool_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
         """Return name, description, and JSON schema of the arguments of each tool."""
         return [(name, *describe_tool(name)) for name in QUERIES]
 
-    async def call(self, name: str, arguments: Mapping[str, object]) -> str:
+    async def call_tool(self, name: str, arguments: Mapping[str, object]) -> str:
         """Return the result of a call as JSON.
 
         If a process ends that has answered earlier calls, a new process answers the call, because the

@@ -36,10 +36,10 @@ from eai.results.plots import (
     draw_flow_band,
     draw_rate_matrix,
     draw_rates_by_name,
+    get_denominator_of_cell,
+    get_value_of_cell,
     group_rows_by_suite,
     make_figure,
-    read_denominator,
-    read_estimate,
 )
 from eai.results.table import Cell, Estimate, Row, Table, TextCell, collect_rows_in_table
 from eai.studies.errors.overview import draw_outcome_flows, make_outcome_counts_table
@@ -334,7 +334,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     """
     first = rows[0]["model"] if rows else None
     cells = {_read_error_category_from_row(row): row["answers"] for row in rows if row["model"] == first}
-    shares = {leaf: read_estimate(cell) for leaf, cell in cells.items()}
+    shares = {leaf: get_value_of_cell(cell) for leaf, cell in cells.items()}
     shares = {leaf: share for leaf, share in shares.items() if share > 0}
     if not shares:
         return None
@@ -343,7 +343,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     figure = make_figure(COLUMN, 1.2 + 0.13 * len(named))
     panel = figure.subplots()
     panel.set_axis_off()
-    answers = max(map(read_denominator, cells.values()))
+    answers = max(map(get_denominator_of_cell, cells.values()))
     panel.set_title(f"{clip_label(str(first))}, percent of {answers:,} answers", fontsize=7.5)
     top, stage_top, text_top = 100.0, 100.0 + _GAP * (len(stages) - 1) / 2, 104.0
     for stage in stages:

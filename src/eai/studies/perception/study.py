@@ -22,7 +22,7 @@ from eai.base.grouping import group_pairs
 from eai.results.certainty import TaskContribution, TaskContributions
 from eai.results.codec import read_study_summary
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, make_figure
-from eai.results.plots import read_denominator as tasks_in
+from eai.results.plots import get_denominator_of_cell as tasks_in
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.summary import make_contributions_by_metric
@@ -350,7 +350,7 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOption
         key = group[0].key
         metric = choose_metric(key.ability, chosen.metric)
         tables = make_perception_tables([run.records for run in group], metric)
-        folder = f"{key.suite.file_name}-{to_file_name(label)}" if len(groups) > 1 else ""
+        folder = f"{key.suite.file_name_part}-{to_file_name(label)}" if len(groups) > 1 else ""
         yield Analysis(
             tables, _draw_error_rate_figure(tables[0], metric, key._replace(model=label)), folder=folder
         )

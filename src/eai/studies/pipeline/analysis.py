@@ -387,10 +387,12 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
         for pair in of_kind:
             record = pair.pipeline[0]
             label = "" if record.experiment is None else record.experiment.label
-            folder = f"{suite.file_name}/{to_file_name(record.model)}/{label}" if len(pairs) > 1 else ""
+            folder = f"{suite.file_name_part}/{to_file_name(record.model)}/{label}" if len(pairs) > 1 else ""
             yield _make_pair_analysis(pair, f"{record.model}, {label}", folder)
         if len(of_kind) > 1:
-            folder = f"{suite.file_name}/{to_file_name(chain)}" if chain != _GOALS else suite.file_name
+            folder = (
+                f"{suite.file_name_part}/{to_file_name(chain)}" if chain != _GOALS else suite.file_name_part
+            )
             yield _make_pair_analysis(merge_run_pairs(of_kind), f"{len(of_kind)} pipelines", folder)
 
 

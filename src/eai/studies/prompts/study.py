@@ -20,7 +20,7 @@ from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.results.certainty import TaskContributions
 from eai.results.comparison import compare_runs
-from eai.results.plots import add_title, clip_label, draw_rate_matrix, read_estimate
+from eai.results.plots import add_title, clip_label, draw_rate_matrix, get_value_of_cell
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
@@ -412,7 +412,7 @@ def _draw_prompt_matrix_figures(cells: Table, metric: str, suite: str) -> Figure
 def sort_prompt_rows(cells: Table, model: str) -> list[dict[str, Cell]]:
     """Return the rows of a table of prompts, sorted by a model's result with each prompt, best first."""
     rows = cells.row_dicts()
-    values = {row["prompt"]: read_estimate(row["value"]) for row in rows if row["answered_by"] == model}
+    values = {row["prompt"]: get_value_of_cell(row["value"]) for row in rows if row["answered_by"] == model}
     return sorted(rows, key=lambda row: -values[row["prompt"]])
 
 
@@ -427,7 +427,7 @@ def _group_runs_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
     for run in runs:
         experiment = run.key.experiment
         rest = None if experiment is None else experiment.drop_options_of_study(STUDY)
-        labels = [run.key.suite.file_name, *([] if rest is None else [rest.label])]
+        labels = [run.key.suite.file_name_part, *([] if rest is None else [rest.label])]
         suites.setdefault("-".join(labels), []).append(run)
     return suites
 
