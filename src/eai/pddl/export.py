@@ -206,8 +206,8 @@ def export_problems(
 ) -> tuple[ExportedProblem, ...]:
     """Export several problems that share one domain.
 
-    The engine of this package reports an action that is not needed as an additional step, and continues
-    without the action's effects. In PDDL such an action is not applicable in the state.
+    If an action is not needed, the engine of this package reports an additional step, and continues without
+    the action's effects. In PDDL the action is not applicable.
 
     Args:
         domain: the domain.

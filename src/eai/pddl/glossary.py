@@ -393,8 +393,9 @@ def remove_hidden_predicates(
 ) -> f.Formula:
     """Return a formula without the predicates that an export leaves out.
 
-    With ``weaken``, their atoms count as true: the result holds whenever the formula holds. Otherwise they
-    count as false: the formula holds whenever the result holds.
+    With ``weaken``, literals with these predicates count as true, even negated literals: the result holds
+    whenever the formula holds. Otherwise these literals count as false: the formula holds whenever the result
+    holds.
     """
     match formula:
         case f.Atom(predicate):

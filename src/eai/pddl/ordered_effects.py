@@ -139,7 +139,7 @@ class _OrderedEffectsConverter:
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
     def _convert_condition(self, condition: f.Formula, context: _EffectContext) -> f.Formula:
-        """Return the PDDL condition of an effect; atoms that the export leaves out count as false."""
+        """Return the PDDL condition of an effect; literals that the export leaves out count as false."""
         return self._conditions.convert_formula(
             g.remove_hidden_predicates(condition, self._hidden, weaken=False), context.scope
         )

@@ -272,8 +272,8 @@ _GroundSearchNode: TypeAlias = SearchNode[int, PlanStep]
 class _AlternatingQueues:
     """Two open lists, used in turn: all states to be evaluated, and the preferred states among them.
 
-    A preferred state comes after an action of the relaxed plan. States are ordered by the estimate of their
-    predecessor; of states with equal estimates the last to arrive comes first.
+    A state is preferred if an action of the relaxed plan leads to it. States are ordered by the estimate of
+    their predecessor. If estimates are equal, the last state to arrive comes first.
     """
 
     def __init__(self) -> None:
