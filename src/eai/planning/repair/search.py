@@ -59,9 +59,9 @@ _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to complete a plan."""
 
 _START_FACTOR = 3
-"""Factor by which the planner may test more actions for the plan from the initial state.
+"""Factor that raises the number of actions that the planner may test for a plan from the initial state.
 
-The limit may be higher because this plan is made only once per task.
+The number may be higher because this plan is made only once per task.
 """
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
