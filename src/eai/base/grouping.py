@@ -24,6 +24,6 @@ def group_pairs(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
 
 
 def map_one_by_one(work: Callable[[Sequence[K]], Sequence[V]], items: Iterable[K]) -> Iterator[V]:
-    """Yield the result of a function for each item, in order, in this process."""
+    """Call a function with groups of one item, in this process, and yield the results in order."""
     for item in items:
         yield from work((item,))
