@@ -25,7 +25,7 @@ def of_tasks(number: int, sums: Mapping[str, tuple[int, int]]) -> RunTotals:
     totals = RunTotals.from_records(
         replace(record(str(i), SUCCEEDED), suite_size=number) for i in range(number)
     )
-    return replace(totals, sums={**sums})
+    return replace(totals, sums_by_metric={**sums})
 
 
 def printed(width: int, *, models: tuple[str, ...] = LONG, wide: bool = False) -> str:

@@ -95,7 +95,7 @@ def test_shards_with_the_same_errata_version_are_merged(tmp_path: Path) -> None:
     told = [replace(each, errata=ApplicableErrata("1", (each.task_id,))) for each in RECORDS[:2]]
     for number in (1, 2):
         write_shard(tmp_path, RunShard(number, 2), [make_record_batch(told[number - 1 : number])])
-    assert merge_shards(tmp_path, find_shards(tmp_path)[tmp_path]).number == len(told)
+    assert merge_shards(tmp_path, find_shards(tmp_path)[tmp_path]).record_count == len(told)
     assert list(read_records(tmp_path / "records.jsonl")) == told
 
 

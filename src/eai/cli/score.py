@@ -359,7 +359,7 @@ def _pass_batches_and_report_counts(
 ) -> Iterator[RecordBatch]:
     for batch in batches:
         yield batch
-        add_to_answer_count(batch[1].number)
+        add_to_answer_count(batch[1].record_count)
 
 
 def _make_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
@@ -433,14 +433,13 @@ def _apply_both(
 
 def _print_note_on_fast_downward(name: str, totals: RunTotals) -> None:
     """Print a note on standard error if Fast Downward decided problems that the built-in search left open."""
-    left = totals.left.total()
+    left = totals.second_planner_outcomes.total()
     if not left:
         return
-    ended = sum(totals.left[outcome.value] for outcome in _AT_A_LIMIT)
+    ended = sum(totals.second_planner_outcomes[outcome.value] for outcome in _AT_A_LIMIT)
     limits = f", {ended} of them to the end of its time or memory" if ended else ""
-    print_note(
-        f"{name}: {left} of {format_count(totals.judges.total(), 'problem')} went to Fast Downward{limits}"
-    )
+    problems = format_count(totals.answer_counts_by_planner.total(), "problem")
+    print_note(f"{name}: {left} of {problems} went to Fast Downward{limits}")
 
 
 def _print_note_on_replaced_records(file: Path, job: _ScoringJob) -> None:
@@ -545,7 +544,7 @@ def _merge_shards_and_print(paths: Sequence[Path], *, wide: bool, as_json: bool)
             print_results({first.model: totals}, wide=wide)
             print_result_line(
                 f"{format_count(len(files), 'shard')} of "
-                f"{format_count(totals.number, 'record')} written to {folder}"
+                f"{format_count(totals.record_count, 'record')} written to {folder}"
             )
     if as_json:
         print_json(printed)

@@ -90,7 +90,7 @@ class ResponseFile:
     def answered_task_ids(self) -> Collection[str]:
         """Ids of the tasks with an answer."""
         if isinstance(self.responses, _AnswersKeptInFile):
-            return self.responses.answered
+            return self.responses.answered_task_ids
         return {response.task_id for response in self.responses}
 
     def read_rows(self) -> Iterator[ResponseRow]:
@@ -119,21 +119,23 @@ class _AnswersKeptInFile(Collection[Response]):
 
     Attributes:
         path: the file.
-        number: number of answers in the file that are not left out.
-        answered: ids of the tasks with an answer.
+        answer_count: number of answers in the file that are not left out.
+        answered_task_ids: ids of the tasks with an answer.
         task_id_of: function from an identifier in the file to the id of its task.
-        skipped: numbers of the rows that are left out, counted from 1.
+        skipped_row_numbers: numbers of the rows that are left out, counted from 1.
     """
 
     path: Path
-    number: int
-    answered: Collection[str]
+    answer_count: int
+    answered_task_ids: Collection[str]
     task_id_of: Callable[[str], str | None]
-    skipped: Collection[int]
+    skipped_row_numbers: Collection[int]
 
     def read_rows(self) -> Iterator[ResponseRow]:
         return (
-            row for number, row in enumerate(_read_response_rows(self.path), 1) if number not in self.skipped
+            row
+            for number, row in enumerate(_read_response_rows(self.path), 1)
+            if number not in self.skipped_row_numbers
         )
 
     def group_answers_by_key(self, key: Callable[[str], T]) -> dict[T, _AnswersKeptInFile]:
@@ -141,7 +143,7 @@ class _AnswersKeptInFile(Collection[Response]):
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
         for number, row in enumerate(_read_response_rows(self.path), 1):
-            if number not in self.skipped:
+            if number not in self.skipped_row_numbers:
                 response = read_response(row, self.task_id_of)
                 value = key(response.text)
                 numbers.setdefault(value, set()).add(number)
@@ -152,9 +154,9 @@ class _AnswersKeptInFile(Collection[Response]):
         return {
             value: replace(
                 self,
-                number=len(rows_of_key),
-                answered=frozenset(tasks[value]),
-                skipped=frozenset({*self.skipped, *rows_of_other_keys[value]}),
+                answer_count=len(rows_of_key),
+                answered_task_ids=frozenset(tasks[value]),
+                skipped_row_numbers=frozenset({*self.skipped_row_numbers, *rows_of_other_keys[value]}),
             )
             for value, rows_of_key in numbers.items()
         }
@@ -163,7 +165,7 @@ class _AnswersKeptInFile(Collection[Response]):
         return (read_response(row, self.task_id_of) for row in self.read_rows())
 
     def __len__(self) -> int:
-        return self.number
+        return self.answer_count
 
     def __contains__(self, item: object) -> bool:
         return any(response == item for response in self)

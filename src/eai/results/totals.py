@@ -35,27 +35,30 @@ class RunTotals:
     The records (scored answers) of the run can be added in groups, in any order.
 
     Attributes:
-        number: number of records.
+        record_count: number of records.
         head: first record, without explanations and texts.
-        sums: numerator and denominator of each metric.
-        statuses: status of each task as bits, such as `_ANSWERED`; in the order of the records.
-        sizes: numbers of tasks that records state for their suite. All should state the same number.
-        versions: versions of the errata, the known errors of the data set.
-        void: names of metrics without a value in this run, as `missing_metrics` of the ability returns them.
-        judges: mapping from the name of each planner to the number of answers whose operators it tested.
-        left: mapping from outcomes of the second planner to numbers of answers. The second planner decides on
-            the answers that the first planner left undecided.
+        sums_by_metric: numerator and denominator of each metric.
+        status_by_task: status of each task as bits, such as `_ANSWERED`; in the order of the records.
+        stated_suite_sizes: numbers of tasks that records state for their suite. All should state the same
+            number.
+        errata_versions: versions of the errata, the known errors of the data set.
+        metrics_without_value: names of metrics without a value in this run. The ability's `missing_metrics`
+            returns them.
+        answer_counts_by_planner: mapping from the name of each planner to the number of answers whose
+            operators it tested.
+        second_planner_outcomes: mapping from outcomes of the second planner to numbers of answers. The second
+            planner decides on the answers that the first planner left undecided.
     """
 
-    number: int = 0
+    record_count: int = 0
     head: Record | None = None
-    sums: dict[str, tuple[Exact, Exact]] = field(default_factory=dict)
-    statuses: dict[str, int] = field(default_factory=dict)
-    sizes: set[int | None] = field(default_factory=set)
-    versions: dict[str, None] = field(default_factory=dict)
-    void: set[str] = field(default_factory=set)
-    judges: Counter[str] = field(default_factory=Counter)
-    left: Counter[str] = field(default_factory=Counter)
+    sums_by_metric: dict[str, tuple[Exact, Exact]] = field(default_factory=dict)
+    status_by_task: dict[str, int] = field(default_factory=dict)
+    stated_suite_sizes: set[int | None] = field(default_factory=set)
+    errata_versions: dict[str, None] = field(default_factory=dict)
+    metrics_without_value: set[str] = field(default_factory=set)
+    answer_counts_by_planner: Counter[str] = field(default_factory=Counter)
+    second_planner_outcomes: Counter[str] = field(default_factory=Counter)
 
     @staticmethod
     def from_records(records: Iterable[Record]) -> RunTotals:
@@ -70,35 +73,35 @@ class RunTotals:
         verdict = record.verdict
         if self.head is None:
             self.head = replace(record, response="", explanation=None, attempts=())
-        self.number += 1
-        self.sizes.add(record.suite_size)
+        self.record_count += 1
+        self.stated_suite_sizes.add(record.suite_size)
         if record.errata is not None:
-            self.versions[record.errata.version] = None
+            self.errata_versions[record.errata.version] = None
         if verdict.name_of_used_planner is not None:
-            self.judges[verdict.name_of_used_planner] += 1
+            self.answer_counts_by_planner[verdict.name_of_used_planner] += 1
         if verdict.outcome_of_second_planner is not None:
-            self.left[verdict.outcome_of_second_planner] += 1
+            self.second_planner_outcomes[verdict.outcome_of_second_planner] += 1
         self._add_task_statuses({record.task_id: _encode_record_status_as_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)
-            self.void.update(declared.missing_metrics(verdict))
-            add_contributions(self.sums, declared.contributions(verdict))
+            self.metrics_without_value.update(declared.missing_metrics(verdict))
+            add_contributions(self.sums_by_metric, declared.contributions(verdict))
 
     def add_later_totals(self, later: RunTotals) -> None:
         """Add the totals of later records of the run to these totals."""
         self.head = self.head or later.head
-        self.number += later.number
-        self.sizes |= later.sizes
-        self.versions |= later.versions
-        self.void |= later.void
-        self.judges += later.judges
-        self.left += later.left
-        self._add_task_statuses(later.statuses)
-        add_contributions(self.sums, later.sums)
+        self.record_count += later.record_count
+        self.stated_suite_sizes |= later.stated_suite_sizes
+        self.errata_versions |= later.errata_versions
+        self.metrics_without_value |= later.metrics_without_value
+        self.answer_counts_by_planner += later.answer_counts_by_planner
+        self.second_planner_outcomes += later.second_planner_outcomes
+        self._add_task_statuses(later.status_by_task)
+        add_contributions(self.sums_by_metric, later.sums_by_metric)
 
     def _add_task_statuses(self, statuses: Mapping[str, int]) -> None:
         for task_id, status in statuses.items():
-            self.statuses[task_id] = self.statuses.get(task_id, 0) | status
+            self.status_by_task[task_id] = self.status_by_task.get(task_id, 0) | status
 
     @property
     def first_record(self) -> Record:
@@ -115,12 +118,11 @@ class RunTotals:
     def rates_of_applicable_metrics(self) -> dict[str, Rate]:
         """Rate of each metric to which verdicts contribute; empty if all records are excluded.
 
-        The rate is 0 of 0 if the metric has no value in this run (`void`). All rates are 0 of 0 if no task
-        has an answer.
+        The rate is 0 of 0 for `metrics_without_value`. All rates are 0 of 0 if no task has an answer.
         """
         if not self.coverage.answered:
-            return dict.fromkeys(self.sums, NOTHING)
-        return {**make_rates(self.sums), **dict.fromkeys(self.void, NOTHING)}
+            return dict.fromkeys(self.sums_by_metric, NOTHING)
+        return {**make_rates(self.sums_by_metric), **dict.fromkeys(self.metrics_without_value, NOTHING)}
 
     @property
     def rates(self) -> dict[str, Rate]:
@@ -142,36 +144,36 @@ class RunTotals:
     @property
     def planners(self) -> tuple[str, ...]:
         """Names of the planners that tested operators in answers: usually one. Older records name none."""
-        return tuple(sorted(self.judges))
+        return tuple(sorted(self.answer_counts_by_planner))
 
     @property
     def coverage(self) -> TaskCoverage:
         """Numbers of tasks of the suite that the run asked, answered, failed or left out (`TaskCoverage`)."""
-        unanswered = [status for status in self.statuses.values() if not status & _ANSWERED]
+        unanswered = [status for status in self.status_by_task.values() if not status & _ANSWERED]
         return TaskCoverage(
-            asked=len(self.statuses),
-            answered=len(self.statuses) - len(unanswered),
+            asked=len(self.status_by_task),
+            answered=len(self.status_by_task) - len(unanswered),
             failed=sum(bool(status & _SCORED) for status in unanswered),
             left_out=sum(bool(status & _LEFT_OUT) for status in unanswered),
-            tasks=next(iter(self.sizes)) if len(self.sizes) == 1 else None,
-            raised=sum(bool(status & _RAISED) for status in self.statuses.values()),
-            cut_off=sum(bool(status & _CUT_OFF) for status in self.statuses.values()),
+            tasks=next(iter(self.stated_suite_sizes)) if len(self.stated_suite_sizes) == 1 else None,
+            raised=sum(bool(status & _RAISED) for status in self.status_by_task.values()),
+            cut_off=sum(bool(status & _CUT_OFF) for status in self.status_by_task.values()),
         )
 
     @property
     def errata(self) -> TasksChangedByErrata | None:
         """Tasks that errata (errors of the data set) left out or corrected; None if no errata were used."""
-        if not self.versions:
+        if not self.errata_versions:
             return None
         affected = {
             task_id: status & _SCORED
-            for task_id, status in self.statuses.items()
+            for task_id, status in self.status_by_task.items()
             if status & _CORRECTED_OR_LEFT_OUT
         }
         return TasksChangedByErrata(
-            version=", ".join(self.versions),
-            tasks=len(self.statuses),
-            scored=sum(bool(status & _SCORED) for status in self.statuses.values()),
+            version=", ".join(self.errata_versions),
+            tasks=len(self.status_by_task),
+            scored=sum(bool(status & _SCORED) for status in self.status_by_task.values()),
             left_out=tuple(task_id for task_id, scored in affected.items() if not scored),
             corrected=tuple(task_id for task_id, scored in affected.items() if scored),
         )
