@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.answer_text import (
-    MAX_DEPTH,
-    MAX_LENGTH,
+    MAX_ANSWER_CHARACTERS,
+    MAX_JSON_DEPTH,
     AnswerFormat,
     JsonObject,
     ParsedAnswer,
@@ -214,7 +214,7 @@ def test_every_part_of_a_text_is_accounted_for() -> None:
         '{"WALK": [' + "1" * 10_000 + "]}",
         "\0",
         "{'WALK': ['\0']}",
-        PLAN + " " * MAX_LENGTH,
+        PLAN + " " * MAX_ANSWER_CHARACTERS,
     ],
     ids=lambda text: text[:20],
 )
@@ -239,12 +239,12 @@ def test_values_are_found_down_to_the_greatest_depth() -> None:
     def nested(depth: int) -> str:
         return "[" * depth + "]" * depth
 
-    assert found(nested(MAX_DEPTH), ANYTHING) is not None
-    assert found(nested(MAX_DEPTH + 1), ANYTHING) is None
-    for depth, is_read in ((MAX_DEPTH, True), (MAX_DEPTH + 1, False)):  # in the quotes of Python
+    assert found(nested(MAX_JSON_DEPTH), ANYTHING) is not None
+    assert found(nested(MAX_JSON_DEPTH + 1), ANYTHING) is None
+    for depth, is_read in ((MAX_JSON_DEPTH, True), (MAX_JSON_DEPTH + 1, False)):  # in the quotes of Python
         text = "{'a': " * (depth - 1) + "{}" + "}" * (depth - 1)
         assert (found(text, ANYTHING) is not None) is is_read
-    around = nested(MAX_DEPTH)
+    around = nested(MAX_JSON_DEPTH)
     assert found(around.replace("[]", "[0]"), ANYTHING) is None  # as deep as its content
 
 
@@ -271,7 +271,7 @@ def test_values_are_found_down_to_the_greatest_depth() -> None:
 )
 def test_the_search_takes_time_in_proportion_to_the_text(piece: str) -> None:
     """A quadratic search would take minutes on a text of the maximum length."""
-    text = f"{PLAN}\n{piece * (MAX_LENGTH // len(piece) - 20)}"
+    text = f"{PLAN}\n{piece * (MAX_ANSWER_CHARACTERS // len(piece) - 20)}"
     started = time.process_time()
     read_json(text[len(PLAN) :], OBJECT)
     read_json(text, OBJECT)

@@ -14,7 +14,7 @@ import pytest
 import eai.logic.formula as w
 from agents.switches import DOMAIN, SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
-from eai.abilities.feedback import REASONS, QuestionWriter
+from eai.abilities.feedback import REASONS_PREFIX, QuestionWriter
 from eai.abilities.protocol import Ability
 from eai.abilities.replanning_options import AttemptStart, FeedbackForm, FeedbackLevel, ReplanningOptions
 from eai.abilities.trial import Trial
@@ -141,7 +141,7 @@ def test_the_text_of_each_attempt_reaches_the_next_question(
         in_turns = form == "chat" and feedback != "none"
         for answer in answers[: number + 1]:
             assert (answer in shown) == (tells or in_turns)
-        assert (REASONS in shown) == tells
+        assert (REASONS_PREFIX in shown) == tells
         assert after.system == PLAIN.system
         if feedback == "none":
             assert after == PLAIN

@@ -6,7 +6,7 @@ from time import process_time
 
 import pytest
 
-from eai.abilities.answer_text import MAX_LENGTH
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS
 from eai.abilities.explanation import Explanation
 from eai.abilities.notation.plans import JsonPlanNotation
 from eai.abilities.protocol import Ability
@@ -104,7 +104,7 @@ HOSTILE = ["\n", " ", "(", "a(", "1.", "WALK(", '"', "{", "</a", "[WALK] <", "WA
 @pytest.mark.parametrize("piece", HOSTILE)
 def test_a_cause_takes_time_in_proportion_to_the_text(piece: str) -> None:
     """A quadratic search would take minutes on a text of the maximum length."""
-    text = f"so {piece * (MAX_LENGTH // len(piece) - 3)} it"
+    text = f"so {piece * (MAX_ANSWER_CHARACTERS // len(piece) - 3)} it"
     started = process_time()
     find_cause_of_unreadability(text, ACTIONS, lambda: None)
     JsonPlanNotation().read(text, ACTIONS)

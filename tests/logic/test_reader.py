@@ -15,7 +15,7 @@ from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import format_ltl
 from eai.logic.semantics import explain_truth
 from eai.logic.trace import Trace
-from eai.logic.traversal import MAX_DEPTH
+from eai.logic.traversal import MAX_FORMULA_DEPTH
 from logic.activities import universe
 from logic.bddl_text import read_condition
 
@@ -25,8 +25,8 @@ def read(text: str, dialect: Dialect = "ltlf") -> Formula:
 
 
 DEEP = {
-    "negations": "not " * MAX_DEPTH,
-    "quantifiers": "exists x. (" * MAX_DEPTH,
+    "negations": "not " * MAX_FORMULA_DEPTH,
+    "quantifiers": "exists x. (" * MAX_FORMULA_DEPTH,
     "thousand negations": "not " * 1000,
     "thousand quantifiers": "forall x. (" * 1000,
     "a hundred kilobytes of negations": "not " * 25_000,
@@ -52,7 +52,7 @@ def test_too_deep_nesting_is_an_error(prefix: str) -> None:
 def test_the_deepest_formulas_can_be_compared_hashed_shown_and_stored(
     before: str, after: str, levels: int
 ) -> None:
-    times = (MAX_DEPTH - 1) // levels
+    times = (MAX_FORMULA_DEPTH - 1) // levels
     text = before * times + "p(x)" + after * times
     formula = read(text)
     assert formula == read(text)
@@ -94,8 +94,8 @@ def test_long_broken_texts_are_parse_errors(text: str) -> None:
 @pytest.mark.parametrize("text", ["true", "(and)"])
 def test_too_deep_constants_are_an_error(text: str) -> None:
     with pytest.raises(ParseError, match="at most 100 levels of nesting"):
-        parse("not " * MAX_DEPTH + text) if text == "true" else read_condition(
-            "(not " * MAX_DEPTH + text + ")" * MAX_DEPTH
+        parse("not " * MAX_FORMULA_DEPTH + text) if text == "true" else read_condition(
+            "(not " * MAX_FORMULA_DEPTH + text + ")" * MAX_FORMULA_DEPTH
         )
 
 
@@ -113,7 +113,7 @@ def test_too_deep_constants_are_an_error(text: str) -> None:
     ],
 )
 def test_the_deepest_formulas_can_be_evaluated_and_expanded(before: str, after: str) -> None:
-    times = (MAX_DEPTH - 1) // (2 if before == "not always " else 1)
+    times = (MAX_FORMULA_DEPTH - 1) // (2 if before == "not always " else 1)
     formula = read(before * times + "p(x)" + after * times)
     state = universe(a=1, b=1)
     assert explain_truth(formula, Trace([state] * 3)).holds in (True, False)

@@ -23,7 +23,7 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.logic.traversal import MAX_DEPTH
+from eai.logic.traversal import MAX_FORMULA_DEPTH
 from eai.pddl.bddl import parse_problem
 from eai.pddl.model import TypedName
 from logic.bddl_text import print_condition, print_problem, read_condition
@@ -173,14 +173,14 @@ def test_a_domain_that_is_given_as_a_problem_is_named() -> None:
         parse_problem("(define (domain igibson) (:requirements :strips))")
 
 
-@pytest.mark.parametrize("levels", [MAX_DEPTH, 1000, 16_000])
+@pytest.mark.parametrize("levels", [MAX_FORMULA_DEPTH, 1000, 16_000])
 def test_too_deep_nesting_is_an_error(levels: int) -> None:
     with pytest.raises(ParseError, match="at most 100 levels of nesting"):
         read_condition("(not " * levels + "(open x)" + ")" * levels)
 
 
 def test_the_deepest_condition_is_read_and_printed() -> None:
-    text = "(not " * (MAX_DEPTH - 1) + "(open x)" + ")" * (MAX_DEPTH - 1)
+    text = "(not " * (MAX_FORMULA_DEPTH - 1) + "(open x)" + ")" * (MAX_FORMULA_DEPTH - 1)
     assert print_condition(read_condition(text)) == text
 
 

@@ -14,7 +14,7 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from by_path import ROOT
-from eai.abilities.feedback import REASONS
+from eai.abilities.feedback import REASONS_PREFIX
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.replanning_options import FeedbackLevel, ReplanningOptions
 from eai.base.store import Store
@@ -131,7 +131,7 @@ def test_feedback_on_a_failure_reaches_the_model(data_store: Store, tmp_path: Pa
     assert second.startswith(prompt.user.rstrip())
     feedback = second.removeprefix(prompt.user.rstrip())
     assert wrong in feedback
-    assert REASONS in feedback
+    assert REASONS_PREFIX in feedback
     assert "there is no moon_1" in feedback
 
 

@@ -14,7 +14,7 @@ from eai.base.json_value import Json
 Schema: TypeAlias = Mapping[str, Json]
 """A JSON schema."""
 
-MAX_WORDS = 1000
+MAX_ENUM_WORDS = 1000
 """Maximum number of words in all enumerations (``enum``) of a schema: OpenAI's limit, the smallest known."""
 
 MAX_SHORT_ENUM_WORDS = 250
@@ -51,7 +51,7 @@ def make_union_schema(schemas: Sequence[Schema]) -> Schema:
 def is_schema_accepted_by_providers(schema: Schema) -> bool:
     """Whether a schema keeps all providers' limits on the numbers of words and characters."""
     choices = [list(map(str, choice)) for choice in _list_enumerated_values(schema)]
-    return sum(map(len, choices)) <= MAX_WORDS and all(
+    return sum(map(len, choices)) <= MAX_ENUM_WORDS and all(
         len(choice) <= MAX_SHORT_ENUM_WORDS or sum(map(len, choice)) <= MAX_LONG_ENUM_CHARACTERS
         for choice in choices
     )

@@ -42,29 +42,29 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import AnswerSpan, AnswerSpanKind, Unreadable
 
-MAX_LENGTH = 1_000_000
+MAX_ANSWER_CHARACTERS = 1_000_000
 """Maximum length of readable answers, in characters. Answers of models are shorter."""
 
-MAX_DEPTH = 100
+MAX_JSON_DEPTH = 100
 """Maximum depth of nested lists and objects in a value that is read."""
 
 _MAX_QUOTED = 60
 """Maximum number of characters that an error message quotes from an answer."""
 
-MAX_VALUES = 10_000
+MAX_JSON_VALUES = 10_000
 """Maximum number of JSON lists and objects in an answer, nested ones not counted."""
 
 _UNOPENED = "no opening bracket of a list matches this one: the parts need a list around them"
 _UNCLOSED = "this bracket is not closed, as if the answer were cut off"
 
-TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
+TOO_LONG = Unreadable(f"the answer is longer than {MAX_ANSWER_CHARACTERS:,} characters")
 
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
 _BOX = re.compile(r"\\boxed\s*\{(?=\s*[{\[])")
 _FENCE = "```"
 _FENCE_MARK = re.compile(r"```[\w-]*")
 _BRACKET = re.compile(r"[{}\[\]]")
-_INSIDE = re.compile(
+_STRING_COMMENT_OR_BRACKET = re.compile(
     r"""
     (?<!\\)"[^"\\]*(?:\\.[^"\\]*)*"
     | (?<=[\[{,:(\s])'[^'\\\n]*(?:\\.[^'\\\n]*)*'(?=\s*[\]},:)])
@@ -90,7 +90,7 @@ _UNESCAPED = {"n": " ", "r": " ", "t": " "}
 _STRING_OR_COMMA = re.compile(_STRING + r"|(?P<comma>,)(?=\s*[\]}])", re.DOTALL)
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
 """Pattern of Python literals that become equal JSON if double quotes replace their single quotes."""
-_NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
+_SEPARATORS_OR_NUMBERS = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
 """Pattern of a text between two JSON values that contains only separators and item numbers.
 
 It shows that the values belong together.
@@ -138,7 +138,7 @@ class JsonObject:
 
 _STRICT = json.JSONDecoder(object_pairs_hook=JsonObject)
 _LENIENT = json.JSONDecoder(object_pairs_hook=JsonObject, strict=False)
-_BEGINNINGS = frozenset('{["-0123456789tfnNI')
+_FIRST_CHARACTERS_OF_JSON = frozenset('{["-0123456789tfnNI')
 """First characters of JSON values, NaN and Infinity included.
 
 A text is tested for them before it is parsed, which avoids slow exceptions.
@@ -276,7 +276,7 @@ def read_json(text: str, form: AnswerFormat[T]) -> ParsedAnswer[T] | Unreadable:
 
     If an answer has several such values with other text between them, the last value counts.
     """
-    if len(text) > MAX_LENGTH:
+    if len(text) > MAX_ANSWER_CHARACTERS:
         return TOO_LONG
     return _AnswerReader(text, form).read_answer()
 
@@ -331,7 +331,7 @@ class _AnswerReader(Generic[T]):
         if not self.thoughts or self.thoughts[-1].is_finished:
             return False
         text = self.thoughts[-1].text
-        parts = islice(_find_bracketed_texts(text), MAX_VALUES)
+        parts = islice(_find_bracketed_texts(text), MAX_JSON_VALUES)
         return any(self._is_part_of_answer(text[part.start : part.end]) for part in parts)
 
     def _is_part_of_answer(self, text: str) -> bool:
@@ -348,8 +348,8 @@ class _AnswerReader(Generic[T]):
         values: list[_ValueInText[T]] = []
         error: Unreadable | None = None
         for number, bracketed_text in enumerate(_find_bracketed_texts(self.text)):
-            if number == MAX_VALUES:
-                return Unreadable(f"the answer has more than {MAX_VALUES:,} JSON lists and objects")
+            if number == MAX_JSON_VALUES:
+                return Unreadable(f"the answer has more than {MAX_JSON_VALUES:,} JSON lists and objects")
             if bracketed_text.problem is not None:
                 return self._report_unreadable_value(bracketed_text, bracketed_text.problem)
             inside = self.text[bracketed_text.start : bracketed_text.end]
@@ -403,7 +403,12 @@ class _AnswerReader(Generic[T]):
             return self._report_unreadable_value(stray, _InvalidJson(_UNOPENED, stray.start))
         if self.form.join is not None and gaps and has_pieces:
             between = next(
-                (gap for gap, text in zip(gaps, texts, strict=True) if not _NUMBERING.fullmatch(text)), None
+                (
+                    gap
+                    for gap, text in zip(gaps, texts, strict=True)
+                    if not _SEPARATORS_OR_NUMBERS.fullmatch(text)
+                ),
+                None,
             )
             if between is not None:
                 return self._report_unread_text(between)
@@ -433,7 +438,9 @@ class _AnswerReader(Generic[T]):
         """
         groups: list[list[_ValueInText[T]]] = []
         for value in values:
-            is_neighbour = groups and _NUMBERING.fullmatch(self.text[groups[-1][-1].end : value.start])
+            is_neighbour = groups and _SEPARATORS_OR_NUMBERS.fullmatch(
+                self.text[groups[-1][-1].end : value.start]
+            )
             if is_neighbour:
                 groups[-1].append(value)
             else:
@@ -553,7 +560,7 @@ def _find_bracketed_texts(text: str) -> Iterator[_BracketedText]:
 
 def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
     opened: list[int] = []
-    for token in _INSIDE.finditer(text, start):
+    for token in _STRING_COMMENT_OR_BRACKET.finditer(text, start):
         word = token[0]
         if word in ("{", "["):
             opened.append(token.start())
@@ -700,7 +707,7 @@ def _remove_trailing_commas(text: str) -> str:
 
 
 def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _InvalidJson:
-    if text[:1] not in _BEGINNINGS:
+    if text[:1] not in _FIRST_CHARACTERS_OF_JSON:
         return _InvalidJson("expected a JSON value", 0)
     try:
         value, end = decoder.raw_decode(text)
@@ -710,8 +717,8 @@ def _decode_json(text: str, decoder: json.JSONDecoder) -> _DecodedJson | _Invali
         return _InvalidJson("expected a JSON value that is less nested, with shorter numbers", 0)
     if end != len(text):
         return _InvalidJson("expected the end of the JSON value", end)
-    if text.count("[") + text.count("{") >= MAX_DEPTH and not _is_nested_shallowly(value):
-        return _InvalidJson(f"expected at most {MAX_DEPTH} nested brackets", 0)
+    if text.count("[") + text.count("{") >= MAX_JSON_DEPTH and not _is_nested_shallowly(value):
+        return _InvalidJson(f"expected at most {MAX_JSON_DEPTH} nested brackets", 0)
     return _DecodedJson(value)
 
 
@@ -723,9 +730,12 @@ def _describe_json_error(error: json.JSONDecodeError) -> str:
 
 
 def _is_nested_shallowly(value: object) -> bool:
-    """Whether a value is nested at most `MAX_DEPTH` deep. Recursive functions cannot read deeper values."""
+    """Whether a value is nested at most `MAX_JSON_DEPTH` deep.
+
+    Recursive functions cannot read deeper values.
+    """
     level = [value]
-    for _ in range(MAX_DEPTH):
+    for _ in range(MAX_JSON_DEPTH):
         level = [part for whole in level for part in _list_nested_values(whole)]
         if not level:
             return True
@@ -750,7 +760,7 @@ def _parse_python_literal(text: str) -> _DecodedJson | None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Python warns about invalid escapes in answers
             tree = ast.parse(text, mode="eval").body
-        return _DecodedJson(_evaluate_literal(tree, MAX_DEPTH))
+        return _DecodedJson(_evaluate_literal(tree, MAX_JSON_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return None
 
@@ -764,7 +774,7 @@ def _evaluate_literal(node: ast.expr, depth: int) -> object:
         ValueError: the expression is not a literal, or is nested too deep.
     """
     if depth == 0:
-        raise ValueError(f"the Python literal has more than {MAX_DEPTH} nested levels")
+        raise ValueError(f"the Python literal has more than {MAX_JSON_DEPTH} nested levels")
     if isinstance(node, ast.Constant) and isinstance(node.value, str | int | float | None):
         return node.value
     if isinstance(node, ast.List | ast.Tuple):

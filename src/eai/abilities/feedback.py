@@ -24,7 +24,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import SuiteWording
 from eai.world.fault import NOT_EXECUTED, FaultKind
 
-REASONS = "What went wrong in attempt"
+REASONS_PREFIX = "What went wrong in attempt"
 """Beginning of the list of reasons why an attempt failed. Built-in models recognize feedback by this text."""
 
 _FOLDER = "feedback"

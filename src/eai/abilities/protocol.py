@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
 
 
-_NAMES: dict[tuple[type[_AbilityOrProtocolName], str], _AbilityOrProtocolName] = {}
+_NAME_CACHE: dict[tuple[type[_AbilityOrProtocolName], str], _AbilityOrProtocolName] = {}
 """Cache of name objects, so that equal names are the same object."""
 
 
@@ -32,7 +32,7 @@ class _AbilityOrProtocolName(str):
 
     def __new__(cls, name: str) -> Self:
         """Return the only object for a name. The name need not be registered."""
-        value = _NAMES.setdefault((cls, name), super().__new__(cls, name))
+        value = _NAME_CACHE.setdefault((cls, name), super().__new__(cls, name))
         return cast(Self, value)
 
     @property
@@ -129,7 +129,7 @@ class Ability(_AbilityOrProtocolName):
 
         An ability is listed even if its module is missing.
         """
-        return dict.fromkeys(map(cls, get_entry_point_names(ABILITY_GROUP, _LISTED_FIRST)))
+        return dict.fromkeys(map(cls, get_entry_point_names(ABILITY_GROUP, _ABILITIES_LISTED_FIRST)))
 
 
 Ability.GOAL_INTERPRETATION = Ability("goal_interpretation")
@@ -158,14 +158,17 @@ SCENE_GRAPH = Ability("scene_graph")
 ABILITY_GROUP = "eai.abilities"
 """Group of the entry points by which a distribution registers an `AbilityDeclaration`."""
 
-_LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
+_ABILITIES_LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
 """The abilities (kinds of questions) that are listed before all others, in this order."""
 
 
 @cache
 def find_ability_entry_points() -> Mapping[Ability, EntryPoint]:
     """Return a mapping from installed abilities (kinds of questions) to entry points, the paper's first."""
-    return {Ability(name): point for name, point in get_entry_points(ABILITY_GROUP, _LISTED_FIRST).items()}
+    return {
+        Ability(name): point
+        for name, point in get_entry_points(ABILITY_GROUP, _ABILITIES_LISTED_FIRST).items()
+    }
 
 
 def get_ability_sort_key(ability: Ability) -> int:

@@ -40,9 +40,9 @@ _CLOSING = "|".join(
         r"<channel\|>",
     ]
 )
-_GLUED = "assistantfinal"
+_MARK_WITHOUT_TOKENS = "assistantfinal"
 """The mark between reasoning and answer without its special tokens: `analysis... assistantfinal...`."""
-_MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>{_GLUED})")
+_MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>{_MARK_WITHOUT_TOKENS})")
 _HINT = re.compile(r"<[/|]?\|?[A-Za-z]|\[/?THINK|◁|\Aanalysis[A-Z]")
 
 

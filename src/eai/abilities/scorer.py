@@ -125,7 +125,7 @@ class PlanScorer(Scorer):
 
 _LOG = logging.getLogger(__name__)
 
-_MAX_MESSAGE = 200
+_MAX_MESSAGE_CHARACTERS = 200
 """Maximum number of characters that a verdict quotes from an exception's message."""
 
 R = TypeVar("R")
@@ -160,7 +160,7 @@ def describe_exception(error: Exception) -> str:
     """Return a text with the type of an exception, the file and line of its origin, and its message."""
     *_, frame = extract_tb(error.__traceback__)
     place = f"{PurePath(frame.filename).name}:{frame.lineno}"
-    message = " ".join(str(error).split())[:_MAX_MESSAGE]
+    message = " ".join(str(error).split())[:_MAX_MESSAGE_CHARACTERS]
     return f"{type(error).__name__} ({place}){': ' if message else ''}{message}"
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 from textwrap import shorten
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.answer_text import MAX_LENGTH, has_unclosed_bracket
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, has_unclosed_bracket
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
@@ -56,7 +56,7 @@ class _CauseOfUnreadability(NamedTuple):
 
 _CUT_OFF = _CauseOfUnreadability("cut_off", "the end of the answer is missing")
 
-_MAX_LOOPED = 4000
+_MAX_SEARCHED_CHARACTERS = 4000
 """Maximum number of characters at the end of an answer that are searched for a loop."""
 
 _MIN_REPEATS, _MIN_LOOP = 5, 40
@@ -74,7 +74,7 @@ _KEY = re.compile(r"""["'][^"'\n]*["']\s*:""")
 _LIST_NUMBER = re.compile(r"^[ \t]*\d+[.):][ \t]*", re.MULTILINE)
 _JSON = re.compile(r"""[{\[]\s*["'“{\[]""")
 _QUOTE = re.compile(r'(?<!\\)"')
-_APPENDED = "]}`\n\t "
+_APPENDED_CHARACTERS = "]}`\n\t "
 """Closing brackets and similar characters, which programs append to an answer that was cut off."""
 
 _REFUSAL = re.compile(
@@ -104,7 +104,7 @@ def find_cause_of_unreadability(
         actions: names of the domain's actions.
         find_other_ability: returns another ability whose form the answer has, or None.
     """
-    if len(text) > MAX_LENGTH:
+    if len(text) > MAX_ANSWER_CHARACTERS:
         return None
     looped = find_repeated_ending(text)
     if looped:
@@ -138,8 +138,8 @@ def find_repeated_ending(text: str) -> str:
 
     Repeats may differ in white space and in the numbers of list items.
     """
-    words = " ".join(_LIST_NUMBER.sub("", text).split()).rstrip(_APPENDED)
-    backwards = words[: -_MAX_LOOPED - 1 : -1]
+    words = " ".join(_LIST_NUMBER.sub("", text).split()).rstrip(_APPENDED_CHARACTERS)
+    backwards = words[: -_MAX_SEARCHED_CHARACTERS - 1 : -1]
     borders = [0] * len(backwards)
     looped, unit, border = 0, 0, 0
     for i in range(1, len(backwards)):
@@ -195,7 +195,7 @@ def _is_cut_off(body: str, *, is_json: bool) -> bool:
         return True
     if not any(body.count(opening) > body.count(closing) for opening, closing in ("{}", "[]", "()")):
         return False
-    end = body.rstrip(_APPENDED)[-1:]
+    end = body.rstrip(_APPENDED_CHARACTERS)[-1:]
     return len(_QUOTE.findall(body)) % 2 == 1 or end in ",:([{" or (not is_json and body[-1].isalnum())
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.declining import write_expected_declining_answer
-from eai.abilities.feedback import REASONS
+from eai.abilities.feedback import REASONS_PREFIX
 from eai.abilities.notation.goal_lexicon import read_stated_goals, write_goals
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
@@ -63,7 +63,7 @@ def make_answer_heeding_feedback(
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
     if attempt == 1 or position < 0:
         return versions[0]
-    has_reason = REASONS in question[position + len(versions[last].text) :]
+    has_reason = REASONS_PREFIX in question[position + len(versions[last].text) :]
     heeds = has_reason and make_random(f"{seed} {attempt}", task_id).random() < heed
     return versions[min(last + heeds, len(versions) - 1)]
 

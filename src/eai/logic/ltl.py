@@ -26,7 +26,7 @@ from eai.logic.signature import (
     make_parse_error,
     make_term,
 )
-from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
+from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_FORMULA_DEPTH
 
 MAX_CACHED_ATOMS_AND_ACTIONS = 1_000
 """Maximum number of parsed atoms and actions that are cached in one `Signature` (set of allowed names)."""
@@ -67,8 +67,9 @@ def read_formula(
         dialect: the formulas to accept.
 
     Raises:
-        ParseError: the text is not a formula of the dialect, is nested too deep (`traversal.MAX_DEPTH`), or
-            has a count with too many digits (`traversal.MAX_COUNT_DIGITS`).
+        ParseError: the text is not a formula of the dialect, is nested too deep
+            (`traversal.MAX_FORMULA_DEPTH`), or has a count with too many digits
+            (`traversal.MAX_COUNT_DIGITS`).
     """
     return _LtlReader(text, signature, dialect).read()
 
@@ -184,8 +185,8 @@ class _LtlReader:
                 pending = self._stack.pop()
                 formula = pending.make(*pending.parts, formula)
                 levels = 1 + max(levels, pending.levels)
-                if levels > MAX_DEPTH:
-                    raise self._make_error(f"at most {MAX_DEPTH} levels of nesting")
+                if levels > MAX_FORMULA_DEPTH:
+                    raise self._make_error(f"at most {MAX_FORMULA_DEPTH} levels of nesting")
             if operator == "":
                 return formula, tuple(self._misuses)
             if operator == ")":

@@ -16,7 +16,7 @@ import eai.logic.formula as f
 T = TypeVar("T")
 _TEMPORAL = get_args(f.Temporal)
 
-MAX_DEPTH = 100
+MAX_FORMULA_DEPTH = 100
 """Maximum nesting depth of formulas that the parsers accept.
 
 Python compares, hashes and shows nested values recursively, which is safe up to this depth. The deepest

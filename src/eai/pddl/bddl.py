@@ -15,7 +15,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError, ParseError, did_you_mean
 from eai.logic.ltl_printer import format_ltl
 from eai.logic.signature import find_line_and_column, make_parse_error, make_term
-from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
+from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_FORMULA_DEPTH
 from eai.pddl.model import PddlProblem, TypedName
 
 _TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")
@@ -47,7 +47,7 @@ def parse_problem(text: str) -> PddlProblem:
 
     Raises:
         ParseError: the text is not a problem file, has not exactly one domain, objects, init and goal
-            section, or is nested too deep (`traversal.MAX_DEPTH`).
+            section, or is nested too deep (`traversal.MAX_FORMULA_DEPTH`).
         InputError: an initial fact is neither an atom nor a negated atom.
     """
     return _BddlReader(text).read_problem()
@@ -160,7 +160,7 @@ class _BddlReader:
         return tuple(initial), tuple(denied)
 
     def _read_conditions(
-        self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH
+        self, scope: frozenset[str] = frozenset(), levels: int = MAX_FORMULA_DEPTH
     ) -> tuple[f.Formula, ...]:
         """Read conditions and the closing parenthesis."""
         conditions: list[f.Formula] = []
@@ -168,10 +168,12 @@ class _BddlReader:
             conditions.append(self._read_condition(scope, levels))
         return tuple(conditions)
 
-    def _read_condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
+    def _read_condition(
+        self, scope: frozenset[str] = frozenset(), levels: int = MAX_FORMULA_DEPTH
+    ) -> f.Formula:
         """Read a condition that is nested at most `levels` deep."""
         if levels == 0 and self._tokens[self._next] == "(":
-            raise self._make_error(expected=f"a condition with at most {MAX_DEPTH} levels of nesting")
+            raise self._make_error(expected=f"a condition with at most {MAX_FORMULA_DEPTH} levels of nesting")
         self._read_token("(")
         keyword = self._tokens[self._next]
         if keyword in _CONNECTIVES:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
-from eai.abilities.answer_text import MAX_LENGTH
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import JsonPlanNotation, PddlPlanNotation
 from eai.abilities.verdict import Unreadable
@@ -170,7 +170,7 @@ def test_lines_without_steps_are_no_plan(text: str) -> None:
 
 
 def test_lines_of_an_excessive_text_are_not_read() -> None:
-    assert isinstance(PddlPlanNotation().read(f"{LINES}\n{' ' * MAX_LENGTH}"), Unreadable)
+    assert isinstance(PddlPlanNotation().read(f"{LINES}\n{' ' * MAX_ANSWER_CHARACTERS}"), Unreadable)
 
 
 def test_only_a_pddl_domain_takes_lines() -> None:

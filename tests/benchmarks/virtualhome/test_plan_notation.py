@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from benchmarks.virtualhome import flat
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, TOO_LONG
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
@@ -121,7 +121,7 @@ def test_an_incomplete_plan_cannot_be_read(text: str, reason: str) -> None:
 
 
 def test_an_answer_beyond_the_maximum_length_is_not_searched() -> None:
-    assert read_steps('{"WALK": ["sofa"]}' + " " * MAX_LENGTH) is TOO_LONG
+    assert read_steps('{"WALK": ["sofa"]}' + " " * MAX_ANSWER_CHARACTERS) is TOO_LONG
 
 
 SCENE = flat.make_scene()

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, TOO_LONG
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.extensions.reference.virtualhome_plans import (
@@ -74,12 +74,12 @@ def test_a_list_that_is_not_json_counts_twice(text: str) -> None:
 
 
 def test_an_endless_answer_is_not_searched() -> None:
-    assert read_plan('{"WALK": ["sofa"]}' + " " * MAX_LENGTH) is TOO_LONG
+    assert read_plan('{"WALK": ["sofa"]}' + " " * MAX_ANSWER_CHARACTERS) is TOO_LONG
 
 
 @pytest.mark.parametrize("piece", ['"A": [', '"A":', '"', "[", '"A": []', '"A": [] '])
 def test_reading_takes_time_in_proportion_to_the_text(piece: str) -> None:
-    text = piece * (MAX_LENGTH // len(piece))
+    text = piece * (MAX_ANSWER_CHARACTERS // len(piece))
     started = time.process_time()
     assert isinstance(read_plan(text), Unreadable)
     assert time.process_time() - started < 10

@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from eai.abilities.answer_text import MAX_LENGTH, AnswerFormat
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, AnswerFormat
 from eai.abilities.notation.plan_form import (
     ORDINARY_WORD,
     StepList,
@@ -24,7 +24,7 @@ from eai.abilities.notation.plan_form import (
     read_plan,
 )
 from eai.abilities.notation.step_line import (
-    AROUND,
+    CHARACTERS_AROUND_STEP,
     LABEL,
     PLAIN_CHARACTERS,
     StepReader,
@@ -92,7 +92,7 @@ def read_json_plan_or_action_lines(
         actions: names of actions; without names, lines are not read.
     """
     plan = read_plan(text, form)
-    if isinstance(plan, WrittenPlan) or not actions or len(text) > MAX_LENGTH:
+    if isinstance(plan, WrittenPlan) or not actions or len(text) > MAX_ANSWER_CHARACTERS:
         return plan
     lines = _read_action_lines(text, actions)
     return plan if lines is None else lines
@@ -160,7 +160,7 @@ def _has_unpaired_bracket(text: str) -> bool:
 
 
 def _has_form_of_call(line: str) -> bool:
-    words = line.strip(AROUND)
+    words = line.strip(CHARACTERS_AROUND_STEP)
     return _CALL.fullmatch(words) is not None or _OBJECTS_ALONE.fullmatch(words) is not None
 
 
@@ -255,7 +255,7 @@ def _split_lines(
     position = block = 0
     for whole in text.splitlines(keepends=True):
         line = comment.sub("", whole).rstrip()
-        remark = whole[len(line) :].rstrip().strip(AROUND)
+        remark = whole[len(line) :].rstrip().strip(CHARACTERS_AROUND_STEP)
         # the comment in "(;pick a)" begins after the opening bracket of a step
         if remark and any(step_of(words) is not None for words in (remark, f"({remark}")):
             line = whole.rstrip()  # a step is not a comment

@@ -21,7 +21,7 @@ from eai.abilities.answer_schema import (
     make_text_schema,
     make_union_schema,
 )
-from eai.abilities.answer_text import MAX_LENGTH, AnswerFormat, JsonObject
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, AnswerFormat, JsonObject
 from eai.abilities.notation.plan_form import (
     STEP_FORM,
     StepList,
@@ -254,7 +254,7 @@ class PddlPlanNotation(JsonPlanNotation):
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Return the plan in the JSON of an answer, or in its lines if it has no JSON with steps."""
         lines = None
-        if len(text) <= MAX_LENGTH:
+        if len(text) <= MAX_ANSWER_CHARACTERS:
             lines = read_plan_lines(text, self.read_step, actions, self.looks_like_step)
         if lines is not None and not looks_like_json(text, _make_json_plan_format(frozenset(actions))):
             return lines

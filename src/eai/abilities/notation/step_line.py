@@ -27,9 +27,9 @@ _TITLE = re.compile(
     re.IGNORECASE,
 )
 """Pattern of a title before a step, such as ``Final answer:``."""
-_REMARK = re.compile(r"(?<!\s)(?:\s*:|\s+(?:#|//|--?|–|—))(?=\s)")
+_REMARK_SEPARATOR = re.compile(r"(?<!\s)(?:\s*:|\s+(?:#|//|--?|–|—))(?=\s)")
 """Pattern of the separator between a step and a remark on the step."""
-_SIGNS = re.compile(
+_TAGS_AND_EMOJIS = re.compile(
     r"<\|[\w-]+\|>|\[/?INST\]|\*\*|(?<!`)`(?!`)|</?(?:answer|final_answer|output|response|result|solution|plan"
     r"|actions?|steps?|pre|code|br|s|end_of_turn)\s*/?>|[\u2600-\u27bf\ufe0f\U0001f300-\U0001faff]",
     re.IGNORECASE,
@@ -47,9 +47,9 @@ _MAX_SEPARATORS = 3
 _MAX_WORDS_AROUND = 3
 """Maximum number of words before a step in its line, and after it. A line with more words is prose."""
 
-AROUND = " \t,.;!\"'“”‘’"
+CHARACTERS_AROUND_STEP = " \t,.;!\"'“”‘’"
 """Characters that do not belong to a step if they stand before or after it in a line."""
-_BEFORE = " \t,\"'“”‘’"
+_CHARACTERS_BEFORE_STEP = " \t,\"'“”‘’"
 """Characters that do not belong to a step if they stand before it in a line. A semicolon begins a comment."""
 
 
@@ -60,7 +60,7 @@ def blank_out_tags_and_emojis(text: str) -> str:
     and a real line break.
     """
     lines = text.replace("\\n", " \n") if "\\n" in text and "\n" not in text.strip() else text
-    return _SIGNS.sub(lambda sign: " " * len(sign[0]), lines)
+    return _TAGS_AND_EMOJIS.sub(lambda sign: " " * len(sign[0]), lines)
 
 
 def find_step_in_line(
@@ -77,7 +77,7 @@ def find_step_in_line(
         step = step_of(text) or step_of(strip_punctuation(text))
         if step is not None:
             return step, begin > 0
-        for separator in islice(_REMARK.finditer(text), _MAX_SEPARATORS):
+        for separator in islice(_REMARK_SEPARATOR.finditer(text), _MAX_SEPARATORS):
             words, remark = (
                 strip_punctuation(text[: separator.start()]),
                 strip_punctuation(text[separator.end() :]),
@@ -121,7 +121,7 @@ def strip_punctuation(text: str) -> str:
 
     A single word keeps its quotes, as it may be a piece of JSON. Dots that stand for omitted text stay, too.
     """
-    words = text.lstrip(_BEFORE).rstrip(AROUND)
+    words = text.lstrip(_CHARACTERS_BEFORE_STEP).rstrip(CHARACTERS_AROUND_STEP)
     is_omission = ".." in text[text.find(words) + len(words) :]
     if is_omission:
         return text.strip()

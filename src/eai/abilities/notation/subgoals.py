@@ -45,7 +45,7 @@ _FORMULA_LINE = re.compile(
     rf"""\W*(?:{_OUTPUT}["']\s*:.*|(?:not\s+)?\w[\w.]*\([\w.,\s-]*\)(?:\s*(?:and|or)\b.*)?)\W*"""
 )
 
-_NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
+_NO_FORMULA_NEIGHBOURS = frozenset({",", ".", ":", "="})
 """Characters that may stand next to the name of an object or variable, but never next to a formula.
 
 A predicate or action without arguments is read as a formula, unless such a character is next to its name:
@@ -258,7 +258,11 @@ def _add_missing_brackets(text: str, names_without_arguments: Collection[str]) -
     for i, token in enumerate(tokens):
         before_bracket, before, after = around[i], around[i + 1], around[i + 3]
         is_argument = before == "(" and _NAME.match(before_bracket) and before_bracket not in _WORDS
-        if token in names_without_arguments and not is_argument and not {before, after} & _NO_NEIGHBOURS:
+        if (
+            token in names_without_arguments
+            and not is_argument
+            and not {before, after} & _NO_FORMULA_NEIGHBOURS
+        ):
             tokens[i] = token if after == "(" else f"{token}()"
     pieces = _TOKEN.split(text)
     return "".join([piece for pair in zip(pieces, [*tokens, ""], strict=True) for piece in pair])

@@ -18,17 +18,17 @@ from eai.world.state import State
 ActionSequence: TypeAlias = Sequence[Action]
 """A sequence of actions on objects."""
 
-MAX_ACTIONS = 2
+MAX_ACTIONS_PER_SUBGOAL = 2
 """Maximum number of actions for one subgoal, including movement."""
 
 
 TOO_FAR = Check(
     TRUE,
     FaultKind.MISSING_STEP,
-    f"it takes more than {MAX_ACTIONS} actions: the states in between must be subgoals, too",
+    f"it takes more than {MAX_ACTIONS_PER_SUBGOAL} actions: the states in between must be subgoals, too",
     id="too_many_actions",
 )
-"""The check that fails if a subgoal needs more than `MAX_ACTIONS` actions."""
+"""The check that fails if a subgoal needs more than `MAX_ACTIONS_PER_SUBGOAL` actions."""
 
 
 class SubgoalPlans(NamedTuple):

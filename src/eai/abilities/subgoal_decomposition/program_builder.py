@@ -22,7 +22,7 @@ from typing import NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
-    MAX_ACTIONS,
+    MAX_ACTIONS_PER_SUBGOAL,
     CompiledAnswer,
     ExecuteSubgoalPlansInstruction,
     Instruction,
@@ -412,7 +412,10 @@ class _SubgoalProgramBuilder:
                 action = self._lexicon.to_action(formula)
                 return self._add_instruction(
                     ExecuteSubgoalPlansInstruction(
-                        self._programs.make_action_planner(action), subgoal, next_instruction, MAX_ACTIONS
+                        self._programs.make_action_planner(action),
+                        subgoal,
+                        next_instruction,
+                        MAX_ACTIONS_PER_SUBGOAL,
                     )
                 )
             case f.Then(parts):
@@ -492,7 +495,7 @@ class _SubgoalProgramBuilder:
         entries = [
             self._add_instruction(
                 ExecuteSubgoalPlansInstruction(
-                    self._programs.plans(literals_of_one, required), subgoal, tested, MAX_ACTIONS
+                    self._programs.plans(literals_of_one, required), subgoal, tested, MAX_ACTIONS_PER_SUBGOAL
                 )
             )
             if literals_of_one

@@ -1,12 +1,14 @@
 """Refinement: find the actions for one subgoal by a small search in the declared domain.
 
-A subgoal gets at most `MAX_ACTIONS` actions. Each action makes a part of the subgoal true, or prepares
-another action. Only three kinds of actions (`OperatorRole`) prepare others: *movement*, *taking* an object of
-the subgoal into a hand, and, if nothing else helps, *releasing* an object. So a goal that needs many actions
-fails as a subgoal. The shortest plan is taken. If several plans have this length, the search over all
-executions of the answer (``search.py``) tries each plan. A number of applied actions limits the effort, never
-time. Operators and objects are tried in their order. (Paper, section "Ability Module 2: Subgoal
-Decomposition": a breadth-first search with a bounded number of actions for each subgoal.)
+A subgoal gets at most `MAX_ACTIONS_PER_SUBGOAL` actions. Each action makes a part of the subgoal true, or
+prepares another action. Only three kinds of actions (`OperatorRole`) prepare others: *movement*, *taking* an
+object of the subgoal into a hand, and, if nothing else helps, *releasing* an object. So a goal that needs
+many actions fails as a subgoal.
+
+The shortest plan is taken. If several plans have this length, the search over all executions of the answer
+(``search.py``) tries each plan. A number of applied actions limits the effort, never time. Operators and
+objects are tried in their order. (Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first
+search with a bounded number of actions for each subgoal.)
 """
 
 from __future__ import annotations

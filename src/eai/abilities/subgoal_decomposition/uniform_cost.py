@@ -14,14 +14,19 @@ from copy import copy
 from itertools import tee
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, ActionSequence, SubgoalPlans
+from eai.abilities.subgoal_decomposition.program import (
+    MAX_ACTIONS_PER_SUBGOAL,
+    TOO_FAR,
+    ActionSequence,
+    SubgoalPlans,
+)
 from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_actions_of_operators
 from eai.planning.search import OpenList, SearchEffort, SearchEndReason, SearchNode, run_best_first_search
 from eai.planning.successor_generator import PlanNode
 from eai.world.action import Action
 from eai.world.state import State
 
-MAX_PLANS = 4
+MAX_PLANS_PER_SUBGOAL = 4
 """Maximum number of plans that a search returns for one subgoal."""
 
 _PARTS_PER_ACTION = 16
@@ -138,9 +143,8 @@ class _MovementFinder:
         """
         if state not in self._paths:
             (self._paths[state],) = tee(self._explore_paths(state), 1)
-        return copy(
-            self._paths[state]
-        )  # each copy of the iterator starts at the shortest path, and no path is computed twice
+        # Each copy of the iterator starts at the shortest path, and no path is computed twice.
+        return copy(self._paths[state])
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.fixed_checks_hold(start)]
@@ -168,7 +172,7 @@ class _MovementFinder:
 
 
 class _UniformCostSearch:
-    """A search for the shortest plans of at most `MAX_ACTIONS` actions.
+    """A search for the shortest plans of at most `MAX_ACTIONS_PER_SUBGOAL` actions.
 
     The attribute ``met`` of a node is the bit mask of the goal's literals that hold in the node's state.
 
@@ -198,11 +202,11 @@ class _UniformCostSearch:
         self._open: OpenList[PlanNode] = OpenList()
         self._lengths: dict[State, int] = {}
         self._pushed = 0
-        self._best = MAX_ACTIONS
+        self._best = MAX_ACTIONS_PER_SUBGOAL
         self._found: dict[object, PlanNode] = {}
 
     def find_shortest_plans(self, start: State) -> list[ActionSequence]:
-        """Return at most `MAX_PLANS` shortest plans.
+        """Return at most `MAX_PLANS_PER_SUBGOAL` shortest plans.
 
         If plans have the same end state and the same actions that matter to the goal, only one is returned.
         """
@@ -228,7 +232,7 @@ class _UniformCostSearch:
             for child in self._expand_node(node):
                 if child.met == self.goal.everything and self._meets_goal(child.state):
                     self._keep_solution(child)
-                    if len(self._found) == MAX_PLANS:
+                    if len(self._found) == MAX_PLANS_PER_SUBGOAL:
                         return child
                 elif child.depth < self._lengths.get(child.state, child.depth + 1):
                     self._push_node(child)
@@ -410,7 +414,7 @@ class _FailedSearch:
                 if attempt.failing and met <= self.most_met:
                     continue
                 attempt_distance = (-met, len(attempt.failing), len(attempt.plan))
-                made = not attempt.failing and len(attempt.plan) <= MAX_ACTIONS
+                made = not attempt.failing and len(attempt.plan) <= MAX_ACTIONS_PER_SUBGOAL
                 if not made and (best is None or attempt_distance < distance):
                     best, distance = attempt, attempt_distance
         if best is not None:

@@ -23,7 +23,7 @@ from eai.abilities.answer_schema import Schema
 from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plan_form import WrittenStep
 from eai.abilities.notation.plans import PddlPlanNotation
-from eai.abilities.notation.step_line import AROUND
+from eai.abilities.notation.step_line import CHARACTERS_AROUND_STEP
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import read_content
@@ -368,7 +368,7 @@ class _TextCommandPlanNotation(PddlPlanNotation):
 
         Commands of older games, such as ``put apple 1 in/on fridge 1``, are included.
         """
-        words = _NUMBERED.sub("", line).strip(AROUND)
+        words = _NUMBERED.sub("", line).strip(CHARACTERS_AROUND_STEP)
         command = self._command.search(words)
         if command is not None:
             others = words[: command.start()].split(), words[command.end() :].split()

@@ -19,7 +19,7 @@ from dataclasses import replace
 from functools import cache
 
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
-from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
+from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, TOO_LONG
 from eai.abilities.explanation import Explanation
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor
@@ -257,7 +257,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     A step with an empty list (``"STANDUP": []``) is lost. Text around the steps is ignored. Only a code fence
     at the very start is removed.
     """
-    if len(text) > MAX_LENGTH:
+    if len(text) > MAX_ANSWER_CHARACTERS:
         return TOO_LONG
     # Text after the last list holds no step. Without it, the search is faster.
     text = text[: text.rfind(_LIST_END) + 1]
