@@ -67,9 +67,9 @@ def check_domain(
 
 
 def _find_defects_on_random_walk(
-    domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
+    domain: Domain, initial: State, rng: random.Random, steps: int, declared_predicates: AbstractSet[str]
 ) -> Iterator[_Defect]:
-    """Execute random possible actions, and yield a text for each rule of execution that the domain breaks."""
+    """Try random actions, and yield a text for each rule of execution that the domain breaks."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield f"{domain.name}: a state belongs to another vocabulary"
         return
@@ -99,7 +99,9 @@ def _find_defects_on_random_walk(
         ):
             yield f"{action.operator}: the simulator's state differs from the outcome that it returned"
         if isinstance(after, State):
-            yield from _find_defects_of_simulator(domain, history.state, action, outcome, after, declared)
+            yield from _find_defects_of_simulator(
+                domain, history.state, action, outcome, after, declared_predicates
+            )
             history = history.extend(after)
 
 
@@ -121,7 +123,7 @@ def _find_defects_of_simulator(
 
 
 def _find_effects_made_true(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
-    """Yield the intended effects of an action (changes that it always makes) that were not yet true."""
+    """Yield an action's intended effects (changes that it always makes) that hold only after the action."""
     arguments = map_parameters_to_indices(action, domain)
     for effect in _find_visible_effects_as_formulas(
         domain.compiled_operators[action.operator].operator.effects, domain.vocabulary
