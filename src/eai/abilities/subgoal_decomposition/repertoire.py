@@ -82,13 +82,14 @@ class _OperatorForSearch(NamedTuple):
     Attributes:
         operator: the compiled operator.
         role: the operator's role in a search, such as movement.
-        movable: for each check whether movement can change its truth value. One more item, the last, is about
-            the conditions of all alternatives: the operator's several ways to act (`OperatorAlternative`).
-        fixable: for each check whether movement can make the check true and so the action possible. False for
-            checks whose failure means that the action is needless. The last item, for alternatives, is False.
+        movable: for each check whether movement can change its truth value. An additional last item is about
+            the conditions of the operator's alternatives (`OperatorAlternative`) together.
+        fixable: for each check whether movement can make the check true and so the action possible. It is
+            False for the alternatives, and for a check whose failure means that the action is needless.
         fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
-        rest_checks_hold: tests in a state whether all `REST` checks hold.
+        rest_checks_hold: tests in a state whether all `REST` checks hold. If the operator has alternatives,
+            it tests whether the complete action is possible.
         unmovable_checks_hold: tests in a state whether those `REST` checks hold that movement cannot make
             true. Checks of alternatives are not tested.
     """
