@@ -101,6 +101,7 @@ class Trial:
 
         Raises:
             ValueError: the trial is over.
+            TypeError: the scorer gives another verdict than a `PlanVerdict`.
         """
         if self.has_no_attempt_left:
             raise ValueError(f"the trial of {self.task.id} is over: no further answer can be tried")

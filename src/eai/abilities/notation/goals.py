@@ -160,8 +160,8 @@ class GoalSections(NamedTuple):
     """The sections of an answer's JSON object. Each section lists goals of one kind.
 
     Attributes:
-        members: key and entries of each section, in order. A key that resembles a key in `SECTIONS` is
-            replaced by this key.
+        members: key and value of each member of the object, in order. A key that resembles a key in
+            `SECTIONS` is replaced by this key. Members with unknown keys need not be lists of goals.
         repairs: ``section_name`` if a key was replaced.
     """
 
