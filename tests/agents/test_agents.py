@@ -134,8 +134,13 @@ def test_the_novel_agent_prefers_new_states_and_the_blind_agent_takes_any_action
         for agent in ("random", "novel"):
             game, commands = played(agent, setup, seed)
             replay = Game(setup)
-            assert all(replay.act(command).info["fault"] is None for command in commands[: len(game.taken)])
-    assert any(len(game.taken) < len(commands) - 1 for game, commands in [played("blind", setup)])
+            assert all(
+                replay.act(command).info["fault"] is None
+                for command in commands[: len(game.executed_operators)]
+            )
+    assert any(
+        len(game.executed_operators) < len(commands) - 1 for game, commands in [played("blind", setup)]
+    )
 
 
 @pytest.mark.parametrize("name", EVERY)

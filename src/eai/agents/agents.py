@@ -249,7 +249,7 @@ class _Explorer:
         ):
             return ()
         self._planned.add(effort)
-        now = replace(task, initial=game.state, goals=find_remaining_goals(task, game.taken))
+        now = replace(task, initial=game.state, goals=find_remaining_goals(task, game.executed_operators))
         for usable in (
             self._game.task.find_objects_named_in_goals(task.goals) & usable_objects,
             usable_objects,
@@ -377,7 +377,7 @@ class _GreedyAgent(_Explorer):
             return ()
         successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))
-        met = len(game.task.goals) - len(find_remaining_goals(game.task, game.taken))
+        met = len(game.task.goals) - len(find_remaining_goals(game.task, game.executed_operators))
         node: PlanNode = SearchNode(game.state, met)
         costs: dict[Action, float] = {}
         for action in search.estimate_cost_and_preferred_actions(node, *self._target)[1][:_MAX_COMPARED]:

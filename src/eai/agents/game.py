@@ -100,11 +100,11 @@ class Game:
         won: whether the game has ended with all goals reached, and with `DONE` if the rules require it. A
             refusal wins if no plan exists.
         refused: the agent's reason for calling the task impossible; None if the agent has not done so.
-        taken: names of the operators of the executed actions, in order.
+        executed_operators: names of the operators of the executed actions, in order.
         reached: whether each goal is reached now.
         value: the value of the episode in its present state, as the rules define the reward; 0 if the task
             pays no reward.
-        tried: number of actions tried, impossible actions included.
+        tried_action_count: number of actions tried, impossible actions included.
         action: the action of the last command; None if the command was not an action.
         outcome: the outcome of the last command.
     """
@@ -114,7 +114,7 @@ class Game:
         self.setup, self.task = setup, setup.task
         self._rules = setup.rules
         self._episode = Episode(setup.domain, setup.task.initial, slip_sampler)
-        self.taken: list[str] = []
+        self.executed_operators: list[str] = []
         self._last: Action | None = None
         self._turns = 0
         self._failed = False
@@ -126,7 +126,7 @@ class Game:
         self.won = False
         self.refused: str | None = None
         self.value = 0.0
-        self.tried = 0
+        self.tried_action_count = 0
         self.action: Action | None = None
         self.outcome = _CommandOutcome("")
 
@@ -203,7 +203,7 @@ class Game:
         )
         if earned is None or self._rules.reward is not Shaping.PARTIAL:
             return earned
-        partial = self.setup.goals.find_partial_success(self.state, self.taken, self.reached)
+        partial = self.setup.goals.find_partial_success(self.state, self.executed_operators, self.reached)
         gained = compute_condition_gain(partial, self.setup.share_of_conditions_met_at_start, earned.gain)
         return replace(earned, conditions=gained)
 
@@ -237,14 +237,14 @@ class Game:
             raise InputError("the episode is over: no command can follow; begin a new one")
         text = convert_command_to_text(text)
         self.action, self._memory.changes = None, []
-        turns, tried = self._turns, self.tried
+        turns, tried = self._turns, self.tried_action_count
         try:
             return self._take_turn(text)
         except EaiError:
             raise
         except Exception as error:
             _LOG.warning("an action in %s fails: %s", self.task.id, describe_exception(error))
-            self._turns, self.tried = turns + 1, tried + 1
+            self._turns, self.tried_action_count = turns + 1, tried + 1
             kind = FaultKind.UNCATEGORISED
             self._failed, self._memory.has_looked = True, False
             self._faults[kind] += 1
@@ -279,7 +279,7 @@ class Game:
         tried = self._execute_parsed_command(meant)
         self.action = meant if isinstance(meant, Action) else None
         if meant is not None:
-            self.tried += 1
+            self.tried_action_count += 1
             self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)
             self._last = self.action
         if tried.fault is not None:
@@ -293,7 +293,7 @@ class Game:
         self._turns += 1
         if self._has_no_actions_left:
             return self._make_result(_CommandOutcome("No actions are left."), ())
-        self.tried += 1
+        self.tried_action_count += 1
         name = self.setup.observer.render_names((self.task.scene.index[meant_object],))
         return self._make_result(_CommandOutcome(f"{name} is meant."), ())
 
@@ -360,7 +360,7 @@ class Game:
             case Slip():
                 return _CommandOutcome(f"{line}: nothing happened.", slipped=True)
             case State():
-                self.taken.append(command.operator)
+                self.executed_operators.append(command.operator)
                 if self._rules.feedback not in OUTCOMES:
                     return _CommandOutcome(
                         f"{line}: done.\n{self._memory.update_and_describe_changes(outcome)}"
@@ -374,7 +374,7 @@ class Game:
     def _evaluate_each_goal(self) -> tuple[bool, ...]:
         goals, episode = self.setup.goals, self._episode
         return goals.evaluate_each_goal(
-            episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
+            episode.state, self.executed_operators, episode.trajectory if goals.has_goals_over_time else None
         )
 
     def make_gymnasium_info(

@@ -47,6 +47,8 @@ class ReferenceSolution(NamedTuple):
     def compute_action_limit(self, factor: float) -> int:
         """Return the maximum number of actions of a game: enough to win and to look around.
 
+        It is at least the number of the commands that are known to win.
+
         Args:
             factor: number by which the length of the shortest known plan is multiplied.
         """

@@ -46,24 +46,24 @@ class GameRules(Options):
         slip: The probability that a possible action does not work.
         view: The objects in observations: task (objects of the task, a hint that prompts give too), or scene
             (all objects).
-        observe: How much of the world is shown: full, or partial: the objects that the agent can see, as the
-            domain declares it. Then actions may name only objects that have been seen.
+        observe: How much of the world is shown: full, or partial (only objects that the agent can see, by the
+            domain's definition). In a partial view, actions may name only objects that have been seen.
         reward: The definition of the reward: success, goals, progress, diagnosis, repair or partial, as by
             eai.Reward. The reward of a turn is the change in the value of the episode.
         gamma: The discount. The reward of a turn is the discounted value of the episode after it, minus the
             value before.
         until: When an episode ends: goal (in the first state in which all goals are reached), or done (when
-            the agent writes DONE, as a plan ends).
+            the agent writes DONE).
         max_steps: Number of actions after which an episode is cut off; None for no limit.
-        budget: Cut an episode off after this many times the shortest plan known and 8 actions more, or after
-            the actions of the reference if these are more; None for no such limit.
+        budget: The maximum number of actions: this number times the length of the shortest known plan, plus
+            8, but at least as many as the commands that are known to win. None for no such limit.
         admissible: List all possible actions about objects that have been seen.
         feedback: The text after each turn: facts (all visible facts), changes, outcome (of the action only),
             or pictures (the outcome only, and no facts even at first, because pictures show them). In a
             partial view, changes include objects that come into sight, with their facts, and objects that go
             out of sight.
         prompts: The set of prompts of the texts about the world and the task, such as short or facts.
-        verifier: Whether the agent may ask the verifier. Records say so, and no others are ranked with them.
+        verifier: Whether the agent may ask the verifier. Such runs are never ranked with others.
     """
 
     slip: float = Field(default=0.0, ge=0, le=1)

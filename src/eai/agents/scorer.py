@@ -133,7 +133,7 @@ class _EpisodeScorer(Scorer):
             if game.is_over:
                 difference = f"turn {number}: the episode is over"
                 break
-            tried_before = game.tried
+            tried_before = game.tried_action_count
             told = game.act(command.said).observation
             difference = _describe_observation_difference(f"turn {number}", command.told, told)
             first = states.setdefault((game.state, game.reached), number)
@@ -141,7 +141,7 @@ class _EpisodeScorer(Scorer):
                 Turn(
                     command.said,
                     hash_text(told),
-                    is_action=game.tried > tried_before,
+                    is_action=game.tried_action_count > tried_before,
                     fault=game.outcome.fault,
                     slipped=game.outcome.slipped,
                     goals="".join("1" if reached else "0" for reached in game.reached),
@@ -149,7 +149,7 @@ class _EpisodeScorer(Scorer):
                 )
             )
             steps.append(_make_step_report(turns[-1], game))
-            history.append((game.state, tuple(game.taken)))
+            history.append((game.state, tuple(game.executed_operators)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._make_verdict(game, episode, tuple(turns), game.ended or claimed)
         return (
@@ -193,7 +193,7 @@ class _EpisodeScorer(Scorer):
             additional_steps=additional,
             goals=self.goals.tally_by_kind(held),
             goals_satisfied=held,
-            partial=self.goals.find_partial_success(game.state, game.taken, held)
+            partial=self.goals.find_partial_success(game.state, game.executed_operators, held)
             if turns
             else self.goals.partial_success_without_execution,
             turns=turns,

@@ -49,8 +49,8 @@ class AgentSetting(Options):
         prompts: The set of prompts of the first message. prompts.set chooses it, too.
         slip: The probability that a possible action does not work.
         slip_seed: The seed of the draws of slips.
-        budget: The maximum number of actions: this many times the shortest plan known and 8 more, or the
-            reference's.
+        budget: The maximum number of actions: this number times the length of the shortest known plan, plus
+            8, but at least as many as the commands that are known to win.
         steps: The maximum number of actions, independent of the plan.
         tokens: The maximum number of tokens of an episode, in all questions and replies.
         seconds: The maximum number of seconds of an episode on the clock.

@@ -134,7 +134,7 @@ def test_an_acting_agent_learns_the_meant_object_for_an_action() -> None:
         game = Game(setup)
         told = [game.act("ASK(which one, please?)").observation for _ in range(3)]
         assert told[0].startswith(f"{fits(task)[0]} is meant.")
-        assert (told[1], game.tried) == (told[0], 2)
+        assert (told[1], game.tried_action_count) == (told[0], 2)
         assert told[2].startswith("No actions are left.")
         assert game.ended == "steps"
 
