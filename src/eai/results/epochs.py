@@ -118,8 +118,8 @@ class ModelBeliefsInPrompts:
         metadata: mapping from each task to the metadata of its question, for built-in models.
         summaries: for each task, a mapping from names of studies (variations of questions) to values that
             records store on the task's belief, such as its number of errors.
-        look: function that simulates how a changed scene is perceived; None if questions describe the scene
-            without errors.
+        perceive_changed_scene: function that simulates how a changed scene is perceived; None if questions
+            describe the scene without errors.
     """
 
     beliefs: Mapping[str, BelievedTask]
@@ -127,7 +127,7 @@ class ModelBeliefsInPrompts:
     missing_reason: str
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
-    look: ScenePerception | None = None
+    perceive_changed_scene: ScenePerception | None = None
 
     def copy_with_goals_of(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
         """Return a copy that keeps its scenes and has the goals of ``goal_beliefs``.
@@ -147,7 +147,7 @@ class ModelBeliefsInPrompts:
                 i: _merge_study_summaries(self.summaries.get(i, {}), goal_beliefs.summaries.get(i, {}))
                 for i in {**self.summaries, **goal_beliefs.summaries}
             },
-            goal_beliefs.look or self.look,
+            goal_beliefs.perceive_changed_scene or self.perceive_changed_scene,
         )
 
     @property

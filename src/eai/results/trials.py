@@ -70,39 +70,40 @@ class Conversation:
     question. Without a trial, the only answer is scored later.
 
     Args:
-        ask: returns the next question.
+        get_question: returns the next question.
         trial: the trial; None for a single question.
-        about: returns metadata on the scene of the next question; empty if the scene has not changed.
+        describe_changed_scene: returns metadata on the scene of the next question; empty if the scene has not
+            changed.
 
     Attributes:
-        asked: the answered questions, in order.
+        answered_questions: the questions with an answer, in order.
     """
 
     def __init__(
         self,
-        ask: Callable[[], Prompt],
+        get_question: Callable[[], Prompt],
         trial: Trial | None = None,
-        about: Callable[[], Mapping[str, str]] = dict,
+        describe_changed_scene: Callable[[], Mapping[str, str]] = dict,
     ) -> None:
-        self._ask = ask
+        self._get_question = get_question
         self._trial = trial
-        self._about = about
-        self.asked: list[Prompt] = []
+        self._describe_changed_scene = describe_changed_scene
+        self.answered_questions: list[Prompt] = []
 
     @property
     def is_over(self) -> bool:
         """Whether the conversation has no further questions."""
-        return bool(self.asked) if self._trial is None else self._trial.has_no_attempt_left
+        return bool(self.answered_questions) if self._trial is None else self._trial.has_no_attempt_left
 
     @property
     def question(self) -> Prompt:
         """The next question."""
-        return self._ask()
+        return self._get_question()
 
     @property
     def metadata_on_changed_scene(self) -> Mapping[str, str]:
         """Metadata on the scene of the next question; empty if the scene has not changed."""
-        return self._about()
+        return self._describe_changed_scene()
 
     @property
     def executed_actions(self) -> tuple[Action, ...]:
@@ -121,7 +122,7 @@ class Conversation:
 
     def add_answer(self, text: str) -> None:
         """Add the model's answer to the current question. Afterwards, `question` is the next question."""
-        self.asked.append(self.question)
+        self.answered_questions.append(self.question)
         if self._trial is not None:
             self._trial.try_answer(text)
 

@@ -193,7 +193,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
         key = (str(state.sample_id), state.epoch)
         transcript, recorded = _SampleTranscript(state), run.open_conversation(key)
         conversation = recorded.conversation
-        for question, answer in zip(conversation.asked, recorded.answers, strict=True):
+        for question, answer in zip(conversation.answered_questions, recorded.answers, strict=True):
             transcript.add_question(question, conversation)
             transcript.add_recorded_answer(answer)
         while not conversation.is_over:

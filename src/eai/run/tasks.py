@@ -285,7 +285,9 @@ def make_suite_conversations(
     """
     if options is None:
         return None
-    look, goals = (None, {}) if beliefs is None else (beliefs.look, beliefs.tasks_with_stated_goals)
+    look, goals = (
+        (None, {}) if beliefs is None else (beliefs.perceive_changed_scene, beliefs.tasks_with_stated_goals)
+    )
     question_writer = library.make_question_writer(suite.benchmark, suite.ability, prompts, look)
     return open_trials(suite, options, question_writer, prompts, goals)
 

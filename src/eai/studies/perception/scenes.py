@@ -105,9 +105,13 @@ def make_scene_beliefs_without_captioner(
     if options.noise is not None:
         words = make_scene_graph_vocabulary(benchmark)
         seen = {i: perceive_with_noise(task, words, options.noise) for i, task in tasks.items()}
-        return replace(make_scene_beliefs(options.options_label, tasks, words, seen), look=look)
+        return replace(
+            make_scene_beliefs(options.options_label, tasks, words, seen), perceive_changed_scene=look
+        )
     return _make_beliefs_with_scene_format(
-        options.options_label, _describe_true_scenes(options, benchmark, tasks, templates), look=look
+        options.options_label,
+        _describe_true_scenes(options, benchmark, tasks, templates),
+        perceive_changed_scene=look,
     )
 
 
