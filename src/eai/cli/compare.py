@@ -140,7 +140,7 @@ class _ComparedSuite(NamedTuple):
     rules: str | None = None
 
     @staticmethod
-    def from_run(key: RunKey) -> _ComparedSuite:
+    def from_run_key(key: RunKey) -> _ComparedSuite:
         rules = None if key.experiment is None else key.experiment.rules
         return _ComparedSuite(key.domain, key.ability.value, key.protocol.value, rules)
 
@@ -156,7 +156,7 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
     """
     runs: dict[_ComparedSuite, Run] = {}
     for run in read_runs([path]):
-        place = _ComparedSuite.from_run(run.key)
+        place = _ComparedSuite.from_run_key(run.key)
         before = runs.setdefault(place, run)
         if before is not run:
             both = f"{before.key.name} and {run.key.name}"

@@ -129,9 +129,9 @@ def print_findings_and_exit(findings: Sequence[DataMistake], message_if_none: st
 
 
 def select_default_abilities(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
-    """Drop the abilities that the benchmark runs only if ``--ability`` names them; return the others.
+    """Return the abilities without those that run in the benchmark only if ``--ability`` names them.
 
-    A note is printed for each dropped ability.
+    A note is printed for each ability that is left out.
     """
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:

@@ -394,12 +394,12 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
         console.print(Text(f"{indent}{more}, not shown", style="dim"))
 
 
-def _print_with_hanging_indent(console: Console, before: str, text: Text) -> None:
+def _print_with_hanging_indent(console: Console, label: str, text: Text) -> None:
     """Print a text after a label. Further lines of the text are indented by the width of the label."""
-    for line in text.wrap(console, max(console.width - len(before), 20)):
+    for line in text.wrap(console, max(console.width - len(label), 20)):
         line.rstrip()
-        console.print(Text(before, style=text.style).append_text(line))
-        before = " " * len(before)
+        console.print(Text(label, style=text.style).append_text(line))
+        label = " " * len(label)
 
 
 def _merge_texts_of_symmetric_facts(fact_texts: Sequence[str]) -> list[str]:

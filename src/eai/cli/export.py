@@ -338,10 +338,22 @@ def _read_template(name: str) -> str:
 
 
 def _print_written_rows(
-    out: Path, number: int, left_out: Counter[str], *more: str, as_json: bool, **counts: int
+    out: Path,
+    row_count: int,
+    count_by_exclusion_reason: Counter[str],
+    *more_lines: str,
+    as_json: bool,
+    **json_counts: int,
 ) -> None:
-    lines = [f"left out: {format_count(times, 'record')} {why}" for why, times in left_out.items()]
-    made: Json = {"path": str(out), "rows": number, "left_out": {**left_out}, **counts}
+    lines = [
+        f"left out: {format_count(times, 'record')} {why}" for why, times in count_by_exclusion_reason.items()
+    ]
+    made: Json = {
+        "path": str(out),
+        "rows": row_count,
+        "left_out": {**count_by_exclusion_reason},
+        **json_counts,
+    }
     print_result(
-        f"{format_count(number, 'row')} written to {out}", *more, *lines, value=made, as_json=as_json
+        f"{format_count(row_count, 'row')} written to {out}", *more_lines, *lines, value=made, as_json=as_json
     )

@@ -217,8 +217,8 @@ def generate_tasks(
 def _generate_with_workers(
     generator: TaskGenerator,
     seeds: Iterator[str],
-    number: int,
-    known: set[tuple[str, str]],
+    task_count: int,
+    known_fingerprints: set[tuple[str, str]],
     fingerprints_with_copies: list[tuple[str, str]],
     pool: WorkerPool,
 ) -> Iterator[GenerationOutcome]:
@@ -227,14 +227,14 @@ def _generate_with_workers(
     The tasks are equal for any number of workers.
     """
     if not pool.has_worker_processes:
-        return generate_from_seeds(generator, seeds, number, known, fingerprints_with_copies)
+        return generate_from_seeds(generator, seeds, task_count, known_fingerprints, fingerprints_with_copies)
     judge = partial(make_tasks_from_seed_batch, _add_reference_plans_to_generated_task, generator)
     vocabulary = generator.benchmark.domain.vocabulary
     judged = (
         load_seed_result(content, vocabulary)
         for content in pool.map_batches(judge, seeds, batch_sizes=(1, _MAX_BATCH_SEEDS))
     )
-    return select_tasks(judged, generator.spec, number, known, fingerprints_with_copies)
+    return select_tasks(judged, generator.spec, task_count, known_fingerprints, fingerprints_with_copies)
 
 
 def _collect_outcomes_and_task_lines(

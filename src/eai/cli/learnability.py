@@ -72,24 +72,26 @@ def print_learnability(
             ]
             groups = count_tasks_by_reward_spread(of_suite, Reward(suite, shaping), scoring)
             value["groups"] = {**groups}
-            lines.append(_describe_reward_groups(groups))
+            lines.append(_describe_reward_spread(groups))
         if context is not None:
             line, value["too_long"] = _describe_and_list_long_tasks(suite, prompt_set, context)
             lines.append(line)
     print_result(*lines, value=value, as_json=as_json)
 
 
-def _describe_reward_groups(count_by_kind: Counter[str]) -> str:
-    number = count_by_kind.total() - count_by_kind["single"]
+def _describe_reward_spread(group_count_by_spread: Counter[str]) -> str:
+    number = group_count_by_spread.total() - group_count_by_spread["single"]
     if not number:
         return "no task has two answers of one model: run the model with --epochs"
-    percent = Rate(count_by_kind["mixed"], number).percent
-    mixed = f"mixed rewards in {count_by_kind['mixed']:,} of {format_count(number, 'group')} of answers"
+    percent = Rate(group_count_by_spread["mixed"], number).percent
+    mixed = (
+        f"mixed rewards in {group_count_by_spread['mixed']:,} of {format_count(number, 'group')} of answers"
+    )
     equal = ", ".join(
         [
-            f"{count_by_kind[kind]:,} {text}"
+            f"{group_count_by_spread[kind]:,} {text}"
             for kind, text in _WORDS_FOR_EQUAL_REWARDS.items()
-            if count_by_kind[kind]
+            if group_count_by_spread[kind]
         ]
     )
     return f"{mixed} ({percent:.1f} %){'; equal rewards: ' * bool(equal)}{equal}"

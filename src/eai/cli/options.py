@@ -220,11 +220,11 @@ def parse_external_agent_setting(settings: Sequence[str]) -> AgentSetting:
     return chosen
 
 
-def format_option_rows(options: type[Options], before: str = "") -> Iterator[str]:
+def format_option_rows(options: type[Options], name_prefix: str = "") -> Iterator[str]:
     """Return rows of options for a table in Markdown: name, default, meaning."""
     for name in options.model_fields:
         default = options.format_default(name)
-        yield f"| `{before}{name}` | {default and f'`{default}`'} | {options.describe_option(name)} |"
+        yield f"| `{name_prefix}{name}` | {default and f'`{default}`'} | {options.describe_option(name)} |"
 
 
 def split_names(text: str | None) -> list[str]:

@@ -130,7 +130,7 @@ def make_scoring_progress_display(
 
     Args:
         total: number of answers in all files.
-        kept: number of answers that an interrupted command scored, which take no time.
+        kept: number of answers that an interrupted command has scored already.
         quiet: show nothing.
     """
     progress, done = _WorkProgress(PATIENCE, finished_before=kept), kept

@@ -44,7 +44,7 @@ def write_prompts(
     benchmark: Benchmark,
     ability: Ability,
     out: Path,
-    chosen: Callable[..., dict[str, Prompt]] | None,
+    select_prompts: Callable[..., dict[str, Prompt]] | None,
     goals: Path | None,
     *,
     as_json: bool,
@@ -56,8 +56,8 @@ def write_prompts(
         benchmark: Benchmark of the tasks.
         ability: Ability that the prompts ask for.
         out: Output file.
-        chosen: Function that selects prompts from a mapping by task id; None for all prompts. Its argument
-            ``suite_name`` is the text by which its error message names the benchmark and the ability.
+        select_prompts: Function that selects prompts from a mapping by task id; None for all prompts. Its
+            argument ``suite_name`` is the text by which its error message names the benchmark and ability.
         goals: File with a model's answers to goal interpretation. The prompts state the goals in these
             answers, and tasks without an answer have no prompt. If None, prompts state the tasks' own goals.
         as_json: Whether the summary is printed as JSON.
@@ -67,11 +67,12 @@ def write_prompts(
     """
     source, is_page = library.source, out.suffix == PAGE
     is_plain = library.prompts == "official" and library.folder is None and goals is None
-    is_whole = chosen is None and not is_page
+    is_whole = select_prompts is None and not is_page
     files = benchmark.official_files(ability, source) if is_plain and is_whole else None
     if files is None:
         asked = _make_prompts_by_task_id(library, benchmark, ability, goals)
-        asked = chosen(asked, suite_name=f"{benchmark.name} {ability.value}") if chosen else asked
+        if select_prompts is not None:
+            asked = select_prompts(asked, suite_name=f"{benchmark.name} {ability.value}")
         if is_page:
             page: str = load_from_extension("answer_form", f"--out {out}")(benchmark, ability, asked, source)
             write_files_atomically({out: page})

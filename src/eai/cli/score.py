@@ -193,7 +193,7 @@ def score(
     for path in paths:
         find_response_files(path)  # report missing files before the data set is fetched
     settings = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
-    _check_options(shard, out, goals, ability)
+    _check_shard_and_goals(shard, out, goals, ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.make_planner_limits_of_command(context, planner_seconds, planner_memory)
@@ -221,7 +221,7 @@ def score(
             print_result_line(f"written to {out}")
 
 
-def _check_options(
+def _check_shard_and_goals(
     shard: RunShard | None, out: Path | None, goals: Path | None, ability: Ability | None
 ) -> None:
     if shard is not None and out is None:
@@ -380,7 +380,7 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
         return ()
     suite, finish, combine_epochs = (
         job.suite,
-        _make_adder_of_prompt_origin(job),
+        _make_prompt_origin_adder(job),
         job.combiner_of_epoch_verdicts,
     )
     if combine_epochs is None:
@@ -400,7 +400,7 @@ def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scori
     return [records.make_record_batch(chosen[job.kept :])]
 
 
-def _make_adder_of_prompt_origin(job: _ScoringJob) -> Callable[[Record], Record] | None:
+def _make_prompt_origin_adder(job: _ScoringJob) -> Callable[[Record], Record] | None:
     """Return a function that adds to a record how its prompt was made, or None if nothing is to be added.
 
     The function adds the options of studies (variations of questions) from an Inspect log, the goals that a

@@ -130,10 +130,10 @@ def check(
         _check_benchmark(path, workers, ray, data, as_json=as_json)
 
 
-def _require_benchmark_reference(path: str) -> str:
-    if not path:
+def _require_benchmark_reference(reference: str) -> str:
+    if not reference:
         raise InputError(f"expected a benchmark: {REFERENCES}")
-    return path
+    return reference
 
 
 def _check_task_files(
