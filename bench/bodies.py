@@ -29,7 +29,7 @@ from eai.extensions.scenes.camera import Camera, CameraView
 from eai.extensions.scenes.scene import MujocoScene
 from eai.planning.search import Limits
 from eai.results.rate import Rate
-from eai.studies.perception.belief import apply_scene_graphs, make_scene_graph_vocabulary
+from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scenes_of_benchmark
 from eai.studies.perception.scene_graph import SceneGraph, make_scene_graph
 
 VIEWS: tuple[CameraView, ...] = ("head", "near")
@@ -132,7 +132,7 @@ def print_seen_facts(suite: Suite, seen: Mapping[str, Seen]) -> None:
         sum(len(each.graph.facts) for each in seen.values()), sum(each.facts for each in seen.values())
     )
     print(f"seen: things {format_rate(things)}, facts {format_rate(facts)}")
-    believed = apply_scene_graphs(suite.benchmark, {i: each.graph for i, each in seen.items()})
+    believed = replace_scenes_of_benchmark(suite.benchmark, {i: each.graph for i, each in seen.items()})
     book = open_answers_of_planner(believed, Ability.ACTION_SEQUENCING, limits=Limits(200))
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in seen]
     won = Rate(sum(isinstance(v, PlanVerdict) and bool(v.success) for v in verdicts), len(verdicts))

@@ -24,7 +24,7 @@ from eai.results.trials import make_trial_record
 from eai.studies.records import StudyRecords
 from eai.studies.replanning.study import (
     _analyze_replanning,
-    _ErrorCountingOptions,
+    _ReplanningAnalysisOptions,
     estimate_success_by_attempt,
     group_runs_by_replanning_options,
     make_remarks_on_missing_runs,
@@ -138,4 +138,4 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
 def test_plain_records_are_refused_by_the_analysis_of_replanning(tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", [replace(TOLD[0], experiment=None)])
     with pytest.raises(InputError, match="found no records of runs with further attempts"):
-        list(_analyze_replanning(StudyRecords((tmp_path,)), _ErrorCountingOptions()))
+        list(_analyze_replanning(StudyRecords((tmp_path,)), _ReplanningAnalysisOptions()))

@@ -323,12 +323,12 @@ def _make_benchmark_with_task_of_question(question: _ModelQuestion) -> Benchmark
     if question.done:
         benchmark = make_benchmark_starting_after_actions(benchmark, task_id, question.done)
     if question.scene is not None:
-        from eai.studies.perception.belief import apply_scene_graphs, make_scene_graph_vocabulary
+        from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scenes_of_benchmark
 
         graph = read_scene_graph(
-            question.scene, make_scene_graph_vocabulary(benchmark).arity_by_scene_graph_name
+            question.scene, make_scene_graph_vocabulary(benchmark).arity_by_name_in_graphs
         )
-        benchmark = apply_scene_graphs(benchmark, {task_id: graph})
+        benchmark = replace_scenes_of_benchmark(benchmark, {task_id: graph})
     if question.stated is not None:
         benchmark = replace_goals_by_answers(benchmark, {task_id: question.stated})
     return (

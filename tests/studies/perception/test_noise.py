@@ -17,7 +17,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.studies.perception.belief import apply_scene_graphs, make_scene_graph_vocabulary
+from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scenes_of_benchmark
 from eai.studies.perception.declaration import make_perception_rate_contributions
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import PerceptionNoise, parse_noise, perceive_with_noise
@@ -140,12 +140,12 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
     for task in tasks:
         graph = perceive_with_noise(task, words, ALL_KINDS)
         supports = SupportRelation(
-            frozenset(words.find_scene_graph_name(each) for each in words.support_predicate_names)
+            frozenset(words.find_predicate_name_in_graphs(each) for each in words.support_predicate_names)
         )
         for fact in graph.facts:
             assert not supports.would_close_cycle(fact)
             supports.add_fact(fact)
-        believed = apply_scene_graphs(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
+        believed = replace_scenes_of_benchmark(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
         plan = find_plan(believed, planner, Limits(60)).plan
         names = words.list_object_names(believed)
         assert {names[index] for action in plan for index in action.arguments} <= {*graph.mentioned_objects}
@@ -157,7 +157,7 @@ def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
         Source(data_store),
         {task.id: make_scene_graph_vocabulary(benchmark).make_true_graph(task) for task in tasks},
     )
-    for task_id, task in apply_scene_graphs(benchmark, seen).tasks(source).items():
+    for task_id, task in replace_scenes_of_benchmark(benchmark, seen).tasks(source).items():
         assert task.script == benchmark.tasks(source)[task_id].script
 
 
@@ -186,7 +186,9 @@ def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_sto
             task.id: perceive_with_noise(task, words, parse_noise([f"{kind}={rate}"])) for task in tasks
         }
         found = 0
-        for task_id, believed in apply_scene_graphs(benchmark, graphs).tasks(Source(data_store)).items():
+        for task_id, believed in (
+            replace_scenes_of_benchmark(benchmark, graphs).tasks(Source(data_store)).items()
+        ):
             if task_id in graphs:
                 plan = find_plan(believed, planner, Limits(120)).plan
                 written = benchmark.notation.plans.join(benchmark.notation.plans.write(plan, believed.scene))

@@ -38,7 +38,7 @@ def make_object_rectangles(
         others: the names of objects that do not occur in the task.
     """
     hands, doer = (
-        [words.find_scene_graph_name(name) for name in words.holding_predicate_names],
+        [words.find_predicate_name_in_graphs(name) for name in words.holding_predicate_names],
         agent or HANDS,
     )
     tiles: dict[str, ObjectRectangle] = {}
@@ -68,7 +68,7 @@ def _map_objects_to_location_facts(
 
     If several facts place an object, the mapping has the fact with the innermost place.
     """
-    names = {words.find_scene_graph_name(name) for name in words.support_predicate_names}
+    names = {words.find_predicate_name_in_graphs(name) for name in words.support_predicate_names}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.mentioned_objects}
     circles = SupportRelation(frozenset(names))

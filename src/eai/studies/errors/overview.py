@@ -81,14 +81,14 @@ def draw_outcome_flows(table: Table) -> Iterator[tuple[str, Figure]]:
             counts[suite, outcome] += _read_count(row["answers"])
             needless[outcome] += _read_count(row["with_additional_steps"])
         if len({suite for suite, _ in counts}) > 1:
-            yield f"flow-all-{protocol}", _draw_flow_of_protocol(counts, needless, protocol)
+            yield f"flow-all-{protocol}", _draw_outcome_flows_of_protocol(counts, needless, protocol)
 
 
 def _read_count(cell: object) -> int:
     return cell if isinstance(cell, int) else 0
 
 
-def _draw_flow_of_protocol(
+def _draw_outcome_flows_of_protocol(
     counts: Mapping[tuple[_WorldAbility, str], int], with_extra_steps: Mapping[str, int], protocol: str
 ) -> Figure:
     """Draw suites as bars on the left, outcomes as bars on the right, and bands of answers between them."""

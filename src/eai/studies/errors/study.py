@@ -231,17 +231,17 @@ def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: s
         by_leaf = group_pairs((find_error_category(answer), answer) for answer in of_suite)
         for leaf in sorted(by_leaf, key=_make_category_sort_key):
             yield from [
-                (*suite, *leaf, a.agent, _link_task(a, explorer), a.error_check, a.error_objects)
+                (*suite, *leaf, a.agent, _link_task_to_explorer(a, explorer), a.error_check, a.error_objects)
                 for a in by_leaf[leaf][:number]
             ]
 
 
-def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
+def _link_task_to_explorer(answer: AnswerLine, explorer_address: str | None) -> Cell:
     """Return a task's id with a link to its answer in an explorer. ``explorer/state.js`` reads the link."""
-    if explorer is None:
+    if explorer_address is None:
         return answer.task
     run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
-    return TextCell(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
+    return TextCell(answer.task, f"{explorer_address}#{urlencode({'run': run, 'task': answer.task})}")
 
 
 @collect_rows_in_table(

@@ -40,7 +40,7 @@ def make_goal_tables(atoms: Sequence[InterpretedGoalRow]) -> list[Table]:
         _make_predicates_table(atoms),
         _make_wrong_goal_reasons_table(atoms),
         _make_wrong_goals_table(atoms),
-        _make_models_table(atoms),
+        _make_models_by_goal_table(atoms),
     ]
 
 
@@ -111,7 +111,7 @@ def _make_wrong_goals_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row
     title="What many models do alike",
     max_shown_rows=15,
 )
-def _make_models_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
+def _make_models_by_goal_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]:
     """Goals, by how many models state or miss each.
 
     For each condition and each stated goal: how many models state it rightly, state it wrongly, or miss it,

@@ -36,7 +36,7 @@ def make_scene_graph_vocabulary(benchmark: Benchmark) -> SceneGraphVocabulary:
     return SceneGraphVocabulary(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
-def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
+def replace_scenes_of_benchmark(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
     """Return the benchmark with the scenes of its tasks replaced by scene graphs, which are given by task id.
 
     Goals that name an object missing from the graph are left out, because no plan can reach them.
@@ -122,13 +122,15 @@ class _PerceivedScene:
         words = self._words
         forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
         single = {
-            words.find_scene_graph_name(name) for name, form in words.stored_forms.items() if form in forms
+            words.find_predicate_name_in_graphs(name)
+            for name, form in words.stored_forms.items()
+            if form in forms
         }
         supports = SupportRelation(
-            frozenset(words.find_scene_graph_name(name) for name in words.support_predicate_names)
+            frozenset(words.find_predicate_name_in_graphs(name) for name in words.support_predicate_names)
         )
         for fact in facts:
-            if words.predicate_by_scene_graph_name[fact.predicate] not in words.stored_forms:
+            if words.predicate_by_name_in_graphs[fact.predicate] not in words.stored_forms:
                 continue
             if fact not in described and fact.predicate in single and supports.would_add_second_support(fact):
                 continue
@@ -137,7 +139,7 @@ class _PerceivedScene:
                 yield fact
 
     def _convert_to_fact_of_state(self, fact: SceneGraphFact) -> Fact:
-        form = self._words.stored_forms[self._words.predicate_by_scene_graph_name[fact.predicate]]
+        form = self._words.stored_forms[self._words.predicate_by_name_in_graphs[fact.predicate]]
         return Fact(form, tuple([self._index[name] for name in fact.arguments]))
 
     def _make_scene(self) -> Scene:

@@ -133,7 +133,7 @@ class SceneOptions(VariationOptions):
         """
         if self.scene != "text":
             return f"perception.scene {self.scene}"
-        return f"perception.context {self.context}" if self._label_of_prompt_context else ""
+        return f"perception.context {self.context}" if self._label_of_context_option else ""
 
     @property
     def results_heading(self) -> str:
@@ -196,14 +196,14 @@ class SceneOptions(VariationOptions):
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_prompt_context}"
+        return f"{self.scene}{who}{self._label_of_pictures}{self._label_of_context_option}"
 
     def copy_with_pictures_only(self) -> Self:
         """Return options for questions that ask a model to describe the scenes: same pictures, no text."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
-    def _label_of_prompt_context(self) -> str:
+    def _label_of_context_option(self) -> str:
         return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property

@@ -34,7 +34,7 @@ class _SceneGraphScorer(Scorer):
 
         An unreadable answer counts as an empty scene graph.
         """
-        graph = read_scene_graph(text, self._words.arity_by_scene_graph_name)
+        graph = read_scene_graph(text, self._words.arity_by_name_in_graphs)
         seen = find_perception_errors(self._task, self._words, graph)
         verdict = SceneGraphVerdict(
             error=None

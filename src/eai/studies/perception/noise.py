@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import random
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields
 
 from eai.base.errors import InputError, did_you_mean
@@ -130,7 +130,7 @@ class _NoisySceneGraphMaker:
         self._true_facts = {
             words.to_named_fact(fact, self._names) for fact in words.list_facts(task.initial, true_of_these)
         }
-        supports = [words.find_scene_graph_name(name) for name in words.support_predicate_names]
+        supports = [words.find_predicate_name_in_graphs(name) for name in words.support_predicate_names]
         self._supports = SupportRelation(frozenset(supports))
 
     def perceive_scene(self) -> SceneGraph:
@@ -144,7 +144,7 @@ class _NoisySceneGraphMaker:
         for fact in facts:
             self._supports.add_fact(fact)
         for fact in moved:
-            facts[fact] = self._misplace_object(fact, facts)
+            facts[fact] = self._misplace_object(fact, facts.values())
             self._supports.add_fact(facts[fact])
         in_order = [facts[fact] for fact in kept]
         in_order += self._draw_untrue_facts(visible, in_order)
@@ -152,15 +152,15 @@ class _NoisySceneGraphMaker:
         in_order += [
             extra
             for name in doubles
-            if (extra := self._draw_fact_of_duplicate(name, doubles[name])) is not None
+            if (extra := self._draw_fact_about_duplicate(name, doubles[name])) is not None
         ]
         return make_scene_graph([*self._seen_names, *doubles.values()], in_order)
 
     def _misplace_object(
-        self, fact: SceneGraphFact, listed_by_true_fact: dict[SceneGraphFact, SceneGraphFact]
+        self, fact: SceneGraphFact, listed_facts: Collection[SceneGraphFact]
     ) -> SceneGraphFact:
         """Return the relation with its second object replaced; unchanged if no other object is possible."""
-        seen, objects = set(listed_by_true_fact.values()), list(self._described_names)
+        seen, objects = set(listed_facts), list(self._described_names)
         self._make_seeded_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
         return next((other for other in others if self._is_new_untrue_fact(other, seen)), fact)
@@ -175,15 +175,15 @@ class _NoisySceneGraphMaker:
         all_seen, added = set(listed_facts), list[SceneGraphFact]()
         words = self._words
         predicates = [
-            words.find_scene_graph_name(name)
+            words.find_predicate_name_in_graphs(name)
             for name in words.stored_forms
             if name not in words.holding_predicate_names
         ]
         for fact in visible_facts:
-            draw = self._make_seeded_random("more", str(fact))
-            if draw.random() >= self._noise.unnecessary:
+            generator = self._make_seeded_random("more", str(fact))
+            if generator.random() >= self._noise.unnecessary:
                 continue
-            drawn = (self._draw_fact(draw, predicates) for _ in range(_MAX_DRAWS))
+            drawn = (self._draw_random_fact(generator, predicates) for _ in range(_MAX_DRAWS))
             possible = (
                 new
                 for new in drawn
@@ -197,10 +197,12 @@ class _NoisySceneGraphMaker:
                 added.append(chosen)
         return added
 
-    def _draw_fact(self, draw: random.Random, predicates: Sequence[str]) -> SceneGraphFact:
-        predicate = draw.choice(predicates)
-        arity = self._words.arity_by_scene_graph_name[predicate]
-        return SceneGraphFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
+    def _draw_random_fact(self, generator: random.Random, predicates: Sequence[str]) -> SceneGraphFact:
+        predicate = generator.choice(predicates)
+        arity = self._words.arity_by_name_in_graphs[predicate]
+        return SceneGraphFact(
+            predicate, tuple([generator.choice(self._described_names) for _ in range(arity)])
+        )
 
     def _is_new_untrue_fact(self, fact: SceneGraphFact, listed_facts: set[SceneGraphFact]) -> bool:
         """Whether a fact is possible, untrue, and not yet in the graph.
@@ -226,18 +228,18 @@ class _NoisySceneGraphMaker:
                 taken.add(duplicate)
                 yield name, duplicate
 
-    def _draw_fact_of_duplicate(self, name: str, duplicate: str) -> SceneGraphFact | None:
+    def _draw_fact_about_duplicate(self, object_name: str, duplicate_name: str) -> SceneGraphFact | None:
         """Return a random visible fact about an object, with the name of the object's duplicate instead.
 
         The duplicate is an invented object that the model sees beside the true object. The result is None if
         no fact about the object is visible.
         """
-        facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
+        facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (object_name,)]
         facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
         if not facts:
             return None
-        chosen = self._make_seeded_random("of double", name).choice(facts)
-        return chosen._replace(arguments=(duplicate, *chosen.arguments[1:]))
+        chosen = self._make_seeded_random("of double", object_name).choice(facts)
+        return chosen._replace(arguments=(duplicate_name, *chosen.arguments[1:]))
 
     def _make_seeded_random(self, error_kind: str, fact_or_object: str) -> random.Random:
         """Return the random generator for one possible error, seeded by its kind and its fact or object."""

@@ -173,26 +173,28 @@ class SceneGraphVocabulary:
 
     @cached_property
     def holding_predicate_names(self) -> tuple[str, ...]:
-        """Names, in the domain, of the predicates in prompts that state which object a hand holds."""
+        """Names in the domain of the predicates by which prompts state that a hand holds an object."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[0])
 
     @cached_property
     def support_predicate_names(self) -> tuple[str, ...]:
-        """Names, in the domain, of the predicates in prompts that place an object in, on or under another."""
+        """Names in the domain of the predicates by which prompts place an object in, on or under another."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[1])
 
     @cached_property
-    def arity_by_scene_graph_name(self) -> Mapping[str, int]:
+    def arity_by_name_in_graphs(self) -> Mapping[str, int]:
         """Number of objects of each predicate, by the predicate's name in scene graphs."""
         arity = self.wording.domain.vocabulary.find_arity
-        return {self.find_scene_graph_name(name): arity(name) or 0 for name in self.wording.predicates}
+        return {
+            self.find_predicate_name_in_graphs(name): arity(name) or 0 for name in self.wording.predicates
+        }
 
     @cached_property
-    def predicate_by_scene_graph_name(self) -> Mapping[str, str]:
+    def predicate_by_name_in_graphs(self) -> Mapping[str, str]:
         """Name of each predicate in the domain, by its name in scene graphs."""
-        return {self.find_scene_graph_name(name): name for name in self.wording.predicates}
+        return {self.find_predicate_name_in_graphs(name): name for name in self.wording.predicates}
 
-    def find_scene_graph_name(self, predicate: str) -> str:
+    def find_predicate_name_in_graphs(self, predicate: str) -> str:
         """Return the name that scene graphs use for a predicate of the domain."""
         return self.wording.answer_names.get(predicate, predicate)
 
@@ -226,7 +228,8 @@ class SceneGraphVocabulary:
     def to_named_fact(self, fact: Fact, names: Sequence[str]) -> SceneGraphFact:
         """Return a fact with names of its predicate and objects as scene graphs write them."""
         return SceneGraphFact(
-            self.find_scene_graph_name(fact.predicate), tuple([names[index] for index in fact.arguments])
+            self.find_predicate_name_in_graphs(fact.predicate),
+            tuple([names[index] for index in fact.arguments]),
         )
 
     def _list_predicates_implied_by(self, stored_predicates: Iterable[str]) -> tuple[str, ...]:

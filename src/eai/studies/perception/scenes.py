@@ -1,4 +1,4 @@
-"""Makes the scenes that the questions of a run show, as facts or pictures, and counts the wrong facts."""
+"""Make the scenes that the questions of a run show, as facts or pictures, and count their wrong facts."""
 
 from __future__ import annotations
 
@@ -82,9 +82,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Mo
         texts: mapping from task ids to the texts of scene graphs.
     """
     words = make_scene_graph_vocabulary(suite.benchmark)
-    read = {
-        task_id: read_scene_graph(text, words.arity_by_scene_graph_name) for task_id, text in texts.items()
-    }
+    read = {task_id: read_scene_graph(text, words.arity_by_name_in_graphs) for task_id, text in texts.items()}
     return make_scene_beliefs(label, suite.tasks, words, read)
 
 
@@ -121,13 +119,13 @@ def _describe_true_scenes(
     """Return for each task id the description of the true scene in the question: its text, its pictures."""
     if options.scene == "text":
         said = {
-            i: _add_scene_context(INITIAL_PLACEHOLDER, options, task, benchmark, templates)
+            i: _add_further_facts(INITIAL_PLACEHOLDER, options, task, benchmark, templates)
             for i, task in tasks.items()
         }
         return {i: BelievedTask(task, initial=said[i]) for i, task in tasks.items()}
     images = _load_task_pictures(options, benchmark, tasks)
     texts = {i: _describe_pictures(options.scene, tasks[i], benchmark, templates) for i in images}
-    said = {i: _add_scene_context(text, options, tasks[i], benchmark, templates) for i, text in texts.items()}
+    said = {i: _add_further_facts(text, options, tasks[i], benchmark, templates) for i, text in texts.items()}
     return {i: BelievedTask(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
 
 
@@ -147,16 +145,16 @@ def _perceive_scene_before_attempt(
     return BelievedTask(replace_scene_by_scene_graph(changed_task, words, seen)), {SCENE: seen.json_text}
 
 
-def _add_scene_context(
+def _add_further_facts(
     text: str, options: SceneOptions, task: Task, benchmark: Benchmark, templates: PromptTemplates
 ) -> str:
     if options.context in (None, "none"):
         return text
     words = make_scene_graph_vocabulary(benchmark)
-    return f"{text}\n\n{make_scene_context(task, words, options.context, templates)}"
+    return f"{text}\n\n{describe_further_facts(task, words, options.context, templates)}"
 
 
-def make_scene_context(
+def describe_further_facts(
     task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
 ) -> str:
     """Return a text with objects and facts that the scene in a question leaves out, and with untrue states.

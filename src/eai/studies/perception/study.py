@@ -192,9 +192,9 @@ def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> lis
         raise InputError(_NO_PERCEPTION)
     return [
         _make_runs_table(compared),
-        _make_table_by_error_rate(compared),
+        _make_metric_by_error_rate_table(compared),
         _make_error_kinds_table(compared),
-        _make_predicates_table(compared),
+        _make_missing_facts_table(compared),
     ]
 
 
@@ -236,7 +236,7 @@ def _estimate_error_rates(tasks: _TasksWithPerceptionErrors) -> list[Estimate]:
 
 
 @collect_rows_in_table("perception_rates", ("above", "up_to", *_COSTS))
-def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
+def _make_metric_by_error_rate_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
     Answers of all runs are grouped by the predicate error rate of the scene graph in their question: 0, or
@@ -280,7 +280,7 @@ def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
 
 
 @collect_rows_in_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
-def _make_predicates_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
+def _make_missing_facts_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
     """Which facts cost most when a scene graph lacks them.
 
     One row per predicate, sorted by cost. `lost`: percentage of the predicate's true facts that scene graphs
@@ -290,24 +290,24 @@ def _make_predicates_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
     names = sorted(
         {name for task in runs.tasks_with_perception_errors for name in task.predicates_with_missing_facts}
     )
-    return sorted([_make_predicate_row(name, runs) for name in names], key=_make_cost_sort_key)
+    return sorted([_make_missing_facts_row(name, runs) for name in names], key=_make_cost_sort_key)
 
 
-def _make_predicate_row(name: str, runs: _RunsBySceneFormat) -> Row:
-    tasks = [task for task in runs.tasks_with_perception_errors if name in task.perceived.predicates]
-    lost = [task for task in tasks if name in task.predicates_with_missing_facts]
+def _make_missing_facts_row(predicate: str, runs: _RunsBySceneFormat) -> Row:
+    tasks = [task for task in runs.tasks_with_perception_errors if predicate in task.perceived.predicates]
+    lost = [task for task in tasks if predicate in task.predicates_with_missing_facts]
     only_lost = [
         task
         for task in lost
-        if task.predicates_with_missing_facts == {name}
+        if task.predicates_with_missing_facts == {predicate}
         and task.perception_error_kinds <= {"missing", "misplaced"}
     ]
-    counts = [task.perceived.predicates[name] for task in tasks]
+    counts = [task.perceived.predicates[predicate] for task in tasks]
     shares = [Share(gone, right + gone) for right, _, gone in counts]
     lost_share = Estimate.from_cases(
         [task.make_contribution_to_rate(share) for task, share in zip(tasks, shares, strict=True)]
     )
-    return (name, lost_share, len(lost), *runs.make_perception_error_cost_cells(only_lost))
+    return (predicate, lost_share, len(lost), *runs.make_perception_error_cost_cells(only_lost))
 
 
 def _make_cost_sort_key(row: Row) -> tuple[float, str]:

@@ -115,7 +115,7 @@ class _OperatorTesterInWorld:
         return UNTRANSLATED if plan is None else self._execute_plan_and_get_outcome(task_id, plan)
 
     def format_planner_plan_as_answer(
-        self, task_id: str, answer: str, verdict: OperatorVerdict
+        self, task_id: str, operator_answer: str, verdict: OperatorVerdict
     ) -> str | None:
         """Return the planner's plan in a verdict as an answer to action sequencing, or None.
 
@@ -125,7 +125,7 @@ class _OperatorTesterInWorld:
         Raises:
             InputError: the verdict has a plan with operators that the answer does not have.
         """
-        scorer, written = self.operators.scorer(task_id), read_operators(answer, self._readings)
+        scorer, written = self.operators.scorer(task_id), read_operators(operator_answer, self._readings)
         if not isinstance(scorer, TransitionModelingScorer):
             raise TypeError(f"{task_id}: expected a scorer of transition modeling, found {scorer}")
         by_name = {} if isinstance(written, Unreadable) else written.value

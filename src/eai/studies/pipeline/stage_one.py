@@ -46,8 +46,8 @@ STUDY = "pipeline"
 
 _PLACE = 10
 
-Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
-"""Pair of a model's name and the model's answers to goal interpretation, by task id."""
+AnswersOfModel: TypeAlias = tuple[str, Mapping[str, str]]
+"""Pair of a model's name and the model's answers to the questions of one ability, by task id."""
 
 
 def read_goal_beliefs(
@@ -72,10 +72,10 @@ def require_goals_in_questions(ability: Ability) -> None:
 
 
 def make_goal_beliefs(
-    interpretations: Interpretations,
+    interpretations: AnswersOfModel,
     benchmark: Benchmark,
     source: Source,
-    scenes: Mapping[str, BelievedTask] | None = None,
+    perceived_scenes: Mapping[str, BelievedTask] | None = None,
 ) -> ModelBeliefsInPrompts:
     """Return the goals in a model's answers, for later questions to state, with counts of right goals.
 
@@ -85,7 +85,7 @@ def make_goal_beliefs(
         interpretations: a model's name, and its answers to goal interpretation.
         benchmark: the benchmark.
         source: source of the benchmark's data.
-        scenes: task id -> the perceived scene whose objects the answer names; by default the true scene.
+        perceived_scenes: task id -> the scene whose objects the answer names; by default the true scene.
     """
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
@@ -94,7 +94,7 @@ def make_goal_beliefs(
     for task_id in suite.task_ids:
         if task_id in answers:
             answer = answers[task_id]
-            scene = (scenes or {}).get(task_id) or BelievedTask(suite.tasks[task_id])
+            scene = (perceived_scenes or {}).get(task_id) or BelievedTask(suite.tasks[task_id])
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = BelievedTask(replace(scene.task, goals=goals), answer)
             stated[task_id] = _summarize_goals_stated_in_answer(answer, task_id, suite)
@@ -132,9 +132,7 @@ def count_goal_confusion(verdict: object) -> ConfusionCounts:
     return ConfusionCounts(right, wrong + verdict.ill_formed + len(verdict.hallucinated), missed)
 
 
-def read_interpretations(
-    path: Path, benchmark: Benchmark, source: Source, model: str = ""
-) -> Interpretations:
+def read_interpretations(path: Path, benchmark: Benchmark, source: Source, model: str = "") -> AnswersOfModel:
     """Return the answers to goal interpretation in a file of responses or records, or a folder of such files.
 
     Records in a folder come before response files.
@@ -166,7 +164,7 @@ def read_interpretations(
     return chosen, runs[0]
 
 
-def _read_answers_from_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretations]:
+def _read_answers_from_records(files: list[Path], benchmark: Benchmark) -> Iterator[AnswersOfModel]:
     for file in files:
         answers: dict[str, dict[str, str]] = {}
         for record in read_records(file):
@@ -179,7 +177,7 @@ def _read_answers_from_records(files: list[Path], benchmark: Benchmark) -> Itera
 
 def _read_answers_from_responses(
     path: Path, benchmark: Benchmark, source: Source
-) -> Iterator[Interpretations]:
+) -> Iterator[AnswersOfModel]:
     task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
     for file in find_files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
         read = read_responses(file, task_ids, benchmark.data.task_id_of)
@@ -248,12 +246,13 @@ def obtain_goals_and_subgoals_stated_by_model(
 
 
 def add_subgoals_to_stated_goals(
-    goal_beliefs: ModelBeliefsInPrompts | None, subgoal_answers: Interpretations, suite: Suite
+    goal_beliefs: ModelBeliefsInPrompts | None, subgoal_answers: AnswersOfModel, suite: Suite
 ) -> ModelBeliefsInPrompts:
     """Return a model's goals with the subgoals from its answers; unreadable answers add no subgoals.
 
     Args:
-        goal_beliefs: the model's goals by task; tasks without goals are left out. None for no goals.
+        goal_beliefs: the model's goals by task, or None if there are no goals. Tasks without goals are left
+            out of the result.
         subgoal_answers: a model's name, and its answers to subgoal decomposition by task id.
         suite: the suite of subgoal decomposition.
     """
@@ -302,7 +301,7 @@ def summarize_stated_goals(
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 
-def _ask_for_goals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> Interpretations:
+def _ask_for_goals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> AnswersOfModel:
     first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
     prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
     wanted = [task_id for task_id in first.task_ids if task_id in stage.task_ids[suite.domain]]

@@ -203,27 +203,27 @@ def _group_runs_by_prompt_and_model(
 
 
 def make_prompt_tables(
-    runs: Sequence[tuple[str, Sequence[Record]]], metric: str, reference: str | None = None
+    runs: Sequence[tuple[str, Sequence[Record]]], metric: str, reference_prompts: str | None = None
 ) -> list[Table]:
     """Return tables that compare prompts in runs on the same ability and benchmark, scored by the same rules.
 
     Args:
         runs: pairs of a name of prompts and a run's records; each run has one model.
         metric: name of the metric to compare, such as ``task_success``.
-        reference: the prompts whose metric is subtracted from that of other prompts; the first if None.
+        reference_prompts: the prompts whose metric is subtracted from that of others; the first if None.
 
     Raises:
         InputError: models have runs with different prompts, only one set of prompts is used, no task is in
-            all runs, or no run has the prompts `reference`.
+            all runs, or no run has the prompts `reference_prompts`.
     """
     matrix = _group_runs_by_prompt_and_model(runs, metric)
-    base = reference or matrix.prompts[0]
+    base = reference_prompts or matrix.prompts[0]
     if base not in matrix.prompts:
         raise InputError(f"reference={base}: expected one of {', '.join(matrix.prompts)}")
     top = min(BEST_PROMPTS, len(matrix.prompts))
     return [
         _make_metric_by_prompt_and_model_table(matrix),
-        _make_agreement_table(matrix, top),
+        _make_model_agreement_table(matrix, top),
         _make_variance_table(matrix),
         _make_gains_table(matrix, base),
     ]
@@ -249,7 +249,7 @@ def _make_metric_by_prompt_and_model_table(matrix: _RunsByPromptAndModel) -> Ite
 
 
 @collect_rows_in_table("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
-def _make_agreement_table(matrix: _RunsByPromptAndModel, top: int, draws: int = DRAWS) -> Iterator[Row]:
+def _make_model_agreement_table(matrix: _RunsByPromptAndModel, top: int, draws: int = DRAWS) -> Iterator[Row]:
     """Do models agree on which prompts are better?
 
     `tau`: Kendall's tau-b of the order of prompts in two models (1 the same, -1 the reverse); `shared_top`:
@@ -298,10 +298,12 @@ def _draw_bootstrap_metrics_by_model(
 
 
 def _compute_percent_of_bootstrap_draw(
-    rate_by_name: Mapping[str, Rate], drawn_task_names: Sequence[str]
+    rate_by_task_name: Mapping[str, Rate], drawn_task_names: Sequence[str]
 ) -> float:
-    numerator = sum(rate_by_name[name].numerator for name in drawn_task_names)
-    return Rate(numerator, sum(rate_by_name[name].denominator for name in drawn_task_names)).percent or 0.0
+    numerator = sum(rate_by_task_name[name].numerator for name in drawn_task_names)
+    return (
+        Rate(numerator, sum(rate_by_task_name[name].denominator for name in drawn_task_names)).percent or 0.0
+    )
 
 
 def _make_bootstrap_estimate(value: float | None, sampled_values: Sequence[float | None]) -> Estimate:
@@ -392,26 +394,26 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptAnalysisOptions) -> I
         )
 
 
-def _draw_prompt_matrix_figures(cells: Table, metric: str, suite: str) -> Figures:
+def _draw_prompt_matrix_figures(metric_table: Table, metric: str, suite: str) -> Figures:
     label = f"{metric}, percent"
     figure = draw_rate_matrix(
-        cells.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True
+        metric_table.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True
     )
     if figure is not None:
         add_title(figure, suite.replace("-", ", "))
     yield "prompts", figure
-    models = list(dict.fromkeys(str(row["answered_by"]) for row in cells.row_dicts()))
+    models = list(dict.fromkeys(str(row["answered_by"]) for row in metric_table.row_dicts()))
     for model in models if len(models) > 1 else ():
-        ordered = sort_prompt_rows(cells, model)
+        ordered = sort_prompt_rows(metric_table, model)
         figure = draw_rate_matrix(ordered, ("prompt",), "value", label, across="answered_by", zeros=True)
         if figure is not None:
             add_title(figure, f"{suite.replace('-', ', ')}: best prompts of {clip_label(model)} first")
         yield f"prompts-by-{to_file_name(model)}", figure
 
 
-def sort_prompt_rows(cells: Table, model: str) -> list[dict[str, Cell]]:
+def sort_prompt_rows(metric_table: Table, model: str) -> list[dict[str, Cell]]:
     """Return the rows of a table of prompts, sorted by a model's result with each prompt, best first."""
-    rows = cells.row_dicts()
+    rows = metric_table.row_dicts()
     values = {row["prompt"]: get_value_of_cell(row["value"]) for row in rows if row["answered_by"] == model}
     return sorted(rows, key=lambda row: -values[row["prompt"]])
 

@@ -275,7 +275,7 @@ def _make_outcomes_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
 def _pair_success_with_and_without_feedback(
     without: _ReplanningRunGroup, with_feedback: _ReplanningRunGroup, attempts: int
 ) -> tuple[list[TaskContribution], list[TaskContribution]]:
-    """Return two lists, for the tasks and seeds of both groups: success without, and with feedback."""
+    """Return two lists: success without and with feedback, in tasks and seeds that both groups have."""
     pairs: list[tuple[TaskContribution, TaskContribution]] = []
     for seed in [seed for seed in with_feedback.runs if seed in without.runs]:
         before = {
@@ -391,7 +391,7 @@ class _ReplanningRunOptions(VariationOptions):
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
 
-class _ErrorCountingOptions(Options):
+class _ReplanningAnalysisOptions(Options):
     """How errors are counted.
 
     Attributes:
@@ -401,7 +401,7 @@ class _ErrorCountingOptions(Options):
     published_counts: bool = False
 
 
-def _analyze_replanning(records: StudyRecords, chosen: _ErrorCountingOptions) -> Iterator[Analysis]:
+def _analyze_replanning(records: StudyRecords, chosen: _ReplanningAnalysisOptions) -> Iterator[Analysis]:
     """Compare runs with feedback on failures with the run without it (replanning.feedback=none).
 
     The runs of a comparison have the same model, domain, ability and protocol (scoring rules).
@@ -506,6 +506,6 @@ REPLANNING = Study(
     "replanning",
     "Replanning and actions that fail (action sequencing).",
     _ReplanningRunOptions,
-    choices=_ErrorCountingOptions,
+    choices=_ReplanningAnalysisOptions,
     analyze=_analyze_replanning,
 )

@@ -166,5 +166,5 @@ def _multiply_by_thousand(dollars: float | None) -> float | None:
     return None if dollars is None else 1000 * dollars
 
 
-def _format_amount(number: float | None, digits: int = 0, before: str = "") -> str:
-    return "" if number is None else f"{before}{number:,.{digits}f}"
+def _format_amount(number: float | None, digits: int = 0, prefix: str = "") -> str:
+    return "" if number is None else f"{prefix}{number:,.{digits}f}"

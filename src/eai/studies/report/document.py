@@ -133,11 +133,11 @@ def make_report_markdown(
         *_write_main_tables(tables),
         *_write_tables_section("Experiments", _EXPERIMENTS, experiments),
         *_write_tables_section("What the paper reports besides", _OTHER_PAPER_TABLES, other_paper_tables),
-        *(_write_table_of_known_models() if with_paper else ()),
+        *(_write_table_of_paper_models() if with_paper else ()),
         *_write_sections_by_plan_length_and_predicate(plain),
         *_write_section(
             "How sure the numbers are",
-            _make_interval_rows(plain),
+            _make_confidence_interval_rows(plain),
             _CERTAINTY,
             make_remark_on_missing_task_names(plain),
         ),
@@ -178,7 +178,7 @@ def _write_tables_section(title: str, introduction: str, tables: Sequence[Rankin
         yield format_markdown_table(table.make_table())
 
 
-def _write_table_of_known_models() -> Iterator[str]:
+def _write_table_of_paper_models() -> Iterator[str]:
     cards = make_model_table()
     yield f"## {cards.title}\n"
     yield f"{cards.definition}\n"
@@ -211,9 +211,10 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _list_epoch_successes_with_run_key(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
-    """Yield the key of a summary's run and the successes of its answers, if the summary covers one epoch.
+    """Yield the run's key and the successes of its answers, if the summary is that of an epoch.
 
-    A run can ask every question several times; each time is an epoch. The key is without the epoch's number.
+    A run can ask every question several times. Each time is an epoch, which has a summary of its own. The
+    key is without the epoch's number.
     """
     metric, model = find_success_metric(summary.key.ability), strip_epoch(summary.key.model)
     if metric is not None and model != summary.key.model:
@@ -256,7 +257,7 @@ def _write_outcomes_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 def _write_sections_by_plan_length_and_predicate(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the sections on success by length of the annotated plan, and on goals by predicate."""
-    for suite, items in group_pairs((_format_run_suite(item), item) for item in runs).items():
+    for suite, items in group_pairs((_format_suite_and_protocol(item), item) for item in runs).items():
         if items[0].breakdown.flow is not None:
             names = [escape_markdown(item.key.name) for item in items]
             rows = [
@@ -306,7 +307,7 @@ def _write_runs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     ]
     yield from _write_section("Runs", rows)
     remarks = dict.fromkeys(
-        f"{_format_run_suite(item)}, errata {item.errata.version}: {item.errata.remark_on_errata}"
+        f"{_format_suite_and_protocol(item)}, errata {item.errata.version}: {item.errata.remark_on_errata}"
         for item in runs
         if item.errata is not None and item.errata.remark_on_errata is not None
     )
@@ -318,10 +319,10 @@ def _write_runs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _make_model_and_suite_cells(summary: RunSummary) -> dict[str, str]:
-    return {"model": escape_markdown(summary.key.name), "suite": _format_run_suite(summary)}
+    return {"model": escape_markdown(summary.key.name), "suite": _format_suite_and_protocol(summary)}
 
 
-def _format_run_suite(summary: RunSummary) -> str:
+def _format_suite_and_protocol(summary: RunSummary) -> str:
     return f"{format_suite_title(summary.key.domain, summary.key.ability)}, {summary.key.protocol.value}"
 
 
@@ -348,7 +349,7 @@ def make_remark_on_missing_task_names(runs: Sequence[RunSummary]) -> str:
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 
 
-def _make_interval_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
+def _make_confidence_interval_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
     for item in runs:
         for metric in get_declaration(item.key.ability).overview_headings:
             certainty = item.certainties.get(metric)

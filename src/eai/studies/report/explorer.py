@@ -168,7 +168,7 @@ class ExplorerData:
 
     def add_logged_episode(
         self,
-        run: tuple[str, str, str],
+        domain_protocol_model: tuple[str, str, str],
         task: str,
         outcome: str,
         *,
@@ -179,14 +179,14 @@ class ExplorerData:
         """Add an episode in a log of another project.
 
         Args:
-            run: domain, protocol and model, as the page shows them.
+            domain_protocol_model: domain, protocol and model, as the page shows them.
             task: the task.
             outcome: a key of the argument ``outcomes`` of `ExplorerData`.
             error: kind, number of the step, and reason of the first error; None if the log shows no error.
             lines: sentences about the outcome.
             steps: the actions. Their outcomes can also be ``accepted`` and ``cannot_tell``.
         """
-        domain, protocol, model = run
+        domain, protocol, model = domain_protocol_model
         values: _Row = {
             "t": task,
             "o": outcome,
@@ -223,7 +223,7 @@ class ExplorerData:
         index = self._index.copy()
         end = index.compress(f"],{_encode_json(content)[1:]}".encode()) + index.flush()
         yield from map(_encode_line, self._details)
-        yield from map(_encode_line, map(_compress, map(_number_prompt_lines, prompts.values())))
+        yield from map(_encode_line, map(_compress, map(_map_prompts_to_line_indices, prompts.values())))
         yield _encode_line(b"".join([*self._compressed_index, end]))
 
     def _begin_run(self, names: _RunNames, sort_key: tuple[int | str, ...] = (), log: Json = None) -> None:
@@ -327,7 +327,7 @@ def _encode_line(compressed: bytes) -> str:
     return f"{base64.b64encode(compressed).decode()}\n"
 
 
-def _number_prompt_lines(prompts: Mapping[str, str]) -> Json:
+def _map_prompts_to_line_indices(prompts: Mapping[str, str]) -> Json:
     """Return all different lines of the prompts, and each task's prompt as a list of indices of lines."""
     lines: dict[str, int] = {}
     tasks = {
@@ -363,13 +363,13 @@ def _make_ability_fields(record: Record) -> _Row:
         return _make_plan_fields(record.ability, record.verdict)
     if record.ability is Ability.GOAL_INTERPRETATION:
         goals = cast("GoalVerdict", record.verdict)
-        return {**_make_count_fields(goals.counts or {}), "h": list(goals.hallucinated)}
+        return {**_make_confusion_count_fields(goals.counts or {}), "h": list(goals.hallucinated)}
     if record.ability is Ability.TRANSITION_MODELING:
         return _make_operator_fields(cast("OperatorVerdict", record.verdict))
     return {}
 
 
-def _make_count_fields(counts: Mapping[str, ConfusionCounts]) -> _Row:
+def _make_confusion_count_fields(counts: Mapping[str, ConfusionCounts]) -> _Row:
     """Return fields with counts of right, wrong and missed goals or clauses: by name, and their sums."""
     wholes = [count for name, count in counts.items() if name.rpartition("/")[2] == ALL]
     sums = [sum(numbers) for numbers in zip(*(wholes or counts.values()), strict=True)]
@@ -394,7 +394,7 @@ def _make_operator_fields(verdict: OperatorVerdict) -> _Row:
         for category, count in by_category.items()
     }
     return {
-        **_make_count_fields(counts),
+        **_make_confusion_count_fields(counts),
         "p": verdict.planner and verdict.planner.value,
         "k": list(verdict.task_categories),
         "q": [_list_operator_values(operator) for operator in verdict.operators],
@@ -421,9 +421,10 @@ def _list_operator_values(operator: OperatorReport) -> Json:
 
 
 def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
-    """Return the parts of an answer's text, each as (start, end, how it was read); empty if all were valid.
+    """Return the parts of an answer's text, each as (start, end, how it was read).
 
-    A part was, for example, repaired, skipped as prose, or unreadable (`AnswerSpanKind`).
+    A part can be repaired, skipped as prose, or unreadable, for example (`AnswerSpanKind`). The list is empty
+    if the whole text was read without such parts.
     """
     if all(span.kind is AnswerSpanKind.READ for span in verdict.spans):
         return []

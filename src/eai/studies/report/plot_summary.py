@@ -159,13 +159,15 @@ def _draw_score_mark(
     score, number = row.scores[column], domains.index(table.domain)
     if score.value is None:
         return
-    at, color = line + _APART * (number - (len(domains) - 1) / 2), _choose_color(number)
+    at, color = line + _APART * (number - (len(domains) - 1) / 2), _choose_color_of_domain(number)
     others = (other.scores[column].value for other in table.rows if other.source in _PAPERS)
     for percent in (percent for percent in others if percent is not None):
         axes.plot(percent, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
     if score.low is not None and score.high is not None:
         axes.hlines(at, score.low, score.high, color=color, linewidth=1.2)
-    axes.plot(score.value, at, _choose_marker(number), color=color, markersize=4, zorder=3, clip_on=False)
+    axes.plot(
+        score.value, at, _choose_marker_of_domain(number), color=color, markersize=4, zorder=3, clip_on=False
+    )
     beside, text = axes.get_yaxis_transform(), f"{score.value:.1f}"
     axes.text(1.01 + 0.055 * number, line, text, transform=beside, fontsize=7, va="center", color=color)
 
@@ -174,7 +176,14 @@ def _draw_legend(figure: Figure, domains: Sequence[str], tick_label: str | None)
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], marker=_choose_marker(number), color=_choose_color(number), markersize=4, label=domain)
+        Line2D(
+            [],
+            [],
+            marker=_choose_marker_of_domain(number),
+            color=_choose_color_of_domain(number),
+            markersize=4,
+            label=domain,
+        )
         for number, domain in enumerate(domains)
     ]
     if tick_label is not None:
@@ -190,9 +199,9 @@ def _draw_legend(figure: Figure, domains: Sequence[str], tick_label: str | None)
     )
 
 
-def _choose_marker(number: int) -> str:
-    return _MARKS[number % len(_MARKS)]
+def _choose_marker_of_domain(domain_number: int) -> str:
+    return _MARKS[domain_number % len(_MARKS)]
 
 
-def _choose_color(number: int) -> str:
-    return MODEL_COLORS[number % len(MODEL_COLORS)]
+def _choose_color_of_domain(domain_number: int) -> str:
+    return MODEL_COLORS[domain_number % len(MODEL_COLORS)]

@@ -283,13 +283,13 @@ def draw_rates_by_predicate(runs: Sequence[RunSummary]) -> Figure | None:
     return _draw_rate_matrix_of_models({item.key.name: item.breakdown.by_predicate for item in runs}, label)
 
 
-def _draw_rate_matrix_of_models(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None:
+def _draw_rate_matrix_of_models(models: Mapping[str, Mapping[str, Rate]], rate_label: str) -> Figure | None:
     rows: list[Mapping[str, Cell]] = []
     for name in _select_most_frequent_names(list(models.values())):
         for model, rates in models.items():
             rate = rates.get(name, NOTHING)
             rows.append({"name": name, MODEL: model, "share": Estimate.from_rate(rate)})
-    return plots.draw_rate_matrix(rows, ("name",), "share", label, zeros=True)
+    return plots.draw_rate_matrix(rows, ("name",), "share", rate_label, zeros=True)
 
 
 def _select_most_frequent_names(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
@@ -304,7 +304,7 @@ def _select_most_frequent_names(columns: Sequence[Mapping[str, Rate]]) -> list[s
 _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
 """Width and height of a model's panel in the plot of answers that pass each check, in inches."""
-_BETWEEN = (6.1, 180.0)
+_PANEL_DISTANCES = (6.1, 180.0)
 """Horizontal and vertical distance between the left upper corners of neighboring panels of models.
 
 The horizontal axis has one unit per stage in `_STAGES`, the vertical axis one per percent of answers.
@@ -342,11 +342,13 @@ def draw_answers_left_after_each_check(runs: Sequence[RunSummary]) -> Figure | N
     columns = min(_FLOWS_PER_ROW, len(flows))
     rows = -(-len(flows) // columns)
     left, top = -0.42, 139.0
-    across, up = (left, left + _BETWEEN[0] * columns), (top - _BETWEEN[1] * rows, top)
+    across, up = (left, left + _PANEL_DISTANCES[0] * columns), (top - _PANEL_DISTANCES[1] * rows, top)
     figure, panel = plots.make_canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
     for number, (model, flow) in enumerate(flows):
         row, column = divmod(number, columns)
-        _draw_flow_of_model(panel, (_BETWEEN[0] * column, _TOP - _BETWEEN[1] * row), model, flow)
+        _draw_flow_of_model(
+            panel, (_PANEL_DISTANCES[0] * column, _TOP - _PANEL_DISTANCES[1] * row), model, flow
+        )
     return figure
 
 

@@ -216,9 +216,16 @@ _AGENT_COLUMNS = ("harness", "effort")
 """Names of columns that a table leaves out if no row has a value in them."""
 
 
-def _make_short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
-    """Return a column's label, after the name of the column's group if the label alone is ambiguous."""
-    ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
+def _make_short_heading(column: MetricColumn, groups_in_table: Sequence[str]) -> str:
+    """Return a column's label, with the group's name in front if the label alone is ambiguous."""
+    ambiguous = len(set(groups_in_table)) > 1 and column.label in (
+        "P",
+        "R",
+        "F1",
+        "Task",
+        "Execution",
+        "Planner",
+    )
     is_incomplete = column.label in ("State", "Relation", "Action", "Total")
     return f"{column.group}: {column.label}" if ambiguous or is_incomplete else column.label
 
@@ -548,7 +555,7 @@ def _list_notes_of_rows(rows: Iterable[RankedModel]) -> list[str]:
 
 
 def _add_note_on_missing_rank(row: RankedModel, ranking_column: MetricColumn) -> RankedModel:
-    """Return the row of a model. Without a number to rank by, it gets a footnote on unanswered abilities."""
+    """Return the row, with a footnote on unanswered abilities if it has no number to rank by."""
     if row.scores[ranking_column].value is not None:
         return row
     lacking = [column for column, score in row.scores.items() if score.value is None]
