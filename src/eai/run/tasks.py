@@ -437,7 +437,8 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
 def make_function_that_adds_study_options(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
     """Return a function that adds the options of studies in a log to a record of an answer in the log.
 
-    Return None if the log has no such options, or if the ability's results are means over several answers.
+    Return None if the log has no such options. Return None also if the ability's results are means over
+    several answers to a task, because the function looks up one answer to each task.
 
     Raises:
         InputError: the log cannot be read.
