@@ -59,7 +59,7 @@ def test_incremental_observations_equal_new_ones(
             for each in wording.fact_listers_of_goal_predicates
             for fact in each.list_facts(outcome, observation.visible)
         ]
-        lines = spell_out(observation.text).splitlines()
+        lines = spell_out(observation.facts_text).splitlines()
         assert sorted(lines) == sorted([wording.write_fact(task, fact) for fact in facts])
         changes = observer.find_visible_changes(before, observation, difference)
         told = [f"{sign} {observer.render_fact(fact)}" for sign, fact in changes]
@@ -96,7 +96,7 @@ def test_visible_facts_follow_from_the_first_observation_and_changes(
                 believed.discard(line[2:])
             elif line.endswith(")"):
                 believed.add(line.removeprefix("+ "))
-        holds = {*spell_out(game.memory.observation.text).splitlines()}
+        holds = {*spell_out(game.memory.observation.facts_text).splitlines()}
         seen = {*spell_out(game.setup.observer.render_names(game.memory.observation.visible)).split(", ")}
         assert holds <= believed
         assert [each for each in believed - holds if {*re.findall(r"[\w.]+", each)[1:]} <= seen] == []

@@ -321,7 +321,7 @@ class Game:
         elif self._rules.budget is not None and limit is not None:
             observation += f"\n{limit - self._turns} of {limit} actions left."
         if self._rules.feedback == "facts":
-            observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
+            observation += f"\n\nNow:\n{self.memory.observation.facts_text or '-'}"
         terminated = self.is_over and not truncated
         info = self.make_gymnasium_info(
             outcome.fault, failed_by_chance=outcome.slipped, command_repairs=repairs

@@ -57,17 +57,17 @@ class _Observation(NamedTuple):
     Attributes:
         state: the state.
         visible: the visible objects.
-        by_predicate: the visible facts of each predicate, in the order of the benchmark's fact lists.
+        facts_by_predicate: the visible facts of each predicate, in the order of the benchmark's fact lists.
     """
 
     state: State
     visible: Indices
-    by_predicate: Sequence[_VisibleFacts]
+    facts_by_predicate: Sequence[_VisibleFacts]
 
     @property
-    def text(self) -> str:
+    def facts_text(self) -> str:
         """The visible facts of all predicates, as lines of text."""
-        return "\n".join([facts.text for facts in self.by_predicate if facts.text])
+        return "\n".join([facts.text for facts in self.facts_by_predicate if facts.text])
 
 
 class Observer:
@@ -176,7 +176,7 @@ class Observer:
             if is_same and changed.isdisjoint(listing.sources)
             else self._make_visible_facts(listing, state, visible)
             for listing, before in zip(
-                self._wording.fact_listers_of_state_predicates, earlier.by_predicate, strict=True
+                self._wording.fact_listers_of_state_predicates, earlier.facts_by_predicate, strict=True
             )
         ]
         return _Observation(state, visible, facts)
@@ -191,8 +191,8 @@ class Observer:
         removed: list[Fact] = []
         for listing, old, new in zip(
             self._wording.fact_listers_of_state_predicates,
-            before.by_predicate,
-            after.by_predicate,
+            before.facts_by_predicate,
+            after.facts_by_predicate,
             strict=True,
         ):
             if changed.isdisjoint(listing.sources):
@@ -307,7 +307,7 @@ class AgentMemory:
         """Return text on some objects and the visible facts, or a note that pictures show the facts."""
         described = self._observer.render_objects(objects)
         is_pictured = self._feedback == "pictures"
-        facts = "What the pictures show." if is_pictured else self.observation.text or "-"
+        facts = "What the pictures show." if is_pictured else self.observation.facts_text or "-"
         values: dict[str, Text] = {
             "objects": described,
             "short_objects": lambda: shorten_object_list(spell_out(described), shorten_names),
