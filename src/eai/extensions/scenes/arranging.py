@@ -42,14 +42,14 @@ def arrange_objects(
         raise InputError(
             "cannot build a room: the state has no object that is a floor; use a task with a floor"
         )
-    joined = _find_first_object_that_joins_rooms(locations)
+    joined = _map_first_joining_object_to_floors(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _place_rooms_and_furniture(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
     )
     placer = Placer(locations, names, seed)
-    for thing, pose in furniture.items():
-        placer.put(thing, pose)
+    for object_index, pose in furniture.items():
+        placer.put(object_index, pose)
     placer.furniture = frozenset(furniture)
     place_remaining_objects(placer, locations, boxes)
     return placer, boxes
@@ -71,27 +71,27 @@ def place_remaining_objects(
         InputError: an object does not fit where the state puts it.
     """
     waiting = [i for i in locations.bodies if i not in placer.poses and not locations.is_held(i)]
-    for thing in sorted(
+    for object_index in sorted(
         waiting, key=lambda i: (locations.count_carriers(i), -_compute_volume(locations, i), i)
     ):
         try:
-            pose = _find_pose(placer, locations, boxes, thing)
+            pose = _find_pose(placer, locations, boxes, object_index)
         except InputError:
             if not crowded:
                 raise
-            pose = _compute_pose_that_may_overlap(placer, locations, boxes, thing)
-        placer.put(thing, pose)
+            pose = _compute_pose_that_may_overlap(placer, locations, boxes, object_index)
+        placer.put(object_index, pose)
 
 
-def _find_first_object_that_joins_rooms(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _map_first_joining_object_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return the first object that lies over an object of another room, with the floors of both rooms.
 
     The result maps the upper object to two floors: that of its own room, then that of the lower object's
     room. The result is empty if no object lies over an object of another room.
     """
     rooms = [
-        (roof, (locations.find_room(roof), locations.find_room(thing)))
-        for thing, roof in locations.relations[UNDER]
+        (roof, (locations.find_room(roof), locations.find_room(object_index)))
+        for object_index, roof in locations.relations[UNDER]
     ]
     return dict([(roof, floors) for roof, floors in rooms if floors[0] != floors[1]][:1])
 
@@ -109,22 +109,25 @@ def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
     ]
 
 
-def _is_next_to_furniture(locations: ObjectLocations, thing: int) -> bool:
+def _is_next_to_furniture(locations: ObjectLocations, object_index: int) -> bool:
     """Whether an object stands next to furniture that gets its place earlier than this object."""
     others = [
         second
         for first, second in locations.relations[BESIDE]
-        if first == thing and second in locations.bodies
+        if first == object_index and second in locations.bodies
     ]
     stands = {other: locations.bodies[other].stand for other in others}
     return any(
-        stand not in ("free", "middle") or (stand == "middle" and i < thing) for i, stand in stands.items()
+        stand not in ("free", "middle") or (stand == "middle" and i < object_index)
+        for i, stand in stands.items()
     )
 
 
-def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int) -> Pose:
-    carrier = locations.find_relation_and_carrier(thing)
-    beside = [b for a, b in locations.relations[BESIDE] if a == thing and b in placer.poses]
+def _find_pose(
+    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], object_index: int
+) -> Pose:
+    carrier = locations.find_relation_and_carrier(object_index)
+    beside = [b for a, b in locations.relations[BESIDE] if a == object_index and b in placer.poses]
     if carrier is not None:
         relation, other = carrier
         near = next(
@@ -132,26 +135,31 @@ def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, B
             None,
         )
         return (
-            placer.find_pose_inside(thing, other)
+            placer.find_pose_inside(object_index, other)
             if relation == INSIDE
-            else placer.find_pose_on(thing, other, near)
+            else placer.find_pose_on(object_index, other, near)
         )
-    room = boxes[locations.find_room(thing)]
-    roofs = [b for a, b in locations.relations[UNDER] if a == thing and b in placer.poses]
+    room = boxes[locations.find_room(object_index)]
+    roofs = [b for a, b in locations.relations[UNDER] if a == object_index and b in placer.poses]
     if roofs:
-        return placer.find_pose_below(thing, roofs[0], room)
+        return placer.find_pose_below(object_index, roofs[0], room)
     return (
-        placer.find_pose_beside(thing, beside[0], room) if beside else placer.find_pose_on_floor(thing, room)
+        placer.find_pose_beside(object_index, beside[0], room)
+        if beside
+        else placer.find_pose_on_floor(object_index, room)
     )
 
 
 def _compute_pose_that_may_overlap(
-    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
+    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], object_index: int
 ) -> Pose:
     """Return a pose in the middle of an object's support, container or room. Objects may overlap there."""
-    carrier, height = locations.find_relation_and_carrier(thing), locations.bodies[thing].size[2]
+    carrier, height = (
+        locations.find_relation_and_carrier(object_index),
+        locations.bodies[object_index].size[2],
+    )
     if carrier is None:
-        x, y, _ = boxes[locations.find_room(thing)].mean(0)
+        x, y, _ = boxes[locations.find_room(object_index)].mean(0)
         return Pose((x, y, height / 2))
     relation, other = carrier
     body = placer.bodies[other]
@@ -161,8 +169,8 @@ def _compute_pose_that_may_overlap(
     return Pose((x, y, area[0, 2] + height / 2))
 
 
-def _compute_volume(locations: ObjectLocations, thing: int) -> float:
-    width, depth, height = locations.bodies[thing].size
+def _compute_volume(locations: ObjectLocations, object_index: int) -> float:
+    width, depth, height = locations.bodies[object_index].size
     return width * depth * height
 
 
@@ -175,9 +183,11 @@ class _RoomLayout:
     depth: float
     poses: dict[int, tuple[float, float, float, int]] = field(default_factory=dict)
 
-    def put_object(self, thing: int, x: float, y: float, quarter_turns: int, above: float = 0.0) -> None:
+    def put_object(
+        self, object_index: int, x: float, y: float, quarter_turns: int, above: float = 0.0
+    ) -> None:
         """Put an object over a point of the floor; ``above`` is the height of its underside in metres."""
-        self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarter_turns)
+        self.poses[object_index] = (x, y, above + self.bodies[object_index].size[2] / 2, quarter_turns)
 
 
 def _place_rooms_and_furniture(
@@ -196,16 +206,16 @@ def _place_rooms_and_furniture(
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}
     left = 0.0
-    for floor, things in furniture_by_floor.items():
-        plan = _furnish_room({thing: bodies[thing] for thing in things})
+    for floor, object_indices in furniture_by_floor.items():
+        plan = _furnish_room({object_index: bodies[object_index] for object_index in object_indices})
         boxes[floor] = np.array([[left, 0.0, 0.0], [left + plan.width, plan.depth, WALL_HEIGHT]])
-        for thing, (x, y, z, quarter_turns) in plan.poses.items():
-            poses[thing] = Pose((left + x, y, z), make_rotation_by_quarter_turns(quarter_turns))
+        for object_index, (x, y, z, quarter_turns) in plan.poses.items():
+            poses[object_index] = Pose((left + x, y, z), make_rotation_by_quarter_turns(quarter_turns))
         left += plan.width + (
             0.0 if floor in [first for first, _ in floors_of_joining_objects.values()] else _ROOM_DISTANCE
         )
-    for thing, (floor, _) in floors_of_joining_objects.items():
-        poses[thing] = Pose((float(boxes[floor][1, 0]) - 0.02, 1.2, bodies[thing].size[2] / 2))
+    for object_index, (floor, _) in floors_of_joining_objects.items():
+        poses[object_index] = Pose((float(boxes[floor][1, 0]) - 0.02, 1.2, bodies[object_index].size[2] / 2))
     return boxes, poses
 
 
@@ -239,26 +249,28 @@ def _furnish_room(bodies: Mapping[int, Body]) -> _RoomLayout:
 _STANDS = ("wall", "high", "door", "window", "middle", "free")
 
 
-def _split_into_rows(bodies: Mapping[int, Body], things: Sequence[int], width: float) -> list[list[int]]:
+def _split_into_rows(
+    bodies: Mapping[int, Body], object_indices: Sequence[int], width: float
+) -> list[list[int]]:
     """Split objects into rows of at most the given width. An object that is wider gets its own row."""
     rows: list[list[int]] = []
     left = 0.0
-    for thing in things:
-        need = bodies[thing].size[0] + 0.7
+    for object_index in object_indices:
+        need = bodies[object_index].size[0] + 0.7
         if not rows or need > left:
             rows.append([])
             left = width
-        rows[-1].append(thing)
+        rows[-1].append(object_index)
         left -= need
     return rows
 
 
 def _put_objects_in_row(plan: _RoomLayout, row: Sequence[int], y: float) -> None:
     """Put objects side by side in a row that is centred in the room."""
-    sizes = [plan.bodies[thing].size for thing in row]
+    sizes = [plan.bodies[object_index].size for object_index in row]
     x = plan.width / 2 - (sum([size[0] for size in sizes]) + 0.7 * (len(row) - 1)) / 2
-    for thing, (width, depth, _) in zip(row, sizes, strict=True):
-        plan.put_object(thing, x + width / 2, y - depth / 2, 0)
+    for object_index, (width, depth, _) in zip(row, sizes, strict=True):
+        plan.put_object(object_index, x + width / 2, y - depth / 2, 0)
         x += width + 0.7
 
 
@@ -269,34 +281,34 @@ def _put_furniture_along_walls(
     bodies, x = plan.bodies, 0.2
     back = max([bodies[i].size[1] for i in back_wall_furniture], default=0.4)
     side = {3: plan.depth - back - 0.5, 1: plan.depth - back - 0.5}
-    for thing in back_wall_furniture:
-        width, depth, _ = bodies[thing].size
+    for object_index in back_wall_furniture:
+        width, depth, _ = bodies[object_index].size
         if x + width <= plan.width - 0.15:
-            plan.put_object(thing, x + width / 2, plan.depth - depth / 2 - 0.01, 0)
+            plan.put_object(object_index, x + width / 2, plan.depth - depth / 2 - 0.01, 0)
             x += width + _FURNITURE_GAP
             continue
         quarter_turns = 1 if side[1] >= side[3] else 3
-        _put_at_side_wall(plan, thing, quarter_turns, side)
+        _put_at_side_wall(plan, object_index, quarter_turns, side)
     x = plan.width - 0.2
-    for thing in furniture_by_stand["high"]:
-        width, depth, _ = bodies[thing].size
-        plan.put_object(thing, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _WALL_CABINET_HEIGHT)
+    for object_index in furniture_by_stand["high"]:
+        width, depth, _ = bodies[object_index].size
+        plan.put_object(object_index, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _WALL_CABINET_HEIGHT)
         x -= width + _FURNITURE_GAP
-    for thing in furniture_by_stand["door"]:
-        _put_at_side_wall(plan, thing, 1, side)
-    for thing in furniture_by_stand["window"]:
-        _put_at_side_wall(plan, thing, 3, side, _WINDOW_HEIGHT)
+    for object_index in furniture_by_stand["door"]:
+        _put_at_side_wall(plan, object_index, 1, side)
+    for object_index in furniture_by_stand["window"]:
+        _put_at_side_wall(plan, object_index, 3, side, _WINDOW_HEIGHT)
 
 
 def _put_at_side_wall(
     plan: _RoomLayout,
-    thing: int,
+    object_index: int,
     quarter_turns: int,
     free_depth_by_turns: dict[int, float],
     height: float = 0.0,
 ) -> None:
     """Put an object with its back to the left wall (1 quarter turn) or the right wall (3 quarter turns)."""
-    width, depth, _ = plan.bodies[thing].size
+    width, depth, _ = plan.bodies[object_index].size
     x = depth / 2 + 0.01 if quarter_turns == 1 else plan.width - depth / 2 - 0.01
-    plan.put_object(thing, x, free_depth_by_turns[quarter_turns] - width / 2, quarter_turns, height)
+    plan.put_object(object_index, x, free_depth_by_turns[quarter_turns] - width / 2, quarter_turns, height)
     free_depth_by_turns[quarter_turns] -= width + _FURNITURE_GAP

@@ -101,8 +101,8 @@ class Camera:
         finally:
             self._renderer.disable_segmentation_rendering()
         owner = np.full(self.scene.model.ngeom + 1, -1)
-        for thing, own in self.scene.mujoco_geoms_of_object.items():
-            owner[own.start : own.stop] = thing
+        for object_index, own in self.scene.mujoco_geoms_of_object.items():
+            owner[own.start : own.stop] = object_index
         return owner[geoms]
 
     def close(self) -> None:
@@ -125,11 +125,11 @@ class Camera:
         camera.azimuth = math.degrees(math.atan2(way[1], way[0]))
         camera.elevation = math.degrees(math.asin(way[2] / far))
         scene.model.vis.global_.fovy = sight.angle
-        for hand, thing in scene.locations.hands.items():
+        for hand, object_index in scene.locations.hands.items():
             scene.move_object(
-                thing,
+                object_index,
                 _find_pose_of_held_object(
-                    sight, _HAND_OFFSETS[hand], max(scene.locations.bodies[thing].size)
+                    sight, _HAND_OFFSETS[hand], max(scene.locations.bodies[object_index].size)
                 ),
             )
         self._renderer.update_scene(scene.data, camera)
@@ -138,10 +138,10 @@ class Camera:
 
 
 def _find_viewpoint_at_head_height(scene: MujocoScene) -> _Viewpoint:
-    """Return a viewpoint that shows all objects of the room with most objects, from in front of the room."""
+    """Return a viewpoint in front of the room with most objects. It shows all objects of this room."""
     locations, room = scene.locations, scene.locations.fullest_room
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
-    seen = [thing for thing in locations.bodies if locations.find_room(thing) == room]
+    seen = [object_index for object_index in locations.bodies if locations.find_room(object_index) == room]
     at = np.array([x0 + 0.52 * (x1 - x0), y0 + 0.62 * (y1 - y0), 0.6])
     middles = _list_corners(scene, seen).reshape(-1, 8, 3).mean(1)
     sight = _Viewpoint(_to_vector(at + np.array([0.0, 0.0, 1.15])), _to_vector(at), 64)
@@ -150,13 +150,13 @@ def _find_viewpoint_at_head_height(scene: MujocoScene) -> _Viewpoint:
     )
 
 
-def _view_near_object_carrying_most(scene: MujocoScene) -> _Viewpoint:
-    """Return the viewpoint that shows the object with most other objects on or in it, and these objects.
+def _find_viewpoint_near_fullest_carrier(scene: MujocoScene) -> _Viewpoint:
+    """Return the viewpoint that shows the object with most objects on or in it, and these objects.
 
-    If no object carries another, it shows the objects of the room with most objects.
+    If no object carries another, the viewpoint shows the objects of the room with most objects.
     """
     locations = scene.locations
-    place = _find_object_carrying_most(locations)
+    place = _find_fullest_carrier(locations)
     if place is None:
         here = [i for i in locations.visible_objects if locations.find_room(i) == locations.fullest_room]
         seen = [i for i in here if locations.bodies[i].stand == "free"] or here
@@ -165,11 +165,11 @@ def _view_near_object_carrying_most(scene: MujocoScene) -> _Viewpoint:
         ahead = np.array([0.0, -1.0, 0.0])
     else:
         on_it = [
-            thing
-            for thing in locations.bodies
-            if locations.find_bottom_of_pile(thing) == place and thing != place
+            object_index
+            for object_index in locations.bodies
+            if locations.find_bottom_of_pile(object_index) == place and object_index != place
         ]
-        seen = [thing for thing in on_it if not locations.is_shut_in(thing)]
+        seen = [object_index for object_index in on_it if not locations.is_shut_in(object_index)]
         is_furniture = locations.bodies[place].stand not in ("free", "middle")
         ahead = scene.find_front_direction(place) if is_furniture else np.array([0.0, -1.0, 0.0])
     points = _list_corners(scene, seen)
@@ -183,8 +183,12 @@ def _view_near_object_carrying_most(scene: MujocoScene) -> _Viewpoint:
     return _move_back_until_visible(_Viewpoint(eye, _to_vector(at), 52), points, ahead, reach, room)
 
 
-def _list_corners(scene: MujocoScene, things: Collection[int]) -> Array:
-    boxes = [bounding_box(scene, thing) for thing in things if not scene.locations.is_held(thing)]
+def _list_corners(scene: MujocoScene, object_indices: Collection[int]) -> Array:
+    boxes = [
+        bounding_box(scene, object_index)
+        for object_index in object_indices
+        if not scene.locations.is_held(object_index)
+    ]
     return np.array(
         [[box[i, 0], box[j, 1], box[k, 2]] for box in boxes for i, j, k in product((0, 1), repeat=3)]
     )
@@ -199,12 +203,12 @@ def _move_back_until_visible(
         eye = np.array(start.eye) + distance * direction
         eye[0] = np.clip(eye[0], room[0, 0] + 0.1, room[1, 0] - 0.1)
         viewpoint = start._replace(eye=_to_vector(eye))
-        if distance > _MAX_DISTANCE or _shows_all(viewpoint, points):
+        if distance > _MAX_DISTANCE or _shows_all_points(viewpoint, points):
             return viewpoint
         distance += 0.2
 
 
-def _shows_all(viewpoint: _Viewpoint, points: Array) -> bool:
+def _shows_all_points(viewpoint: _Viewpoint, points: Array) -> bool:
     """Whether all points are in the picture, outside a margin of 6 % at its edges."""
     (ahead, right, above), from_eye = viewpoint.axes, points - np.array(viewpoint.eye)
     distances = from_eye @ ahead
@@ -222,16 +226,18 @@ def _to_vector(array: Array) -> Vector:
     return (x, y, z)
 
 
-def _find_object_carrying_most(locations: ObjectLocations) -> int | None:
+def _find_fullest_carrier(locations: ObjectLocations) -> int | None:
     """Return the object that carries most visible objects, directly or not; None if no object carries any."""
     carried = [
-        thing for thing in locations.visible_objects if locations.find_relation_and_carrier(thing) is not None
+        object_index
+        for object_index in locations.visible_objects
+        if locations.find_relation_and_carrier(object_index) is not None
     ]
     many = Counter(map(locations.find_bottom_of_pile, carried))
-    return max(many, key=lambda thing: (many[thing], -thing), default=None)
+    return max(many, key=lambda object_index: (many[object_index], -object_index), default=None)
 
 
-def _view_from_above(scene: MujocoScene) -> _Viewpoint:
+def _find_viewpoint_from_above(scene: MujocoScene) -> _Viewpoint:
     boxes = list(scene.rooms.values())
     x0, x1 = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
     y1 = max(box[1, 1] for box in boxes)
@@ -242,8 +248,8 @@ def _view_from_above(scene: MujocoScene) -> _Viewpoint:
 
 _VIEWPOINTS: Mapping[CameraView, Callable[[MujocoScene], _Viewpoint]] = {
     "head": _find_viewpoint_at_head_height,
-    "near": _view_near_object_carrying_most,
-    "top": _view_from_above,
+    "near": _find_viewpoint_near_fullest_carrier,
+    "top": _find_viewpoint_from_above,
 }
 
 

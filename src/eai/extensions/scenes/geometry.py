@@ -22,7 +22,7 @@ _HORIZONTAL_REACH, _VERTICAL_REACH = 1.0, 5.0
 """Maximum lengths, in metres, of the horizontal and vertical rays that test how two objects lie."""
 
 _AXIS_PAIR_COUNT = 5
-"""Number of pairs of perpendicular axes along which horizontal rays go, rotated by 0 to 90 degrees."""
+"""Number of pairs of perpendicular axes for horizontal rays. The pairs are rotated by 0 to 90 degrees."""
 
 _MAX_DISTANCE_SHARE = 1 / 6
 """Maximum distance between the boxes of two neighbours, as a share of the mean side length of both boxes."""
@@ -102,17 +102,17 @@ def is_next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
     )
 
 
-def is_on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
+def is_on_floor(scene: _PlacedBodies, object_index: int, room: Box) -> bool:
     """Whether an object is on the floor of a room. Objects that hang on the walls of the room count, too."""
-    middle, (low, high) = _find_middle(scene, thing), bounding_box(scene, thing)
+    middle, (low, high) = _find_middle(scene, object_index), bounding_box(scene, object_index)
     at_home = all(room[0, i] <= middle[i] <= room[1, i] for i in (0, 1))
-    is_fixed = scene.model.body_dofnum[scene.mujoco_body_of_object[thing]] == 0
+    is_fixed = scene.model.body_dofnum[scene.mujoco_body_of_object[object_index]] == 0
     return bool(at_home and (is_fixed or low[2] < 0.01) and high[2] > 0)
 
 
-def bounding_box(scene: _PlacedBodies, thing: int) -> Box:
+def bounding_box(scene: _PlacedBodies, object_index: int) -> Box:
     """Return the box around the solid parts of an object."""
-    geoms = _list_solid_geoms(scene, thing)
+    geoms = _list_solid_geoms(scene, object_index)
     axes = scene.data.geom_xmat[geoms].reshape(-1, 3, 3)
     aabb = scene.model.geom_aabb[geoms]
     middle = scene.data.geom_xpos[geoms] + np.einsum("gij,gj->gi", axes, aabb[:, :3])
@@ -120,13 +120,13 @@ def bounding_box(scene: _PlacedBodies, thing: int) -> Box:
     return np.array([(middle - half).min(0), (middle + half).max(0)])
 
 
-def _find_middle(scene: _PlacedBodies, thing: int) -> Array:
-    middle: Array = scene.data.xpos[scene.mujoco_body_of_object[thing]]
+def _find_middle(scene: _PlacedBodies, object_index: int) -> Array:
+    middle: Array = scene.data.xpos[scene.mujoco_body_of_object[object_index]]
     return middle
 
 
-def _list_solid_geoms(scene: _PlacedBodies, thing: int) -> list[int]:
-    return [geom for geom in scene.mujoco_geoms_of_object[thing] if scene.model.geom_contype[geom]]
+def _list_solid_geoms(scene: _PlacedBodies, object_index: int) -> list[int]:
+    return [geom for geom in scene.mujoco_geoms_of_object[object_index] if scene.model.geom_contype[geom]]
 
 
 def _are_touching(scene: _PlacedBodies, first: int, second: int) -> bool:

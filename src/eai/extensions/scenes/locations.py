@@ -55,49 +55,50 @@ class ObjectLocations:
     states: Mapping[int, frozenset[str]]
     hands: Mapping[int, int] = field(default_factory=dict)
 
-    def find_relation_and_carrier(self, thing: int) -> tuple[str, int] | None:
+    def find_relation_and_carrier(self, object_index: int) -> tuple[str, int] | None:
         """Return an object's relation to its carrier, and the carrier; None if no object carries it.
 
         The carrier is the container or support that the object is in or on.
         """
         for relation in SUPPORTS:
             for carried, carrier in self.relations[relation]:
-                if carried == thing:
+                if carried == object_index:
                     return relation, carrier
         return None
 
-    def make_location_key(self, thing: int) -> tuple[object, ...]:
+    def make_location_key(self, object_index: int) -> tuple[object, ...]:
         """Return the relations of an object to other objects, and its floor.
 
         The value changes only if the object or one of these other objects moves.
         """
         return (
-            self.find_relation_and_carrier(thing),
-            self.floor_of.get(thing),
-            *sorted(self._list_relations_to_neighbours(thing)),
+            self.find_relation_and_carrier(object_index),
+            self.floor_of.get(object_index),
+            *sorted(self._list_relations_to_neighbours(object_index)),
         )
 
-    def _list_relations_to_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
+    def _list_relations_to_neighbours(self, object_index: int) -> Iterator[tuple[str, int]]:
         for name in (UNDER, BESIDE):
-            yield from ((name, second) for first, second in self.relations[name] if first == thing)
+            yield from ((name, second) for first, second in self.relations[name] if first == object_index)
 
-    def list_relations_and_carriers(self, thing: int) -> Iterator[tuple[str, int]]:
+    def list_relations_and_carriers(self, object_index: int) -> Iterator[tuple[str, int]]:
         """Yield an object's carrier, the carrier of that carrier, and so on, as pairs (relation, carrier)."""
         for _ in self.bodies:
-            carrier = self.find_relation_and_carrier(thing)
+            carrier = self.find_relation_and_carrier(object_index)
             if carrier is None:
                 return
             yield carrier
-            thing = carrier[1]
+            object_index = carrier[1]
 
-    def count_carriers(self, thing: int) -> int:
+    def count_carriers(self, object_index: int) -> int:
         """Return the number of an object's carriers: its carrier, the carrier of this carrier, and so on."""
-        return len(list(self.list_relations_and_carriers(thing)))
+        return len(list(self.list_relations_and_carriers(object_index)))
 
-    def is_shut_in(self, thing: int) -> bool:
+    def is_shut_in(self, object_index: int) -> bool:
         """Whether an object is in a closed container, directly or inside or on another object."""
         return any(
-            how == INSIDE and "closed" in self.states[i] for how, i in self.list_relations_and_carriers(thing)
+            how == INSIDE and "closed" in self.states[i]
+            for how, i in self.list_relations_and_carriers(object_index)
         )
 
     @property
@@ -105,9 +106,9 @@ class ObjectLocations:
         """The objects that no hand holds and no closed container contains."""
         return [i for i in self.bodies if not self.is_held(i) and not self.is_shut_in(i)]
 
-    def find_room(self, thing: int) -> int:
+    def find_room(self, object_index: int) -> int:
         """Return the floor object that stands for the room of an object."""
-        root = self.find_bottom_of_pile(thing)
+        root = self.find_bottom_of_pile(object_index)
         near = [root, *(other for _, other in self._list_relations_to_neighbours(root))]
         return next((self.floor_of[index] for index in near if index in self.floor_of), self.floors[0])
 
@@ -117,16 +118,16 @@ class ObjectLocations:
         many = Counter(map(self.find_room, self.bodies))
         return max(self.floors, key=lambda floor: (many[floor], -floor))
 
-    def is_held(self, thing: int) -> bool:
+    def is_held(self, object_index: int) -> bool:
         """Whether a hand holds an object, directly or in or on another object.
 
         Pictures do not show the objects in or on a held object.
         """
-        return self.find_bottom_of_pile(thing) in self.hands.values()
+        return self.find_bottom_of_pile(object_index) in self.hands.values()
 
-    def find_bottom_of_pile(self, thing: int) -> int:
+    def find_bottom_of_pile(self, object_index: int) -> int:
         """Return the lowest object of the pile that an object is part of."""
-        return [thing, *(carrier for _, carrier in self.list_relations_and_carriers(thing))][-1]
+        return [object_index, *(carrier for _, carrier in self.list_relations_and_carriers(object_index))][-1]
 
 
 def read_object_locations(state: State) -> ObjectLocations:
@@ -145,10 +146,17 @@ def read_object_locations(state: State) -> ObjectLocations:
         *_list_objects_with_property(state, "substance"),
         *_list_objects_with_property(state, "recipe"),
     }
-    things = {i: thing for i, thing in enumerate(scene.objects) if i not in shapeless}
-    kinds = {i: find_body(find_body_kind(thing.name, thing.category)) for i, thing in things.items()}
+    scene_objects = {i: scene_object for i, scene_object in enumerate(scene.objects) if i not in shapeless}
+    kinds = {
+        i: find_body(find_body_kind(scene_object.name, scene_object.category))
+        for i, scene_object in scene_objects.items()
+    }
     absent = {i: body for i, body in kinds.items() if body is not None and _is_absent(state, i)}
-    bodies = {i: _require_body(thing) for i, thing in things.items() if not _is_absent(state, i)}
+    bodies = {
+        i: _require_body(scene_object)
+        for i, scene_object in scene_objects.items()
+        if not _is_absent(state, i)
+    }
     stated = {name: _list_related_pairs(state, name, bodies) for name in (*_OBJECT_RELATIONS, *ON_FLOOR)}
     floor_of = dict(pair for name in (*ON_FLOOR, ON) for pair in stated[name] if pair[1] in floors)
     relations = {
@@ -164,16 +172,18 @@ def read_object_locations(state: State) -> ObjectLocations:
     return ObjectLocations(bodies, absent, floors, relations, floor_of, states, hands)
 
 
-def _require_body(thing: WorldObject) -> Body:
+def _require_body(scene_object: WorldObject) -> Body:
     """Return the body of an object.
 
     Raises:
         InputError: the table of kinds has no body for the object.
     """
-    kind = find_body_kind(thing.name, thing.category)
+    kind = find_body_kind(scene_object.name, scene_object.category)
     body = find_body(kind)
     if body is None:
-        raise InputError(f"{thing.name}: kinds.txt has no body for the kind {kind}; choose another task")
+        raise InputError(
+            f"{scene_object.name}: kinds.txt has no body for the kind {kind}; choose another task"
+        )
     return body
 
 

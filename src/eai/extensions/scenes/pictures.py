@@ -76,28 +76,30 @@ def map_objects_to_picture_pixels(task: Task, views: Sequence[CameraView]) -> di
     pixels: dict[int, tuple[int, int, int]] = {}
     with Camera(MujocoScene(task)) as camera:
         for number, view in enumerate(views, 1):
-            for thing, rows, columns in _list_visible_objects_and_pixels(camera.render_object_indexes(view)):
+            for object_index, rows, columns in _list_visible_objects_and_pixels(
+                camera.render_object_indexes(view)
+            ):
                 nearest = int(np.hypot(rows - rows.mean(), columns - columns.mean()).argmin())
-                pixels.setdefault(thing, (number, int(columns[nearest]), int(rows[nearest])))
+                pixels.setdefault(object_index, (number, int(columns[nearest]), int(rows[nearest])))
     return pixels
 
 
 def _list_visible_objects_and_pixels(object_image: Any) -> Iterator[tuple[int, Any, Any]]:
     """Yield objects with enough visible pixels (`_MIN_PIXELS`), and the rows and columns of their pixels."""
-    for thing in np.unique(object_image[object_image >= 0]).tolist():
-        rows, columns = np.nonzero(object_image == thing)
+    for object_index in np.unique(object_image[object_image >= 0]).tolist():
+        rows, columns = np.nonzero(object_image == object_index)
         if len(rows) >= _MIN_PIXELS:
-            yield thing, rows, columns
+            yield object_index, rows, columns
 
 
 def _draw_object_numbers_on_image(image: Image.Image, object_image: Any) -> None:
     draw = ImageDraw.Draw(image)
-    for thing, rows, columns in _list_visible_objects_and_pixels(object_image):
+    for object_index, rows, columns in _list_visible_objects_and_pixels(object_image):
         left, top = int(columns.min()), int(rows.min())
         draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
-        around = draw.textbbox((left, max(0, top - 11)), str(thing))
+        around = draw.textbbox((left, max(0, top - 11)), str(object_index))
         draw.rectangle(around, fill=_PAPER)
-        draw.text((left, max(0, top - 11)), str(thing), fill=_INK)
+        draw.text((left, max(0, top - 11)), str(object_index), fill=_INK)
 
 
 def _encode_image(image: Image.Image, form: str, **options: Any) -> bytes:

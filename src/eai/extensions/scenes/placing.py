@@ -98,27 +98,27 @@ class Placer:
         self._low, self._high = np.zeros((0, 3)), np.zeros((0, 3))
         self._owner = np.zeros(0, dtype=int)
 
-    def put(self, thing: int, pose: Pose) -> None:
+    def put(self, object_index: int, pose: Pose) -> None:
         """Store the pose of an object."""
-        self.poses[thing] = pose
+        self.poses[object_index] = pose
         solid = [
             part
-            for part in self.bodies[thing].parts
-            if part.is_solid and self.is_in_required_state(thing, part.when)
+            for part in self.bodies[object_index].parts
+            if part.is_solid and self.is_in_required_state(object_index, part.when)
         ]
         boxes = np.array([pose.to_scene_box(part.box, part.turn) for part in solid]).reshape(-1, 2, 3)
         self._low = np.concatenate([self._low, boxes[:, 0]])
         self._high = np.concatenate([self._high, boxes[:, 1]])
-        self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
+        self._owner = np.concatenate([self._owner, np.full(len(boxes), object_index)])
 
-    def is_in_required_state(self, thing: int, required_state: str) -> bool:
+    def is_in_required_state(self, object_index: int, required_state: str) -> bool:
         """Return whether a part of an object exists now, given the state that the part requires.
 
         Some parts exist only in a state such as `open`. An empty text requires no state.
         """
-        return not required_state or required_state in self.states[thing]
+        return not required_state or required_state in self.states[object_index]
 
-    def find_pose_on(self, thing: int, support: int, near: int | None = None) -> Pose:
+    def find_pose_on(self, object_index: int, support: int, near: int | None = None) -> Pose:
         """Return a free pose for an object on a support and, if given, next to the object ``near``.
 
         Raises:
@@ -128,24 +128,28 @@ class Placer:
         x, y, z = (size / 2 for size in body.size)
         tops = body.tops or (np.array([[-x, -y, z], [x, y, z]]),)
         areas = [
-            self._widen_area_for_large_object(thing, _set_height(self.poses[support].to_scene_box(top), 3.0))
+            self._widen_area_for_large_object(
+                object_index, _set_height(self.poses[support].to_scene_box(top), 3.0)
+            )
             for top in tops
         ]
         if near is not None:
             areas = [
-                _intersect(strip, area) for area in areas for strip in self._list_strips_beside(thing, near)
+                _intersect(strip, area)
+                for area in areas
+                for strip in self._list_strips_beside(object_index, near)
             ]
-        return self._find_free_pose(thing, areas, FLAT, f"on {self.names[support]}")
+        return self._find_free_pose(object_index, areas, FLAT, f"on {self.names[support]}")
 
-    def _widen_area_for_large_object(self, thing: int, area: Box) -> Box:
+    def _widen_area_for_large_object(self, object_index: int, area: Box) -> Box:
         """Widen an area by at most 40 % if an object is larger than the area. The object then juts out."""
-        size, sides = np.sort(self.bodies[thing].size[:2]), np.ptp(area, 0)[:2]
+        size, sides = np.sort(self.bodies[object_index].size[:2]), np.ptp(area, 0)[:2]
         lacking = size[np.argsort(np.argsort(sides))] + 2.5 * _SETTLING_GAP - sides
         juts = np.append(np.where((lacking > 0) & (lacking < 0.4 * sides), lacking / 2, 0.0), 0.0)
         wider: Box = area + juts * np.array([[-1.0], [1.0]])
         return wider
 
-    def find_pose_inside(self, thing: int, container: int) -> Pose:
+    def find_pose_inside(self, object_index: int, container: int) -> Pose:
         """Return a free pose inside a container, on top of its contents if necessary.
 
         Raises:
@@ -158,54 +162,54 @@ class Placer:
         raised = [_set_height(area, (area[1, 2] - area[0, 2]) * slack) for area in areas]
         where = f"in {self.names[container]}"
         try:
-            return self._find_free_pose(thing, raised, (*FLAT, *UPRIGHT), where)
+            return self._find_free_pose(object_index, raised, (*FLAT, *UPRIGHT), where)
         except InputError:
-            return self._find_free_pose(thing, raised, (*FLAT, *UPRIGHT), where, container)
+            return self._find_free_pose(object_index, raised, (*FLAT, *UPRIGHT), where, container)
 
-    def find_pose_below(self, thing: int, roof: int, room: Box) -> Pose:
+    def find_pose_below(self, object_index: int, roof: int, room: Box) -> Pose:
         """Return a free pose under an object, inside a room.
 
         Raises:
             InputError: the space under the object is not free.
         """
         areas = [_intersect(self.poses[roof].to_scene_box(space), room) for space in self.bodies[roof].below]
-        return self._find_free_pose(thing, areas, FLAT, f"under {self.names[roof]}")
+        return self._find_free_pose(object_index, areas, FLAT, f"under {self.names[roof]}")
 
-    def find_pose_beside(self, thing: int, other: int, room: Box) -> Pose:
+    def find_pose_beside(self, object_index: int, other: int, room: Box) -> Pose:
         """Return a free pose on the floor of a room, next to an object.
 
         Raises:
             InputError: the floor around the object has no free space.
         """
-        within = [_intersect(strip, room) for strip in self._list_strips_beside(thing, other)]
-        return self._find_free_pose(thing, within, FLAT, f"next to {self.names[other]}")
+        within = [_intersect(strip, room) for strip in self._list_strips_beside(object_index, other)]
+        return self._find_free_pose(object_index, within, FLAT, f"next to {self.names[other]}")
 
-    def _list_strips_beside(self, thing: int, other: int) -> list[Box]:
+    def _list_strips_beside(self, object_index: int, other: int) -> list[Box]:
         """Return four strips of floor along the sides of another object, for objects that are next to it."""
         (x0, y0, _), (x1, y1, _) = self.find_bounds(other)
-        narrow, wide = sorted(self.bodies[thing].size[:2])
+        narrow, wide = sorted(self.bodies[object_index].size[:2])
         reach, more = narrow + 0.03, 0.4 * wide
         sides = [(x1, y0 - more, x1 + reach, y1 + more), (x0 - reach, y0 - more, x0, y1 + more)]
         sides += [(x0 - more, y0 - reach, x1 + more, y0), (x0 - more, y1, x1 + more, y1 + reach)]
         return [np.array([[left, front, 0], [right, back, 3]]) for left, front, right, back in sides]
 
-    def find_pose_on_floor(self, thing: int, room: Box) -> Pose:
+    def find_pose_on_floor(self, object_index: int, room: Box) -> Pose:
         """Return a free pose on the floor of a room.
 
         Raises:
             InputError: the floor has no free space.
         """
         middle = room + np.array([[0.2, 0.7, 0.0], [-0.2, -0.3, 0.0]])
-        return self._find_free_pose(thing, [middle, room], FLAT, "on the floor")
+        return self._find_free_pose(object_index, [middle, room], FLAT, "on the floor")
 
-    def find_bounds(self, thing: int) -> Box:
+    def find_bounds(self, object_index: int) -> Box:
         """Return the box around the solid parts of a placed object."""
-        own = self._owner == thing
+        own = self._owner == object_index
         return np.array([self._low[own].min(0), self._high[own].max(0)])
 
     def _find_free_pose(
         self,
-        thing: int,
+        object_index: int,
         areas: Sequence[Box],
         turns: Sequence[_Rotation],
         where: str,
@@ -215,14 +219,14 @@ class Placer:
 
         If ``within`` (a container) is given, the pose may be on top of the container's contents.
         """
-        size = np.array(self.bodies[thing].size) / 2
-        others = self._owner != thing
+        size = np.array(self.bodies[object_index].size) / 2
+        others = self._owner != object_index
         spots = [_select_boxes_near_area(area, self._low[others], self._high[others]) for area in areas]
         pose = self._sample_free_pose(size, spots, turns, within) or _find_free_pose_with_contact(
             size, spots, turns
         )
         if pose is None:
-            raise InputError(f"no free space for {self.names[thing]} {where}; choose another task")
+            raise InputError(f"no free space for {self.names[object_index]} {where}; choose another task")
         return pose
 
     def _sample_free_pose(
@@ -241,7 +245,7 @@ class Placer:
             x, y = area.mean(0)[:2] + spare * [draw.uniform(-1, 1), draw.uniform(-1, 1)]
             base = area[0, 2]
             if within is not None:
-                below = _find_overlapping_boxes(low, high, (x, y), half)
+                below = _mark_boxes_overlapping_rectangle(low, high, (x, y), half)
                 inner = below & (high[:, 2] < area[1, 2])
                 base = max([base, *high[inner, 2]])
             pose = Pose((x, y, base + half[2] + _SETTLING_GAP), turn)
@@ -287,14 +291,15 @@ def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
     return not overlaps.all(1).any()
 
 
-def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
+def _mark_boxes_overlapping_rectangle(
+    low_corners: Array, high_corners: Array, middle: tuple[float, float], half_size: Array
+) -> Any:
     """Return an array of truth values: whether each box, seen from above, overlaps a rectangle.
 
-    ``low`` and ``high`` are the corners of the boxes. The middle of the rectangle is ``at``, and half its
-    size is ``half``.
+    Each box has a low and a high corner. ``half_size`` is half the size of the rectangle.
     """
-    middle = np.array(at)
-    return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
+    low, high = np.array(middle) - half_size[:2], np.array(middle) + half_size[:2]
+    return ((low_corners[:, :2] < high) & (high_corners[:, :2] > low)).all(1)
 
 
 def _select_boxes_near_area(area: Box, low: Array, high: Array) -> _AreaWithBoxes:

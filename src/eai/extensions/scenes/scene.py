@@ -74,22 +74,24 @@ def write_mujoco_model(
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
         world.extend(_make_room(box, placer.names[floor], walls))
         world.append(_make_lamp(box, shadows=floor == locations.fullest_room))
-    for thing, body in {**placer.bodies, **locations.absent}.items():
-        pose = placer.poses.get(thing, Pose(position_of_unplaced_objects))
-        is_fixed = thing in placer.furniture
-        states = placer.states.get(thing, frozenset())
+    for object_index, body in {**placer.bodies, **locations.absent}.items():
+        pose = placer.poses.get(object_index, Pose(position_of_unplaced_objects))
+        is_fixed = object_index in placer.furniture
+        states = placer.states.get(object_index, frozenset())
         world.append(
-            _make_body_element(thing, body, pose, states, is_fixed=is_fixed, is_there=thing in placer.poses)
+            _make_body_element(
+                object_index, body, pose, states, is_fixed=is_fixed, is_there=object_index in placer.poses
+            )
         )
     return Xml.tostring(root, encoding="unicode")
 
 
 def _make_body_element(
-    thing: int, body: Body, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
+    object_index: int, body: Body, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
 ) -> Xml.Element:
     """Return the XML element of an object. Furniture and absent objects cannot move."""
     element = Xml.Element(
-        "body", name=f"b{thing}", pos=_format_numbers(pose.at), quat=_format_numbers(pose.turn)
+        "body", name=f"b{object_index}", pos=_format_numbers(pose.at), quat=_format_numbers(pose.turn)
     )
     if not is_fixed and is_there:
         Xml.SubElement(element, "freejoint")
@@ -218,7 +220,7 @@ class MujocoScene:
     def __init__(self, task: Task) -> None:
         self.mujoco = _load_mujoco()
         self.task = task
-        self._names = [thing.name for thing in task.scene.objects]
+        self._names = [item.name for item in task.scene.objects]
         self.locations = read_object_locations(task.initial)
         self._bodies = {**self.locations.bodies, **self.locations.absent}
         problem: InputError | None = None
@@ -255,7 +257,9 @@ class MujocoScene:
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
         find, kind = self.mujoco.mj_name2id, self.mujoco.mjtObj.mjOBJ_BODY
-        self.mujoco_body_of_object = {thing: find(self.model, kind, f"b{thing}") for thing in self._bodies}
+        self.mujoco_body_of_object = {
+            object_index: find(self.model, kind, f"b{object_index}") for object_index in self._bodies
+        }
         first, many = self.model.body_geomadr, self.model.body_geomnum
         self.mujoco_geoms_of_object = {
             i: range(first[b], first[b] + many[b]) for i, b in self.mujoco_body_of_object.items()
@@ -285,13 +289,13 @@ class MujocoScene:
         before, locations = self.locations, read_object_locations(state)
         placer = Placer(locations, self._names, f"{self.task.id} {hash(state)}")
         kept = self._list_unmoved_objects(before, locations)
-        for thing in kept:
-            placer.put(thing, self._read_pose(thing))
+        for object_index in kept:
+            placer.put(object_index, self._read_pose(object_index))
         place_remaining_objects(placer, locations, self.rooms, crowded=True)
-        for thing in self._bodies:
-            if thing not in kept:
-                self.move_object(thing, placer.poses.get(thing, Pose(_ABSENT_LOCATION)))
-            self._colour_by_states(thing, placer)
+        for object_index in self._bodies:
+            if object_index not in kept:
+                self.move_object(object_index, placer.poses.get(object_index, Pose(_ABSENT_LOCATION)))
+            self._colour_by_states(object_index, placer)
         self.locations = locations
         self.mujoco.mj_forward(self.model, self.data)
 
@@ -302,42 +306,44 @@ class MujocoScene:
         """
         kept: list[int] = []
         moved = {*before.hands.values(), *locations.hands.values()}
-        for thing in sorted(locations.bodies, key=locations.count_carriers):
-            carrier = locations.find_relation_and_carrier(thing)
+        for object_index in sorted(locations.bodies, key=locations.count_carriers):
+            carrier = locations.find_relation_and_carrier(object_index)
             stays = (
-                thing in before.bodies
-                and thing not in moved
-                and before.make_location_key(thing) == locations.make_location_key(thing)
+                object_index in before.bodies
+                and object_index not in moved
+                and before.make_location_key(object_index) == locations.make_location_key(object_index)
             )
             if stays and (carrier is None or carrier[1] in kept):
-                kept.append(thing)
+                kept.append(object_index)
         return kept
 
-    def _read_pose(self, thing: int) -> Pose:
-        body = self.mujoco_body_of_object[thing]
+    def _read_pose(self, object_index: int) -> Pose:
+        body = self.mujoco_body_of_object[object_index]
         x, y, z = self.data.xpos[body].tolist()
         a, b, c, d = self.data.xquat[body].tolist()
         return Pose((x, y, z), (a, b, c, d))
 
-    def _colour_by_states(self, thing: int, placer: Placer) -> None:
-        body = self._bodies[thing]
-        states = placer.states.get(thing, frozenset())
+    def _colour_by_states(self, object_index: int, placer: Placer) -> None:
+        body = self._bodies[object_index]
+        states = placer.states.get(object_index, frozenset())
         for geom, part in zip(
-            self.mujoco_geoms_of_object[thing], (*body.parts, *make_parts_that_show_states(body)), strict=True
+            self.mujoco_geoms_of_object[object_index],
+            (*body.parts, *make_parts_that_show_states(body)),
+            strict=True,
         ):
-            seen = thing in placer.bodies and (not part.when or part.when in states)
+            seen = object_index in placer.bodies and (not part.when or part.when in states)
             self.model.geom_rgba[geom] = (*tint_colour_by_states(part.colour, states), float(seen))
             self.model.geom_contype[geom] = int(seen and part.is_solid)
 
-    def find_front_direction(self, thing: int) -> Array:
+    def find_front_direction(self, object_index: int) -> Array:
         """Return the horizontal direction in which the front of an object points, as a vector."""
-        axes = self.data.xmat[self.mujoco_body_of_object[thing]].reshape(3, 3)
+        axes = self.data.xmat[self.mujoco_body_of_object[object_index]].reshape(3, 3)
         way: Array = -axes[:, 1] if abs(axes[2, 1]) < 0.5 else np.array([0.0, -1.0, 0.0])
         return way
 
-    def move_object(self, thing: int, pose: Pose) -> None:
+    def move_object(self, object_index: int, pose: Pose) -> None:
         """Put an object into a pose. It may overlap other objects."""
-        body = self.mujoco_body_of_object[thing]
+        body = self.mujoco_body_of_object[object_index]
         if self.model.body_dofnum[body]:
             start = self.model.jnt_qposadr[self.model.body_jntadr[body]]
             self.data.qpos[start : start + 7] = (*pose.at, *pose.turn)

@@ -69,14 +69,16 @@ def _map_objects_to_location_facts(
     If several facts place an object, the mapping has the fact with the innermost place.
     """
     names = {words.find_predicate_name_in_graphs(name) for name in words.support_predicate_names}
-    below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
-    depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.mentioned_objects}
+    support_facts = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
+    depths = {
+        name: _compute_nesting_depth(name, support_facts, frozenset()) for name in graph.mentioned_objects
+    }
     circles = SupportRelation(frozenset(names))
     placed: dict[str, SceneGraphFact] = {}
     for fact in graph.facts:
         if fact.predicate in hands and (len(fact.arguments) == 1 or fact.arguments[0] == agent):
             placed.setdefault(fact.arguments[-1], fact)
-    for name, facts in below.items():
+    for name, facts in support_facts.items():
         for fact in sorted(facts, key=lambda each: -depths[each.arguments[1]]):
             if name not in placed and not circles.would_close_cycle(fact):
                 placed[name] = fact
@@ -84,12 +86,18 @@ def _map_objects_to_location_facts(
     return placed
 
 
-def _compute_nesting_depth(name: str, below: dict[str, list[SceneGraphFact]], above: frozenset[str]) -> int:
+def _compute_nesting_depth(
+    object_name: str, support_facts: dict[str, list[SceneGraphFact]], visited_names: frozenset[str]
+) -> int:
     """Return the number of objects that carry an object, from its support down to the floor."""
-    if name in above:
+    if object_name in visited_names:
         return 0
+    visited_names |= {object_name}
     return max(
-        [1 + _compute_nesting_depth(f.arguments[1], below, above | {name}) for f in below.get(name, ())],
+        [
+            1 + _compute_nesting_depth(fact.arguments[1], support_facts, visited_names)
+            for fact in support_facts.get(object_name, ())
+        ],
         default=0,
     )
 
