@@ -259,10 +259,10 @@ def _translate_steps_to_commands(
 ) -> Iterator[str | None]:
     """Yield the command of each logged step, in the words of the game in which the log is replayed.
 
-    ``put X in/on Y`` and ``move X to Y`` are the same command in games of different versions. If the log's
-    game accepted neither, its version is unknown. None stands for a step that changed nothing: an accepted
-    step without effect, or either command if the version is unknown. The replay skips such steps. An empty
-    text stands for a command that the log's game could not read.
+    Old versions of the game read ``put X in/on Y``, and new versions read ``move X to Y`` instead. An empty
+    text stands for a command that the log's game could not read. None stands for a step that the replay
+    skips, because the step changed nothing: an accepted step without effect, or such a command if the log
+    does not show which version its game has.
     """
     puts = {step.action[0].lower() for step in steps if step.accepted and _PUT.fullmatch(step.action)}
     notation, objects = CommandNotation(task, benchmark), range(len(task.scene.objects))
@@ -277,7 +277,7 @@ def _translate_steps_to_commands(
             yield "" if step.action.startswith(">") else step.action
         elif step.action[0].lower() in puts:
             yield form.format(*filter(None, put.groups()))
-        else:  # no game reads both words; if this game accepted the other word, it could not read this one
+        else:  # a game that accepted the other word could not read this word
             yield "" if puts else None
 
 

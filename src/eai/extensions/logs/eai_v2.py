@@ -26,7 +26,7 @@ _KEYS = (rb'"benchmark"\s*:', rb'"run"\s*:', rb'"(?:tasks"\s*:\s*\{|mode"\s*:)')
 _ENDINGS = {None: Ending.BY_AGENT, "AgentTimeoutError": Ending.OUT_OF_TIME, "CancelledError": Ending.STOPPED}
 
 _BEHAVIOR = "behavior-1k"
-"""Name of the benchmark whose progress is the share of the goal's conditions that hold at the end."""
+"""Name of the only benchmark whose logs state progress: the share of goal conditions that hold at the end."""
 
 _Flag = Annotated[int, Field(ge=0, le=1)]
 

@@ -63,35 +63,35 @@ class _EpisodeResult(BaseModel):
     planner_steps: Count | None = None
 
 
-class _PublishedAction(BaseModel):
+class _TrajectoryAction(BaseModel):
     action: tuple[int, str]
     action_success: Share
     env_feedback: str | None = None
 
 
-class _PublishedPlan(BaseModel):
-    executable_plan: Sequence[_PublishedAction] = ()
+class _TrajectoryPlan(BaseModel):
+    executable_plan: Sequence[_TrajectoryAction] = ()
 
 
-class _Trajectory(BaseModel):
+class _EpisodeTrajectory(BaseModel):
     model_name: str
     eval_set: str
     episode_id: int | str
     instruction: str
     success: Share
-    trajectory: Sequence[_PublishedPlan]
+    trajectory: Sequence[_TrajectoryPlan]
 
 
-class _Trajectories(RootModel[Sequence[_Trajectory]]):
+class _TrajectoryFile(RootModel[Sequence[_EpisodeTrajectory]]):
     pass
 
 
-def _read_trajectories(path: Path, content: bytes) -> list[LoggedEpisode]:
-    found = validate(_Trajectories, str(path), parse_json(path, content))
+def _read_trajectory_file(path: Path, content: bytes) -> list[LoggedEpisode]:
+    found = validate(_TrajectoryFile, str(path), parse_json(path, content))
     return [_make_episode_from_trajectory(trajectory) for trajectory in found.root]
 
 
-def _make_episode_from_trajectory(trajectory: _Trajectory) -> LoggedEpisode:
+def _make_episode_from_trajectory(trajectory: _EpisodeTrajectory) -> LoggedEpisode:
     steps = [
         LoggedStep(done.action[1], bool(done.action_success), None, done.env_feedback or "")
         for plan in trajectory.trajectory
@@ -190,7 +190,10 @@ def _add_error_kinds(steps: Sequence[LoggedStep]) -> tuple[LoggedStep, ...]:
 
 
 def _find_plan_error(reply: str | None) -> FaultKind | None:
-    """Return the kind of error of a reply whose first action was not understood, or None."""
+    """Return the kind of error of a model's reply whose first action was not understood.
+
+    The result is None if the reply does not prove a kind.
+    """
     try:
         value = json.loads(reply or "null")
     except ValueError:  # a reply in <answer> tags need not be JSON
@@ -237,7 +240,7 @@ def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -
 
 _FORMS = {
     _read_step_lines_as_episodes: (b'"last_action_success"', b'"action_id"'),
-    _read_trajectories: (b'"eval_set"', b'"executable_plan"', b'"action_success"'),
+    _read_trajectory_file: (b'"eval_set"', b'"executable_plan"', b'"action_success"'),
     _read_result: (b'"num_invalid_actions"', b'"task_success"', b'"num_steps"'),
 }
 """Mapping from each function that reads files to the JSON keys by which its files are recognized."""

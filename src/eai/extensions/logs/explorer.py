@@ -19,14 +19,14 @@ def describe_episode(episode: LoggedEpisode) -> Iterator[str]:
     else:
         seen = bool(episode.steps) and all(step.accepted for step in episode.steps)
         yield f"first error: {'none' if seen else CANNOT_TELL}"
-    best = _to_text(episode.best_goal_progress)
+    best = _format_percent(episode.best_goal_progress)
     if episode.best_goal_progress is not None:
         after = (
             ""
             if episode.step_of_best_goal_progress is None
             else f" after action {episode.step_of_best_goal_progress + 1}"
         )
-        best = f"at best {best}{after}, at the end {_to_text(episode.progress)}"
+        best = f"at best {best}{after}, at the end {_format_percent(episode.progress)}"
     yield f"goal conditions met: {best}"
     yield f"end: {episode.ending.value}"
     if episode.unknown:
@@ -35,7 +35,7 @@ def describe_episode(episode: LoggedEpisode) -> Iterator[str]:
         yield f"last message: {' '.join(episode.words.split())}"
 
 
-def _to_text(share: float | None) -> str:
+def _format_percent(share: float | None) -> str:
     return CANNOT_TELL if share is None else f"{100 * share:.3g} %"
 
 
@@ -61,7 +61,7 @@ def make_explorer_page(episodes: Iterable[LoggedEpisode], colors: Mapping[Episod
         if index is not None:
             step = episode.steps[index]
             error = (_replace_blanks_by_underscores(name_result(step)), index, step.feedback)
-        steps = map(_make_report, episode.steps, (None, *episode.steps))
+        steps = map(_make_step_report, episode.steps, (None, *episode.steps))
         protocol = f"{episode.format}'s own, {episode.setting}"
         data.add_logged_episode(
             (episode.format, protocol.removesuffix(", "), episode.agent or NO_AGENT),
@@ -74,9 +74,9 @@ def make_explorer_page(episodes: Iterable[LoggedEpisode], colors: Mapping[Episod
     return "".join(build_explorer_page(data.format_data_as_base64_lines()))
 
 
-def _make_report(step: LoggedStep, before: LoggedStep | None) -> StepReport:
+def _make_step_report(step: LoggedStep, before: LoggedStep | None) -> StepReport:
     is_new = step.progress is not None and (before is None or before.progress != step.progress)
-    progress = f"{_to_text(step.progress)} of the goal's conditions hold" if is_new else ""
+    progress = f"{_format_percent(step.progress)} of the goal's conditions hold" if is_new else ""
     name = _replace_blanks_by_underscores(name_result(step))
     return StepReport(step.action, name, step.feedback, progress, call=parse_statement(step.action))
 

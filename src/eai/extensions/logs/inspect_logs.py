@@ -37,7 +37,7 @@ def _is_inspect_log(content: bytes) -> bool:
     return content.lstrip()[:1] == b"{" and all(key in content for key in _JSON_KEYS)
 
 
-def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
+def _read_episodes(path: Path, content: bytes) -> list[LoggedEpisode]:
     with require_extra("run", "logs of Inspect need"):
         from eai.run.tasks import read_inspect_log
     log = read_inspect_log(path)
@@ -107,9 +107,9 @@ def _find_outcome(sample: InspectSample) -> EpisodeOutcome:
     return EpisodeOutcome.WON if verdicts == {True} else EpisodeOutcome.GOAL_UNMET
 
 
-def _is_unscored(value: object) -> bool:
-    """Whether the value of a score is NaN, which in Inspect stands for no value."""
-    return isinstance(value, float) and isnan(value)
+def _is_unscored(score_value: object) -> bool:
+    """Whether the value of a score is NaN. Inspect writes NaN if there is no score."""
+    return isinstance(score_value, float) and isnan(score_value)
 
 
 def _read_score_value_as_success(value: object) -> bool | None:
@@ -119,7 +119,7 @@ def _read_score_value_as_success(value: object) -> bool | None:
     return _VALUES.get(value) if isinstance(value, (str, bool, int, float)) else None
 
 
-def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark) -> LoggedEpisode:
+def _replay_episode(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark) -> LoggedEpisode:
     """Replay a logged episode in the task whose id is the id of the log's sample."""
     if episode.task not in tasks or not episode.steps:
         return episode
@@ -127,4 +127,4 @@ def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchm
     return replay_steps(episode, commands, tasks[episode.task], benchmark)
 
 
-INSPECT = LogReader("Inspect", _is_inspect_log, _read, _replay)
+INSPECT = LogReader("Inspect", _is_inspect_log, _read_episodes, _replay_episode)

@@ -15,7 +15,7 @@ from eai.world.episode import Episode
 from eai.world.fault import FaultKind
 
 
-class _Replay:
+class _ReplayWorld:
     """A world in which logged actions are tried, and a test of the task's goals."""
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
@@ -56,7 +56,7 @@ def replay_steps(
         task: the task.
         benchmark: the benchmark of the task.
     """
-    replay, steps = _Replay(task, benchmark), list[LoggedStep]()
+    replay, steps = _ReplayWorld(task, benchmark), list[LoggedStep]()
     for step, command in zip(episode.steps, commands, strict=True):
         kind = step.kind if command is None else replay.try_command(command)
         if command is not None and step.accepted not in (None, kind is None):

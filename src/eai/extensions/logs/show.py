@@ -98,7 +98,7 @@ def explain_log(
         for episode in chosen:
             _print_episode(episode)
     else:
-        _print_list(chosen, limit or len(chosen))
+        _print_episode_list(chosen, limit or len(chosen))
     print_result_line(describe_log(path, episodes))
 
 
@@ -130,7 +130,7 @@ def _print_episode(episode: LoggedEpisode) -> None:
     console.print(Text(f"outcome: {episode.outcome.value}{graded}", style="bold"))
 
 
-def _print_list(episodes: Sequence[LoggedEpisode], limit: int) -> None:
+def _print_episode_list(episodes: Sequence[LoggedEpisode], limit: int) -> None:
     console = get_output_console()
     for episode in episodes[:limit]:
         names = "".join([f", {name}" for name in (episode.agent, episode.setting) if name])

@@ -40,7 +40,7 @@ def make_table_of_same_named_tasks(
         (
             name,
             ", ".join(map(_format_setting_and_outcome, of_task)),
-            *_make_cells_of_same_named_task(tasks[name], benchmark),
+            *_make_cells_about_benchmark_task(tasks[name], benchmark),
         )
         for name, of_task in by_task.items()
     ]
@@ -52,8 +52,11 @@ def _format_setting_and_outcome(episode: LoggedEpisode) -> str:
     return f"{episode.setting}: {episode.outcome.value}" + is_late * f" ({episode.ending.value})"
 
 
-def _make_cells_of_same_named_task(task: Task, benchmark: Benchmark) -> Row:
-    """Return a benchmark's task as cells for a row of the table `twins`, from column `labels` to the last."""
+def _make_cells_about_benchmark_task(task: Task, benchmark: Benchmark) -> Row:
+    """Return the cells of a row of the table `twins` that describe a benchmark's task.
+
+    The cells are for the columns from ``labels`` to the last column.
+    """
     labels = " ".join(derive_labels(task, benchmark.data.labels))
     if task.unplannable_reason is not None:
         return labels, str(task.unplannable_reason), "", "", None, None, None
