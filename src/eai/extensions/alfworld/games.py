@@ -49,7 +49,7 @@ _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
 _COMMAND_LIKE = re.compile(r"[a-z]+(?: +[a-z/]+)*(?: +\d+)(?: +[a-z/]+| +\d+)*")
 """Regular expression for a command: lower-case words with a number, such as ``go to fridge 1``."""
 _MAX_WORDS_AROUND, _MAX_WORDS = 3, 6
-"""Maximum number of words on a side of a command in a line, and in a line that only begins like a command."""
+"""Maximum number of words before or after a command, and in a line that only begins like a command."""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
 _PARAMETER = re.compile(r"\{(\w+)\}")
@@ -67,7 +67,7 @@ _GOAL_LABELS = {
     "istoggled": "device-operation",
     "issliced": "cutting irreversible",
 }
-"""Predicate of a goal -> labels of its task: words for the kind of task (`eai.benchmarks.labels`)."""
+"""Labels (words for the kind of a task, see `eai.benchmarks.labels`) by the predicate of the task's goal."""
 
 
 def open_alfworld_games(reference: str) -> Benchmark:
@@ -96,11 +96,11 @@ def open_alfworld_games(reference: str) -> Benchmark:
     ids = {".".join(path.parent.relative_to(folder).parts) or folder.name: path for path in games}
     digest = hashlib.sha256("\0".join([json.dumps(games[path]) for path in games]).encode()).hexdigest()
 
-    def build(task_id: str) -> Task:
+    def build_task(task_id: str) -> Task:
         return _build_task(task_id, ids[task_id], games[ids[task_id]], source, declaration)
 
     plans = _TextCommandPlanNotation(commands)
-    tasks = TaskSet(ids, build, digest)
+    tasks = TaskSet(ids, build_task, digest)
     return Benchmark(
         "alfworld",
         declaration.domain,
@@ -310,23 +310,26 @@ def _add_condition_and_merge_groups(
 
 
 def _quantify_effect(
-    effect: m.PddlEffect, groups: Iterable[_ConditionsWithSharedParameters], bound: Mapping[str, f.Variable]
+    effect: m.PddlEffect,
+    groups: Iterable[_ConditionsWithSharedParameters],
+    bound_parameters: Mapping[str, f.Variable],
 ) -> m.PddlEffect:
     """Return an effect in which quantifiers bind the parameters that were removed from its action.
 
-    The effect happens for all values with which the action's conditions on these parameters hold.
+    The effect happens for all values of these parameters that meet the conditions.
 
     Args:
         effect: the effect of an action.
-        groups: the conditions of the action; conditions on the same bound parameters are in one group.
-        bound: the parameters that quantifiers bind, by name.
+        groups: the conditions of the action on removed parameters. Conditions that share a removed parameter
+            are in one group.
+        bound_parameters: the removed parameters, by name.
     """
     names = m.find_effect_variables(effect)
     for group in groups:
         if group.names & names:
             effect = m.WhenEffect(f.And(group.parts), effect)
             for name in sorted(group.names):
-                effect = m.ForAllEffect(bound[name], effect)
+                effect = m.ForAllEffect(bound_parameters[name], effect)
     return effect
 
 
@@ -364,7 +367,7 @@ class _TextCommandPlanNotation(PddlPlanNotation):
         return super().read_step(line)
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line has the form of a command, or has a command and a few other words.
+        """Whether a line has the form of a command, begins with a command, or adds few words to a command.
 
         Commands of older games, such as ``put apple 1 in/on fridge 1``, are included.
         """
