@@ -51,14 +51,14 @@ class Cluster(ModuleType):
     def _actor(self, kind: Any) -> Any:
         actor, holder = kind(), ModuleType("actor")
         vars(holder)["start"] = _Remote(lambda folder: Promise(None))
-        vars(holder)["run"] = _Remote(lambda content: self._promise(actor, content))
+        vars(holder)["process_batch"] = _Remote(lambda content: self._promise(actor, content))
         self.actors.append(holder)
         return holder
 
     def _promise(self, actor: Any, content: bytes) -> Promise:
         self.promised += 1
         self.most = max(self.most, self.promised)
-        return Promise(actor.run(content))
+        return Promise(actor.process_batch(content))
 
     def get(self, promise: Promise) -> Any:
         self.promised -= 1

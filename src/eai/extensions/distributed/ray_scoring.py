@@ -79,9 +79,9 @@ class RayScoring(Scoring):
         return WorkerProcess(actor, actor)
 
     def _find_least_busy_worker(self) -> WorkerProcess:
-        """Return the least busy actor that runs. An actor without a free core gets no batch.
+        """Return the least busy running actor, after starting new actors if there are fewer than batches.
 
-        New actors start while there are fewer actors than batches.
+        An actor that still waits for a free core is not running, so it gets no batch.
         """
         batches = len(self._waiting) + sum(len(worker.pending) for worker in self._workers)
         while len(self._workers) < min(self._number, batches):
@@ -91,7 +91,10 @@ class RayScoring(Scoring):
         return min(running, key=lambda worker: len(worker.pending))
 
     def _wait_for_workers(self) -> list[WorkerProcess]:
-        """Wait until actors have results, die or begin to run. Return the actors with results or deaths."""
+        """Wait until an actor has a result, dies or begins to run.
+
+        Return the running actors that have a result or died.
+        """
         by_promise = {_get_actor(worker).reference_to_wait_for: worker for worker in self._workers}
         by_promise.pop(None, None)
         ready = [by_promise[promise] for promise in ray.wait([*by_promise])[0]]
@@ -100,17 +103,18 @@ class RayScoring(Scoring):
 
 def _connect_to_cluster(address: str, workers: int | None) -> None:
     settings = {"num_cpus": workers} if address == LOCAL else {}
-    with TemporaryFile() as lines:
+    with TemporaryFile() as ray_output:
         try:
             _require_open_port(address)
             with (
-                _redirect_standard_error(lines),
+                _redirect_standard_error(ray_output),
                 nullcontext() if address == LOCAL else _limit_connection_attempts(),
             ):
                 ray.init(address, log_to_driver=False, logging_level="error", **settings)
         except (OSError, ValueError, RayError) as error:
-            lines.seek(0)
-            raise InputError(_describe_failure(address, error, lines.read().decode())) from error
+            ray_output.seek(0)
+            text = ray_output.read().decode()
+            raise InputError(_describe_connection_failure(address, error, text)) from error
 
 
 def _require_open_port(address: str) -> None:
@@ -121,18 +125,18 @@ def _require_open_port(address: str) -> None:
 
 
 @contextmanager
-def _redirect_standard_error(lines: IO[bytes]) -> Iterator[None]:
+def _redirect_standard_error(file: IO[bytes]) -> Iterator[None]:
     """Write what Ray's C++ code prints in a ``with`` block to a file. Print it after the block succeeds."""
     sys.stderr.flush()
     before = os.dup(2)
-    os.dup2(lines.fileno(), 2)
+    os.dup2(file.fileno(), 2)
     try:
         yield
     finally:
         os.dup2(before, 2)
         os.close(before)
-    lines.seek(0)
-    os.write(2, lines.read())
+    file.seek(0)
+    os.write(2, file.read())
 
 
 @contextmanager
@@ -146,8 +150,8 @@ def _limit_connection_attempts() -> Iterator[None]:
             del os.environ[_MAX_CONNECTION_ATTEMPTS_VARIABLE]
 
 
-def _describe_failure(address: str, error: Exception, lines: str) -> str:
-    if "authenticat" in f"{error} {lines}".lower():
+def _describe_connection_failure(address: str, error: Exception, ray_output: str) -> str:
+    if "authenticat" in f"{error} {ray_output}".lower():
         return (
             f"{address}: the cluster expects its token; set RAY_AUTH_MODE=token, and RAY_AUTH_TOKEN to the "
             "content of ~/.ray/auth_token on its head node"
@@ -179,7 +183,7 @@ class _ClusterWorker:
         return self._start is None
 
     def send_bytes(self, content: bytes) -> None:
-        self._results.append(self._actor.run.remote(content))
+        self._results.append(self._actor.process_batch.remote(content))
 
     def recv_bytes(self) -> bytes:
         """Return the next result.
@@ -211,6 +215,6 @@ class _BatchActor:
         with suppress(OSError):  # a machine of the cluster may lack the folder
             os.chdir(folder)
 
-    def run(self, content: bytes) -> bytes:
+    def process_batch(self, content: bytes) -> bytes:
         """Apply a pickled function to a pickled batch, and return the pickled results."""
         return process_pickled_batch(content)
