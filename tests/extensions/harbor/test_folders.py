@@ -114,7 +114,7 @@ def test_a_wheel_is_in_the_image(nights: Path, tmp_path: Path) -> None:
         ({"wheels": (Path("none.whl"),)}, "none.whl: cannot be read"),
         (
             {"ability": "acting", "is_shared": True},
-            "--shared: acting must be scored in a container that the agent cannot write to",
+            "--shared: acting must be scored in a container that the agent cannot write to; omit this option",
         ),
         ({"ability": "scene_graph"}, "prompts with pictures"),
         ({"task_ids": ["lit"]}, "all tasks are left out"),

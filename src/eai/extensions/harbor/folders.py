@@ -89,7 +89,8 @@ def write_task_folders(
         raise InputError(f"{out}: expected a new or an empty folder")
     if is_shared and get_declaration(suite.ability).takes_turns:
         raise InputError(
-            f"--shared: {suite.ability} must be scored in a container that the agent cannot write to"
+            f"--shared: {suite.ability} must be scored in a container that the agent cannot write to; "
+            "omit this option"
         )
     contents: _Files = {wheel.name: read_content(wheel) for wheel in wheels}
     exporter = _HarborFolderMaker(suite, contents, image, verifier_image, is_shared)
@@ -111,7 +112,9 @@ def write_task_folders(
         _write_files(out / slug, exporter.make_task_files(slug, task_id, prompt, solution))
     if not chosen:
         reasons = ", ".join([f"{count} {reason}" for reason, count in left_out.items()])
-        raise InputError(f"{suite.domain} {suite.ability}: all tasks are left out ({reasons}); choose others")
+        raise InputError(
+            f"{suite.domain} {suite.ability}: all tasks are left out ({reasons}); choose other tasks"
+        )
     if not is_shared:
         _write_files(out / IMAGE, exporter.make_image_files(chosen.values()))
     return len(chosen), left_out
