@@ -145,7 +145,7 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
         return is_own
 
     def _read_line(self) -> str | None:
-        """Return the line that the page sent, or send an error and return None if it is not acceptable."""
+        """Return the line that the page sent; send an error and return None if the request is refused."""
         length = self.headers["Content-Length"] or ""
         if self.headers["Origin"] != f"http://{self.headers['Host']}":
             self.send_error(HTTPStatus.FORBIDDEN)

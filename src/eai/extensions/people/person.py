@@ -27,7 +27,7 @@ HARNESS, PROMPTED = "person", "person who asked what is possible"
 """
 
 POSSIBLE, HELP = "?", "help"
-"""Lines by which a person asks a question. They are not commands, so they do not count."""
+"""Lines by which a person asks a question. They are no commands, so they do not count as actions."""
 
 RULES = f"""\
 Every line is one action and counts, also with a mistake, also if impossible.
