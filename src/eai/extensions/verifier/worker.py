@@ -20,7 +20,7 @@ def answer_queries_from_standard_input() -> None:
     requests = os.fdopen(os.dup(0), encoding="utf-8")
     results = os.fdopen(os.dup(1), "w", encoding="utf-8")
     with Path(os.devnull).open() as nothing:
-        os.dup2(nothing.fileno(), 0)  # a query that names /dev/stdin must not read the requests
+        os.dup2(nothing.fileno(), 0)  # otherwise a query that names /dev/stdin would read the requests
     os.dup2(2, 1)  # libraries may print
     for line in requests:
         print(_make_reply_to_line(line), file=results, flush=True)
