@@ -37,7 +37,7 @@ A longer reason counts as a guess, because it could name all facts.
 """
 
 _MAX_OTHER_NAMES = 2
-"""Maximum number of names in the reason of a refusal, besides names in the missing fact that it states."""
+"""Maximum number of names in the reason of a refusal that do not belong to the missing fact."""
 
 
 SHUT_EVERYTHING_BASELINE = "(shut everything at the end)"
