@@ -54,7 +54,7 @@ _FORMAT_WORDS = frozenset(
 """Words of prompts and answer formats that an obfuscated benchmark does not replace by new names."""
 
 UNCHANGING = "Facts that no action changes:"
-"""Heading of the facts that obfuscated prompts list and that plain prompts put into sentences."""
+"""Heading of a list of facts in obfuscated prompts. Plain prompts state these facts in sentences instead."""
 
 
 def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
@@ -72,7 +72,7 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     for group in group_pairs(alike).values():
         changing = [names for names in group if _FORMAT_WORDS.isdisjoint(names)]
         start = rng.sample(changing, len(changing))
-        # Each name is replaced by the next name, so no name stays (unless it is the only one).
+        # Each name is replaced by the next name, so every name changes, except a name without others.
         for old, new in zip(start, (*start[1:], *start[:1]), strict=True):
             words |= dict(zip(old, new, strict=True))
     return words

@@ -50,11 +50,11 @@ StratifiedCase: TypeAlias = tuple[TaskContribution, Hashable]
 def match_tasks_in_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
 ) -> tuple[list[TaskContribution], list[TaskContribution]]:
-    """Return the tasks of two sets, except those in strata (groups of similar tasks) of one set only.
+    """Return the tasks of two sets, without the strata (groups of similar tasks) that only one set has.
 
     Weights make each stratum of the second set as heavy as in the first set. Names of tasks get a prefix, so
-    that no name is in both sets. Strata reduce the variance of a difference, but its interval ignores this,
-    so the interval is too wide rather than too narrow.
+    that no name is in both sets. Strata reduce the variance of the difference between the sets. Confidence
+    intervals do not use this, so they are too wide rather than too narrow.
     """
     sizes, others = (Counter(stratum for _, stratum in cases) for cases in (first, second))
     return (
@@ -95,10 +95,11 @@ RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
 def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
     """Public and fresh tasks.
 
-    Success in percent of all public and of all fresh tasks. Then success on similar tasks only: tasks with
-    about equal plan lengths, numbers and kinds of goals, fresh tasks weighted like public tasks. Then fresh
-    minus public in percentage points, with 95 % intervals. For the intervals, public tasks of one name count
-    as one unit, and each fresh task counts as one unit.
+    public, fresh: success in percent of all public and of all fresh tasks. public_alike, fresh_alike: success
+    on similar tasks only, which have about equal plan lengths, numbers and kinds of goals; fresh tasks are
+    weighted like public tasks. difference: fresh_alike minus public_alike in percentage points, with 95 %
+    intervals. For the intervals, public tasks of one name count as one unit, and each fresh task counts as
+    one unit.
     """
     for model, suite, public, fresh in pairs:
         placed = [list(_assign_strata(records)) for records in (public, fresh)]
