@@ -34,7 +34,7 @@ SCHEMA = "0.3.0"
 _PAPER = "https://embodied-agent-interface.github.io"
 
 
-_Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")]
+_OwnerAndName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")]
 """Name of a model or data set in Every Eval Ever and on the Hugging Face Hub: OWNER/NAME."""
 
 
@@ -46,8 +46,8 @@ class _PublicationMetadata(Options):
     relationship: Literal["first_party", "third_party", "collaborative", "other"] = "third_party"
     url: str = Field("", pattern=r"^(https://\S+)?$")
     logs: str = Field("", pattern=r"^(https://\S+)?$")
-    dataset: _Name | None = None
-    models: Mapping[str, _Name] = Field(min_length=1)
+    dataset: _OwnerAndName | None = None
+    models: Mapping[str, _OwnerAndName] = Field(min_length=1)
 
 
 def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:

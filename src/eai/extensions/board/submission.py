@@ -197,8 +197,8 @@ def _format_file_name(domain: str, ability: Ability) -> str:
 def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
     """Return the identifiers of a suite's published prompts. Each answer must repeat its prompt's identifier.
 
-    Identifiers that begin with `SCENE_PREFIX` stay as they are. Other identifiers are replaced by task ids of
-    the data set if they are known to be wrong.
+    Identifiers that begin with `SCENE_PREFIX` stay as they are. Some other identifiers are known to be wrong;
+    they are replaced by the task ids of the data set.
     """
     published = find_benchmark(domain).data.prompts
     if published is None:
