@@ -100,15 +100,18 @@ class BehaviorGoalInterpretationScorer(Scorer):
         conditions = read_conditions(text)
         if isinstance(conditions, Unreadable):
             verdict = replace(
-                self._judge(()),
+                self._judge_conditions(()),
                 error=ErrorReport(FaultKind.PARSING, None, conditions.reason),
                 aborts=conditions in (_SECTION_IS_NO_LIST, _CONDITION_IS_MALFORMED),
             )
-            return Assessment(verdict, partial(self._explain, (f"parsing: {conditions.reason}",), ()))
-        verdict = self._judge(conditions)
-        return Assessment(verdict, lambda: self._explain(describe_wrong_goals(verdict), conditions))
+            notes = (f"parsing: {conditions.reason}",)
+            return Assessment(verdict, partial(self._explain_conditions, notes, ()))
+        verdict = self._judge_conditions(conditions)
+        return Assessment(
+            verdict, lambda: self._explain_conditions(describe_wrong_goals(verdict), conditions)
+        )
 
-    def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
+    def _judge_conditions(self, conditions: Sequence[Value]) -> GoalVerdict:
         seen = [*map(split_condition_into_predicate_and_objects, conditions)]
         formed = [parts for parts in seen if len(parts) in _ALLOWED_PART_COUNTS]
         unknown = [[name for name in names if name not in self._objects] for _, *names in formed]
@@ -158,8 +161,8 @@ class BehaviorGoalInterpretationScorer(Scorer):
             for options in self._goals
         ]
 
-    def _explain(self, notes: tuple[str, ...], predicted: Sequence[Value]) -> Explanation:
-        stated = frozenset(predicted)
+    def _explain_conditions(self, notes: tuple[str, ...], answer_conditions: Sequence[Value]) -> Explanation:
+        stated = frozenset(answer_conditions)
         return Explanation(
             notes=notes,
             goals=tuple(
@@ -171,7 +174,7 @@ class BehaviorGoalInterpretationScorer(Scorer):
             ),
             atoms={
                 _format_condition(condition): _make_statement_from_nested_tuple(condition)
-                for group in self._split_into_matched_additional_missing_clauses(predicted)
+                for group in self._split_into_matched_additional_missing_clauses(answer_conditions)
                 for condition in group
             },
         )

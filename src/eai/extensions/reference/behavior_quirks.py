@@ -81,14 +81,14 @@ def find_state_left_by_aborted_action(state: State, action: Action) -> State:
     Before it aborts, only one kind of action changes the state: moving the contents of a container into or
     onto an object. See `make_transfer_of_contents_fail`.
     """
-    halves = _make_domain_that_transfers_first_content()
+    halves = _make_domain_that_transfers_one_object()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
 
 @cache
-def _make_domain_that_transfers_first_content() -> Domain:
+def _make_domain_that_transfers_one_object() -> Domain:
     return replace(
-        make_domain_in_reference_order(), operators=tuple(make_operators_that_transfer_first_content())
+        make_domain_in_reference_order(), operators=tuple(make_operators_that_transfer_one_object())
     )
 
 
@@ -164,7 +164,7 @@ def make_transfer_of_contents_fail(operator: Operator) -> Operator:
     return replace(operator, checks=(*operator.checks, aborts), effects=())
 
 
-def make_operators_that_transfer_first_content() -> Iterator[Operator]:
+def make_operators_that_transfer_one_object() -> Iterator[Operator]:
     """Yield operators that move only the first object in a container: eai-eval aborts after this move."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
@@ -405,8 +405,8 @@ def _list_index_vectors_of_sum(total: int, length: int) -> Iterator[tuple[int, .
 def make_behavior_goal_test(task: Task) -> GoalTest:
     """Return eai-eval's test of a task's goals.
 
-    eai-eval tests only the first few alternatives (terms of the disjunctive normal form) of a goal. The goal
-    counts as reached if one of these alternatives is true (`_reduce_to_first_dnf_terms`). Each goal keeps the
+    An alternative is a term of the goal's disjunctive normal form. eai-eval tests only the first alternatives
+    (`_reduce_to_first_dnf_terms`), and the goal counts as reached if one of them is true. Each goal keeps the
     kind that the task declares: states, relations or actions.
     """
     return GoalTest(task, [_reduce_to_first_dnf_terms(goal.formula, task.scene) for goal in task.goals])

@@ -101,9 +101,9 @@ def _plan_placing_on_and_next_to(
     on_literal: GroundAtom, next_to_literal: GroundAtom, state: State
 ) -> SubgoalPlans:
     """Return the plan that makes two literals true: it puts an object onto one object and next to another."""
-    (thing, support), (one, other) = on_literal.arguments, next_to_literal.arguments
-    neighbour = one if thing == other else other
-    actions, hand = _plan_to_take_object(thing, read_hands(state), state.scene)
+    (object_index, support), (one, other) = on_literal.arguments, next_to_literal.arguments
+    neighbour = one if object_index == other else other
+    actions, hand = _plan_to_take_object(object_index, read_hands(state), state.scene)
     return SubgoalPlans(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
 
 
@@ -111,8 +111,8 @@ def _plan_to_make_true(
     predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene
 ) -> ActionSequence | None:
     if predicate in _PLACING:
-        thing, place = arguments
-        actions, hand = _plan_to_take_object(thing, hands, scene)
+        object_index, place = arguments
+        actions, hand = _plan_to_take_object(object_index, hands, scene)
         return (*actions, Action(f"{hand}_{_PLACING[predicate]}", (place,)))
     if predicate in _HOLDING:
         hand = _HOLDING[predicate]
@@ -136,21 +136,21 @@ def _plan_to_make_false(
     return None
 
 
-def _plan_to_take_object(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
+def _plan_to_take_object(object_index: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
     """Return the actions that take an object, and the hand: ``LEFT`` or ``RIGHT``.
 
     An object in a hand stays there. Otherwise the right hand takes the object, or the left hand if only that
     one is free.
     """
-    hand = _find_hand_with(thing, hands, scene)
+    hand = _find_hand_with(object_index, hands, scene)
     if hand is not None:
         return (), hand
     hand = "LEFT" if hands["LEFT"] is None and hands["RIGHT"] is not None else "RIGHT"
-    return (*_plan_to_empty_hand(hand, hands), Action(f"{hand}_GRASP", (thing,))), hand
+    return (*_plan_to_empty_hand(hand, hands), Action(f"{hand}_GRASP", (object_index,))), hand
 
 
-def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
-    name = scene.objects[thing].name
+def _find_hand_with(object_index: int, hands: _Hands, scene: Scene) -> str | None:
+    name = scene.objects[object_index].name
     full = [(hand, content) for hand, content in hands.items() if content is not None]
     return next((hand for hand, content in full if name in scene.objects[content].name), None)
 
@@ -183,8 +183,8 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     """The notation of BEHAVIOR subgoals, read as eai-eval (the paper's package) reads it.
 
-    Its table of names has no numbers of arguments. `reject_wrong_argument_counts_and_names` checks these
-    numbers.
+    Reading does not check how many arguments a predicate or action has.
+    `reject_wrong_argument_counts_and_names` checks these numbers later.
     """
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
@@ -232,10 +232,10 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _make_planners_with_first_literal_index(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return pairs: the index of a literal, and the function that finds actions for this literal.
+        """Return the planners that find actions for the literals of an answer, in order.
 
-        A function may also be for two successive literals that one action makes true; its index is the index
-        of the first literal.
+        A planner is for one literal, or for two successive literals that one action makes true. It is paired
+        with the index of its first literal. Subgoals that are actions or need no action get no planner.
         """
         atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []
@@ -257,12 +257,12 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
 def reject_wrong_argument_counts_and_names(
     formula: Formula, object_names: Collection[str]
 ) -> RejectedAnswer | None:
-    """Return why an answer is rejected because its formula fails eai-eval's semantic check, or None.
+    """Return why eai-eval's semantic check rejects the formula of an answer, or None if it accepts it.
 
     The package eai-eval checks the numbers of objects before their names, and predicates before actions. In
     two cases it raises an exception, which counts as a parsing error: a predicate or action has no objects,
-    or eai-eval does not know a predicate's number of objects. If an earlier predicate has a wrong number of
-    objects, eai-eval reports that number instead of an unknown number.
+    or eai-eval does not know a predicate's number of objects. Only the first error is reported. A predicate
+    or action without objects always counts as the first error.
     """
     parts = tuple(walk_subformulas(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [

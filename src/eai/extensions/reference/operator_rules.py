@@ -60,7 +60,7 @@ from eai.abilities.transition_modeling.rules import (
 )
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport
-from eai.extensions.reference.planner_of_2024 import normalise, read_operator
+from eai.extensions.reference.planner_of_2024 import make_task_for_current_planner, read_operator
 from eai.logic.matching import find_maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import ClauseComparison
@@ -108,7 +108,10 @@ def extract_operators_like_published_code(answer: str) -> tuple[OperatorText, ..
 
 
 def _extract_text_with_operators(answer: str) -> str | None:
-    """Return the text in which eai-eval looks for operators; None for JSON without such a text."""
+    """Return the text of an answer in which eai-eval looks for operators.
+
+    Return None if the answer is JSON that contains no such text.
+    """
     if answer.startswith(_FENCE):
         answer = answer[len(_FENCE) :].strip("`")
     text = answer.strip().replace("\n", "").replace("'", '"')
@@ -124,9 +127,8 @@ def _extract_text_with_operators(answer: str) -> str | None:
 def _extract_list(content: str, position_of_key: int) -> str | None:
     """Return the first balanced list (text in parentheses) after a position, or None if it does not close.
 
-    Without an opening parenthesis, eai-eval starts at the beginning of the whole text. If the opening
-    parenthesis is followed by another opening parenthesis, eai-eval does not count the second. So the list
-    then ends too early.
+    Without an opening parenthesis, eai-eval starts at the beginning of the whole text. If the list begins
+    with ``((``, eai-eval does not count the second parenthesis, so the list ends one parenthesis too early.
     """
     start = content.find("(", position_of_key) + 1
     if content.startswith(")", start):
@@ -161,7 +163,7 @@ class PublishedOperatorRules(OperatorScoringRules):
         if written is None:
             return OperatorJudgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
         return OperatorJudgement(
-            operators=tuple(self._make_report(task, operator) for operator in written),
+            operators=tuple(self._make_operator_report(task, operator) for operator in written),
             planning=self._plan_with_written_operators(task, written),
         )
 
@@ -205,7 +207,7 @@ class PublishedOperatorRules(OperatorScoringRules):
             for name in task.operators
         }
 
-    def _make_report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
+    def _make_operator_report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
@@ -236,7 +238,7 @@ class PublishedOperatorRules(OperatorScoringRules):
                 return make_input_error_result(reading)
             if isinstance(reading, PddlAction):
                 actions.append(reading)
-        return normalise(task.domain.header, actions, task.problem)
+        return make_task_for_current_planner(task.domain.header, actions, task.problem)
 
 
 def _compare_operators(
@@ -351,13 +353,14 @@ def _make_tree(parts: list[_Tree]) -> _Tree:
 def _align_trees(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
     """Return both trees in a form in which eai-eval (the paper's package) can compare them node by node.
 
-    The shorter list of operands of ``and`` or ``or`` is filled up with ``()``. A gold quantifier gets the
-    name of the answer's variable. Nothing below a connective other than ``and`` and ``or`` is aligned.
+    If both trees begin with ``and`` or ``or``, the shorter list of operands is filled up with ``()``, and the
+    operands are aligned pair by pair. If both trees begin with the same quantifier, the gold variable gets
+    the name of the answer's variable. All other trees stay as they are.
     """
     if isinstance(predicted, str) or isinstance(gold, str):
         return predicted, gold
     if predicted.head == gold.head and predicted.head in _QUANTIFIERS:
-        return predicted, _rename(gold, _find_bound_name(gold), _find_bound_name(predicted))
+        return predicted, _replace_text_in_tree(gold, _find_bound_name(gold), _find_bound_name(predicted))
     if predicted.head not in _LISTS or gold.head not in _LISTS:
         return predicted, gold
     size = max(len(predicted.arguments), len(gold.arguments))
@@ -380,10 +383,11 @@ def _find_bound_name(quantifier: _Connective) -> str:
     return variable.split("-")[0].strip()
 
 
-def _rename(tree: _Tree, old: str, new: str) -> _Tree:
+def _replace_text_in_tree(tree: _Tree, old: str, new: str) -> _Tree:
     if isinstance(tree, str):
         return tree.replace(old, new)
-    return _Connective(tree.head, tuple(_rename(argument, old, new) for argument in tree.arguments))
+    arguments = tuple(_replace_text_in_tree(argument, old, new) for argument in tree.arguments)
+    return _Connective(tree.head, arguments)
 
 
 def _compare_trees(predicted: _Tree, gold: _Tree) -> _ConditionTreeComparison:

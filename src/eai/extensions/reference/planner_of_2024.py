@@ -1,8 +1,9 @@
 """Rewrite planning problems so that a current planner judges them as the tolerant planner of 2024 did.
 
-The published planner success rates come from a translator that accepted undefined names. `normalise` rewrites
-a domain that contains operators of an answer, so that any standard planner gives the published verdict. It
-refuses problems that every version of the planner refuses. Its rules:
+The published planner success rates come from a translator that accepted undefined names. `read_operator` and
+`make_task_for_current_planner` rewrite a domain that contains operators of an answer, so that any standard
+planner gives the published verdict. They refuse operators that every version of the planner refuses. The
+rules:
 
 * Operators may name objects of the problem: these objects become constants of the domain.
 * Unbound variables get the meaning that `bind_unbound_variables` states.
@@ -74,9 +75,9 @@ def bind_unbound_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
 def _remove_exists_of_new_variables(
     formula: f.Formula, bound_names: Names, removed: list[f.Variable]
 ) -> f.Formula:
-    """Remove each ``exists`` whose variable is not bound around it, and append the variable to ``removed``.
+    """Remove each ``exists`` with a new variable, and append the variable to ``removed``.
 
-    Bound variables are those in ``bound_names`` and ``removed``.
+    A variable is new if its name is not in ``bound_names`` and not yet in ``removed``.
     """
     match formula:
         case f.Exists(variable, body) if variable.name not in bound_names.union(
@@ -96,7 +97,8 @@ def _remove_exists_of_new_variables(
 class _VariableBinder:
     """Replaces the parts of conditions and effects that contain unbound variables.
 
-    ``refused`` collects the names of unbound variables for which the planner refused the operator.
+    ``refused`` collects the names of unbound variables inside a ``forall`` of a condition. The planner
+    refuses an operator that has such a variable.
     """
 
     refused: list[str] = field(default_factory=list)
@@ -152,7 +154,7 @@ _REFUSED = frozenset(
 
 
 def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
-    """Read an operator and bind its variables, or return why the planner refuses the operator's domain.
+    """Read an operator and bind its variables, or return why the planner refuses the operator.
 
     The result is None for an operator that the planner removes without a message: an operator without effect,
     or with a parameter of several types. The result depends only on the arguments, so it can be cached.
@@ -163,7 +165,9 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
         return PddlFinding(error.offence, error.expected, f"operator {source.name}")
 
 
-def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
+def make_task_for_current_planner(
+    header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem
+) -> PlanningTask:
     """Return a planning task on which a current planner gives the result of the published planner.
 
     The published planner (Fast Downward before mid-2024) crashed if a plan could reach an effect that
@@ -300,17 +304,19 @@ class _UndeclaredConstantRewriter:
     def rewrite_leaf(self, leaf: f.Leaf) -> f.Formula:
         if isinstance(leaf, f.Atom):
             return self.rewrite_atom(leaf)
-        return f.FALSE if any(map(self._is_unknown, get_terms(leaf))) else leaf
+        return f.FALSE if any(map(self._is_undeclared_constant, get_terms(leaf))) else leaf
 
     def rewrite_atom(self, atom: f.Atom) -> f.Atom:
-        unknown = [(place, term) for place, term in enumerate(atom.arguments) if self._is_unknown(term)]
+        unknown = [
+            (place, term) for place, term in enumerate(atom.arguments) if self._is_undeclared_constant(term)
+        ]
         if not unknown:
             return atom
         name = "--".join([atom.predicate, *(f"{place}-{term.name}" for place, term in unknown)])
-        arguments = tuple(term for term in atom.arguments if not self._is_unknown(term))
+        arguments = tuple(term for term in atom.arguments if not self._is_undeclared_constant(term))
         parameters = tuple(f.Variable(f"x{place}") for place in range(len(arguments)))
         self.new_predicates[name] = m.PddlPredicate(name, parameters)
         return f.Atom(name, arguments)
 
-    def _is_unknown(self, term: f.Term) -> bool:
+    def _is_undeclared_constant(self, term: f.Term) -> bool:
         return isinstance(term, f.Constant) and term.name not in self.declared

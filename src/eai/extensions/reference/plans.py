@@ -29,12 +29,13 @@ def add_notes_on_strict_protocol(
     notation: PlanNotation,
     make_strict_scorer: Callable[[], ActionSequencingScorer],
 ) -> Assessment:
-    """Return a verdict whose explanation also has the reading and verdict of the rules ``strict``.
+    """Return the assessment, with notes in its explanation if the protocol ``strict`` reads other steps.
 
-    The rules ``strict`` follow the paper's text. The explanation is computed on request.
+    The protocol ``strict`` follows the paper's text. The notes list the steps that differ, and state the
+    verdict by ``strict``. The explanation is computed on request.
 
     Args:
-        assessment: the verdict by ``eai-1.0.5``, the rules of the paper's published package, eai-eval.
+        assessment: the assessment by ``eai-1.0.5``, the rules of the paper's published package, eai-eval.
         answer: text of the answer.
         notation: the notation with which eai-eval reads the answer.
         make_strict_scorer: makes the scorer of the task under ``strict``.

@@ -1,7 +1,7 @@
 """The implementation of the protocol `eai-1.0.5`: suites of VirtualHome and BEHAVIOR, and published runs.
 
-For comparison with the paper, `count_removed_goal_as_unreached` also counts one goal of one BEHAVIOR task.
-The paper's runs required this goal, but release 1.0.5 does not.
+The paper's runs required a goal of a BEHAVIOR task that release 1.0.5 no longer has. For comparison with the
+paper, `count_removed_goal_as_unreached` counts this goal as not reached.
 
 The paper's replanning in VirtualHome used a script that release 1.0.5 lacks (``eval_action.py``,
 ``end_to_end_action_eval``). The script counts errors of the third and last attempt only, so an earlier

@@ -97,10 +97,10 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
     def _make_planners_with_first_literal_index(
         self, literals: Sequence[f.Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return functions that find the actions for the literals of an answer, in order.
+        """Return the planners that find actions for the literals of an answer, in order.
 
-        Each function is for one literal or for several successive literals. It is paired with the index of
-        its first literal. A literal is an atom, an action, or the negation of an atom or action.
+        A literal is an atom, an action, or the negation of an atom or action. A planner is for one literal
+        or for several successive literals. It is paired with the index of its first literal.
         """
 
     def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:
@@ -114,7 +114,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return program
 
     def raises_exception_in_eai_eval(self, fault: Fault) -> bool:
-        """Whether eai-eval raises an exception for a fault (a failed check of an action).
+        """Whether eai-eval raises an exception because of a fault. A fault is a failed check of an action.
 
         The exception counts as a parsing error. Such a fault has no kind of error in eai-eval.
         """
@@ -178,8 +178,9 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
     """Parse the subgoals of an answer as one text.
 
     The package eai-eval rejects an ``and`` if some of its operands contain ``then`` and others do not, and it
-    rejects unknown names. If a text has both errors, the one that ends first is reported. The
-    number and the names of objects are checked later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
+    rejects unknown names. If a text has both errors, eai-eval reports the error whose subformula ends first.
+    The number and the names of objects are checked later (``simple_tl_parser.py``, ``simple_tl.py``
+    SimpleTLAnd).
     """
     text = _THEN.join(subgoals)
     try:
@@ -199,8 +200,8 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
 def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -> bool:
     """Whether the first error in a formula's text is an ``and`` with ``then`` in only some of its operands.
 
-    The other possible error is an unknown name. The first error is the error whose subformula ends first in
-    the text.
+    The first error can also be an unknown name. Errors have the order in which their subformulas end in the
+    text.
     """
     temporal = find_temporal_subformula_ids(formula)
     if not temporal:

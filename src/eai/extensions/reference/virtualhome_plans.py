@@ -120,7 +120,7 @@ class _VirtualHomePlanNotation(VirtualHomePlanNotation):
         self._with_ids = with_ids
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Return the plan in an answer. With ids, a name without an id makes the answer unreadable."""
+        """Return the plan in an answer. If the plan names objects with ids, every name needs an id."""
         plan = read_plan(text)
         with_ids = self._with_ids
         if isinstance(plan, Unreadable) or not (has_object_ids(plan) if with_ids is None else with_ids):
@@ -195,11 +195,12 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """Return the verdict on an executed plan, with eai-eval's counts for its summary if they differ.
+        """Return the verdict on an executed plan.
 
-        This summary of many answers counts every action that was not needed as an error. It also requires
-        action goals in the order of the data set. If eai-eval judges a single plan, it has action goals in
-        this order only by chance.
+        If eai-eval's summary of many answers counts the plan differently, the verdict also has these counts.
+        The summary counts every action that was not needed as an error. It also requires action goals in the
+        order of the data set. When eai-eval judges a single plan, action goals have this order only by
+        chance.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
@@ -259,7 +260,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     """
     if len(text) > MAX_ANSWER_CHARACTERS:
         return TOO_LONG
-    # Text after the last list holds no step. Without it, the search is faster.
+    # No step follows the last list. Removing the text after this list makes the search faster.
     text = text[: text.rfind(_LIST_END) + 1]
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))

@@ -67,11 +67,12 @@ def _list_targets_in_python_set_order(state: State, predicate: str, source: int)
     return [by_id[i] for i in {*added, *initial} if mask >> by_id[i] & 1]
 
 
-def _find_room(state: State, arguments: tuple[int, ...]) -> int:
+def _find_room_of_object(state: State, arguments: tuple[int, ...]) -> int:
     """Return the room of an object as a bit mask, 0 for no room (eai-eval: ``_get_room_node``).
 
-    If the object has several containers, its room is the first of these containers that is a room. If it has
-    one container, the search goes on upwards from this container, always to the first container.
+    A room is its own room. If an object has several containers, its room is the first container that is a
+    room. If an object has one container, the search follows the first container of each container upwards
+    until it reaches a room.
     """
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
@@ -93,7 +94,7 @@ def _find_room(state: State, arguments: tuple[int, ...]) -> int:
 
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
-    "room_of": _find_room,
+    "room_of": _find_room_of_object,
     "lies_on": p.make_grab_origin_lookup(0, find_first_target_mask),
     "lies_in": p.make_grab_origin_lookup(1, find_first_target_mask),
     "lies_next_to": p.make_grab_origin_lookup(2, find_first_target_mask),
@@ -187,13 +188,13 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def replace_wrong_order_condition(operator: Operator, check: Check) -> Check:
-    """Replace the condition that the test for wrong order looks for in earlier states, as in eai-eval.
+    """Replace the condition that eai-eval looks for in earlier states to find a wrong order.
 
-    An action comes in the wrong order if its failed condition held in an earlier state. In place of some
-    failed conditions, eai-eval tests another condition (`SEARCHED_CONDITIONS`), such as the relation
-    ``next_to`` instead of nearness. If an object is in a closed container, eai-eval looks for a state in
-    which this object, instead of the container, is open. If the tested condition is never true, the failure
-    never counts as wrong order. See ``execution.py``, ``update_missing_precond``.
+    A failed action comes in the wrong order if its failed condition held in an earlier state. For some failed
+    conditions, eai-eval looks for another condition (`SEARCHED_CONDITIONS`), such as the relation ``next_to``
+    instead of nearness. If an object is in a closed container, eai-eval looks for a state in which the
+    object, instead of the container, is open. A condition that is never true means that the failure never
+    counts as wrong order. See ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
@@ -217,11 +218,11 @@ def report_running_device_as_additional_step(operator: Operator, check: Check) -
 
 @_apply_to_all_checks
 def report_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Report the change of a state that an object lacks as an additional step, not an affordance error.
+    """Make it an additional step, not an affordance error, to change a state that an object does not have.
 
-    An object lacks a state if, for example, it is neither open nor closed. Checks that an object has one of
-    two such states are removed (None). All other checks are returned unchanged. See ``execution.py``,
-    ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
+    For example, an object that is neither open nor closed cannot be opened. The check that the object has one
+    of both states is removed (None), so the later check that the object is closed fails. All other checks are
+    returned unchanged. See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
     """
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
 
@@ -234,10 +235,10 @@ def report_second_grab_as_additional_step(operator: Operator, check: Check) -> C
 
 @_apply_to_all_checks
 def report_repeated_sitting_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Report sitting down as an additional step if the character sits on any object; the same for lying.
+    """Make sitting down an additional step if the character already sits anywhere; the same for lying down.
 
-    `NOT_SEATED` and `NOT_IN_BED` are changed: they fail on any seat or bed. So `NOT_SEATED_ELSEWHERE` and
-    `NOT_IN_BED_ELSEWHERE` are not needed: return None, which removes these checks. See ``SitExecutor`` and
+    `NOT_SEATED` and `NOT_IN_BED` are replaced by checks that fail on any seat or bed. `NOT_SEATED_ELSEWHERE`
+    and `NOT_IN_BED_ELSEWHERE` are no longer needed and are removed (None). See ``SitExecutor`` and
     ``LieExecutor``.
     """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):

@@ -100,17 +100,17 @@ def make_plans_for_action(action: str, arguments: Sequence[int], state: State) -
     return [(Action("FIND", (x,)), act)]
 
 
-def _make_plan_to_hold(thing: int, state: State) -> ActionSequence:
-    if _is_held(thing, state):
+def _make_plan_to_hold(object_index: int, state: State) -> ActionSequence:
+    if _is_held(object_index, state):
         return ()
-    return Action("FIND", (thing,)), Action("GRAB", (thing,))
+    return Action("FIND", (object_index,)), Action("GRAB", (object_index,))
 
 
-def _is_held(thing: int, state: State) -> bool:
+def _is_held(object_index: int, state: State) -> bool:
     agent = state.scene.agent
     if agent is None:
         return False
-    return state.has("HOLDS_RH", agent, thing) or state.has("HOLDS_LH", agent, thing)
+    return state.has("HOLDS_RH", agent, object_index) or state.has("HOLDS_LH", agent, object_index)
 
 
 _PRIMITIVE = re.compile(r"\w+\(.*?\)")
@@ -137,12 +137,12 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
         return _LEADING_ZEROS.sub(".", rng.choice(subgoal.split(" or ")))
 
     def raises_exception_in_eai_eval(self, fault: Fault) -> bool:
-        """Whether eai-eval raises an exception for a fault (a failed check of an action).
+        """Whether eai-eval raises an exception because of a fault. A fault is a failed check of an action.
 
-        It also raises an exception if it cannot determine which step is missing, such as before SIT if no
-        seat is free (``checkers.py``, ``check_missing_preconds``). This holds for subgoals only. Release
-        1.0.5 checks plans by other code (``simulation/evolving_graph/checker.py``), which reports a missing
-        step in such a case.
+        One cause of an exception is that eai-eval cannot determine which step is missing, such as before SIT
+        if no seat is free (``checkers.py``, ``check_missing_preconds``). Plans have no such exceptions:
+        release 1.0.5 checks plans by other code (``simulation/evolving_graph/checker.py``), which reports a
+        missing step.
         """
         return super().raises_exception_in_eai_eval(fault) or fault.check.history_conditions == (FALSE,)
 
