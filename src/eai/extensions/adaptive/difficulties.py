@@ -81,9 +81,10 @@ def estimate_ability(
     Args:
         scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        name_by_task: name of each task. Near copies share a name, so their scores depend on each other, and
-            the standard error is larger. Its square grows by ``variance`` times a number: 1 for a single
-            name, 1/n for n names with equal Fisher information (`_compute_information_concentration`).
+        name_by_task: name of each task. Near copies share a name, so their scores depend on each other, which
+            makes the standard error larger. Its square grows by ``variance`` times the concentration of the
+            information on few names: 1 for a single name, 1/n for n names with equal Fisher information
+            (`_compute_information_concentration`).
         variance: variance of one model's ability between groups of tasks with one name, in squared logits
             (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
     """

@@ -68,22 +68,24 @@ def fit_rasch(scores: Matrix) -> RaschModel:
     for _ in range(_MAX_STEPS):
         before = abilities, difficulties
         p = compute_success_probability(abilities[:, None], difficulties[None, :]) * is_known
-        slope = ((given - p).sum(axis=1) - abilities) / (_compute_information(p).sum(axis=1) + 1)
+        slope = ((given - p).sum(axis=1) - abilities) / (_compute_fisher_information(p).sum(axis=1) + 1)
         abilities = abilities + slope
         p = compute_success_probability(abilities[:, None], difficulties[None, :]) * is_known
         slope = ((p - given).sum(axis=0) - prior * difficulties) / (
-            _compute_information(p).sum(axis=0) + prior
+            _compute_fisher_information(p).sum(axis=0) + prior
         )
         difficulties = difficulties + slope
         largest_change = max(np.abs(abilities - before[0]).max(), np.abs(difficulties - before[1]).max())
         if largest_change < _CONVERGENCE_LOGITS:
             break
     p = compute_success_probability(abilities[:, None], difficulties[None, :]) * is_known
-    return RaschModel(abilities, difficulties, 1 / np.sqrt(_compute_information(p).sum(axis=0) + prior))
+    return RaschModel(
+        abilities, difficulties, 1 / np.sqrt(_compute_fisher_information(p).sum(axis=0) + prior)
+    )
 
 
-def _compute_information(p: Matrix) -> Matrix:
-    return p * (1 - p)
+def _compute_fisher_information(success_probability: Matrix) -> Matrix:
+    return success_probability * (1 - success_probability)
 
 
 def compute_item_rest_correlations(scores: Matrix) -> Matrix:
@@ -142,7 +144,7 @@ def estimate_ability_variance_between_task_names(
     known = ~np.isnan(scores)
     chances = fitted.predict_success()
     deviations = np.where(known, scores - chances, 0.0)
-    information = np.where(known, _compute_information(chances), 0.0)
+    information = np.where(known, _compute_fisher_information(chances), 0.0)
     shared = possible = 0.0
     for name in set(task_names):
         of_name = [place for place, each in enumerate(task_names) if each == name]

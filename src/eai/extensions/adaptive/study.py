@@ -74,7 +74,7 @@ class SuiteScores:
     matrix: Matrix
 
     @property
-    def has_enough_models(self) -> bool:
+    def has_enough_models_and_tasks(self) -> bool:
         """Whether there are at least `MIN_MODELS` models, and at least one task."""
         return len(self.models) >= MIN_MODELS and bool(self.tasks)
 
@@ -118,7 +118,7 @@ def make_task_difficulty_tables(answers: Sequence[AnswerLine], flags: FlagReader
     """
     of_models = group_by_suite([each for each in answers if not is_trivial_baseline(each.model)])
     scored = {suite: (given, collect_scores(given)) for suite, given in of_models.items()}
-    suites = {suite: each for suite, each in scored.items() if each[1].has_enough_models}
+    suites = {suite: each for suite, each in scored.items() if each[1].has_enough_models_and_tasks}
     items = _make_tasks_table(suites, flags)
     return [
         _make_suite_measurement_quality_table(suites),
@@ -128,7 +128,7 @@ def make_task_difficulty_tables(answers: Sequence[AnswerLine], flags: FlagReader
     ]
 
 
-def compute_held_out_auc_of_rasch_and_means(scores: SuiteScores) -> tuple[float | None, float | None]:
+def compute_held_out_auc_of_rasch_and_mean_score(scores: SuiteScores) -> tuple[float | None, float | None]:
     """Return how well the Rasch model, and how well the models' mean scores, predict held-out answers.
 
     Both values are areas under the ROC curve. Each answer is predicted from the nine tenths of all answers
@@ -164,9 +164,9 @@ def _compute_area_under_curve(success: Matrix, predicted: Matrix) -> float | Non
 def estimate_ability_above_mean(scores: SuiteScores, model_index: int) -> Estimate:
     """Return a model's ability minus the mean of all models, in logits, with its confidence interval.
 
-    Near copies of a task share a name. The variance comes from a first-order jackknife, which leaves out all
-    tasks of a name at a time. It takes difficulties as exact. If the variance for independent tasks is
-    larger, the larger one is used.
+    The variance comes from a first-order jackknife that takes difficulties as exact. The jackknife leaves
+    out all tasks with one name at a time, because near copies of a task have the same name. If the variance
+    for independent tasks is larger, it is used instead.
 
     Args:
         scores: the scores of all models.
@@ -250,7 +250,7 @@ def _make_suite_measurement_quality_table(suites: _ScoredSuites) -> Iterator[Row
         rounded = None if alpha is None else _round_to_six_digits(alpha)
         yield (
             *(*suite, models, len(scores.tasks), saturated, unsolved, negative, rounded),
-            *compute_held_out_auc_of_rasch_and_means(scores),
+            *compute_held_out_auc_of_rasch_and_mean_score(scores),
         )
 
 
@@ -259,9 +259,9 @@ def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
     """Abilities of models.
 
     The column logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b
-    with probability 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of
-    tasks (near copies of a task share a name), with difficulties taken as exact. The score is the mean over
-    all tasks.
+    with probability 1 / (1 + exp(b - t)); the models' mean is 0. Intervals come from a jackknife that leaves
+    out all tasks with one name at a time, because near copies of a task share a name. The jackknife takes
+    difficulties as exact. The score is the mean over all tasks.
     """
     for suite, (answers, scores) in suites.items():
         abilities = scores.rasch.abilities
@@ -285,9 +285,9 @@ _ITEM = (
 def _make_flagged_tasks_table(items: Table) -> Iterable[Row]:
     """Tasks to inspect.
 
-    Tasks that no model solves, tasks that worse models solve and better models do not, and tasks whose goals
-    demand the same of two objects with one name in answers. item_rest: the correlation over models with
-    the score in all other tasks; check: the check that most models fail first.
+    A task is listed for one of three reasons: no model solves it; worse models solve it and better models do
+    not; or its goals demand the same of two objects that have one name in answers. item_rest: the correlation
+    over models with the score in all other tasks; check: the check that most models fail first.
     """
     return [row for row in items.rows if row[-1] and row[-1] != "saturated"]
 
