@@ -343,8 +343,8 @@ def write_planning_problems(
 ) -> None:
     """Write one planning problem per task: some ground conditions of its goal that a planner can reach.
 
-    One way to meet the goal is drawn, and some of its conditions. Conditions that the planner cannot reach
-    are drawn again. Exit status 1 if a task has no solvable problem.
+    If a goal can be met in several ways, one way is drawn. Then some conditions of this way are drawn, and
+    drawn again if the planner cannot reach them. Exit status 1 if a task has no solvable problem.
 
     Example: eai data annotate problems --domain behavior --out problems --limit 5
 

@@ -163,10 +163,10 @@ class DemonstrationChanges:
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
         return all(
-            self.get_object_kind_by_class(thing) == kind
+            self.get_object_kind_by_class(object_index) == kind
             if kind.name
-            else self.get_object_kind_by_properties(thing) == kind
-            for thing, kind in pairs
+            else self.get_object_kind_by_properties(object_index) == kind
+            for object_index, kind in pairs
         )
 
     def get_object_kind_by_class(self, object_index: int) -> _ObjectKind:
@@ -266,14 +266,14 @@ def count_patterns(
 
 
 def _generalize_fact(
-    changes: DemonstrationChanges, name: str, things: tuple[int, ...]
+    changes: DemonstrationChanges, name: str, object_indices: tuple[int, ...]
 ) -> Iterator[GoalPattern]:
-    if len(things) < 2:
+    if len(object_indices) < 2:
         return
-    for end, thing in enumerate(things):
-        if thing != changes.scene.agent:
-            kinds = [changes.get_object_kind_by_class(other) for other in things]
-            kinds[end] = changes.get_object_kind_by_properties(thing)
+    for end, object_index in enumerate(object_indices):
+        if object_index != changes.scene.agent:
+            kinds = [changes.get_object_kind_by_class(other) for other in object_indices]
+            kinds[end] = changes.get_object_kind_by_properties(object_index)
             yield GoalPattern(name, tuple(kinds))
 
 
@@ -374,7 +374,7 @@ class _GoalDecisionFile(Options):
 
     Attributes:
         without: names of predicates. Changes of their facts are not counted in recorded plans.
-        title: task title -> decisions about it.
+        title: decisions about each task title.
     """
 
     without: tuple[str, ...] = ()
@@ -593,10 +593,10 @@ def _add_conditions_to_last_candidate(
 
 
 Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
-"""The changes of a demonstration (recorded plan), the index of a meaning of its title, and its goals.
+"""A demonstration (recorded plan) as three values: its changes, the index of its meaning, and its goals.
 
-A meaning is a `GoalTemplate`; the index is that of the first meaning that the changes satisfy. If they
-satisfy no meaning, the index is None and the goals are empty.
+A meaning is a `GoalTemplate`. The task title has several possible meanings; the index is that of the first
+meaning that the changes satisfy. If they satisfy no meaning, the index is None and the goals are empty.
 """
 
 

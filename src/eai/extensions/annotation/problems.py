@@ -126,7 +126,8 @@ def replace_domains_by_common_domain(
 ) -> list[SampledProblem]:
     """Return the problems with one common planning domain, which declares the categories of all objects.
 
-    If the data set provides all problems, so that none has a ``source``, the problems stay as they are.
+    Problems that the data set provides have no ``source``. If all problems are such problems, they stay as
+    they are.
     """
     sources = [problem.source for problem in problems if problem.source is not None]
     if not sources:

@@ -75,8 +75,8 @@ def compute_krippendorff_alpha(units: RatingsByTask) -> float | None:
     if not ratings or len(set(ratings)) == 1:
         return None
     number = len(ratings)
-    # The squared differences of all pairs of one task's ratings sum to 2 size^2 variance.
-    # Each rating is in size - 1 pairs, so the differences of one task are divided by size - 1.
+    # The squared differences of all ordered pairs of n ratings have the sum 2 n^2 variance. Each of the
+    # n ratings of a task is compared with n - 1 other ratings, so alpha divides the sum by n - 1.
     observed = sum(2 * len(unit) ** 2 * pvariance(unit) / (len(unit) - 1) for unit in pairable) / number
     expected = 2 * number * pvariance(ratings) / (number - 1)
     return 1 - observed / expected
