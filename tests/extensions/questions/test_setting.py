@@ -16,7 +16,7 @@ from eai.extensions.questions.setting import (
     QuestionSetting,
     draw_sample_keeping_order,
     explore_states,
-    find_texts_with_ambiguous_operator,
+    find_texts_with_shared_operator,
     format_list,
     format_numbered_list,
     make_question_setting,
@@ -159,7 +159,7 @@ def test_random_actions_use_all_operators_equally_and_rarely_unsuitable_objects(
 
 def test_texts_that_have_a_counterpart_with_the_other_answer() -> None:
     right, wrong = ["a 1", "a 2", "b 1"], ["a 3", "c 1"]
-    assert find_texts_with_ambiguous_operator(right, wrong, lambda text: text[0]) == {"a 1", "a 2", "a 3"}
+    assert find_texts_with_shared_operator(right, wrong, lambda text: text[0]) == {"a 1", "a 2", "a 3"}
 
 
 def test_drawn_elements_keep_their_order() -> None:

@@ -15,7 +15,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
 from eai.extensions.questions.setting import (
     QuestionContent,
-    find_texts_with_ambiguous_operator,
+    find_texts_with_shared_operator,
     make_question_setting,
 )
 from eai.extensions.questions.shortcuts import (
@@ -153,7 +153,7 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
     item = QuestionContent(world.states[0], (), 4, right, wrong, (), labels=about)
 
     def shown(item: QuestionContent, turn: int) -> set[str]:
-        asked = find_texts_with_ambiguous_operator(item.right, item.wrong, operators.__getitem__)
+        asked = find_texts_with_shared_operator(item.right, item.wrong, operators.__getitem__)
         item = replace(item, yes_no_texts=asked)
         drawn = [
             draw_closed_question(

@@ -46,7 +46,7 @@ from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
 
 MIN_DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
-"""Column heading for a range of depths (numbers of actions to consider) -> minimum depth in the range."""
+"""Minimum depth (number of actions to consider) of each range of depths, by the range's column heading."""
 
 GUESS_AND_SHORTCUTS = (GUESS, *SHORTCUTS)
 """Names of ways to answer without knowledge of the world: to guess at random, and to use a shortcut rule."""

@@ -9,7 +9,7 @@ from eai.extensions.questions.setting import (
     QuestionContent,
     QuestionSetting,
     draw_sample_keeping_order,
-    find_texts_with_ambiguous_operator,
+    find_texts_with_shared_operator,
     format_list,
 )
 from eai.planning.search import SearchEffort
@@ -30,16 +30,16 @@ _RANDOM_BINDINGS = 40
 """Number of random actions of one operator that are drawn to find actions with unmet requirements."""
 
 _FEWEST_UNMET_PROBABILITY = 0.5
-"""Probability that a question of kind `WHY_NOT` is about the candidate with the fewest unmet requirements.
+"""Probability that a question of kind `WHY_NOT` is about the action with the fewest unmet requirements.
 
-Otherwise, the question is about a random candidate. One requirement is chosen at random. The candidates are
-all drawn actions that do not meet this requirement, and perhaps further requirements.
+Otherwise, the question is about a random action. Only actions with a certain unmet requirement are
+candidates. The requirement is chosen at random.
 """
 
 _PATH_OPERATOR_PROBABILITY = 0.2
-"""Probability that a question may use an operator of the task's path (its executable actions).
+"""Probability that each operator of the task's path (its executable actions) is kept in a draw.
 
-If the draw leaves no operator of the path, all operators are candidates.
+A question of kind `WHY_NOT` uses a kept operator, or any operator if no operator was kept.
 """
 
 _NO_EFFECT_PROBABILITY = 0.3
@@ -188,7 +188,7 @@ def make_why_not_question(
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # a requirement that is almost always met is as probable as others
+    one = rng.choice(seen)  # choosing a drawn action instead would favour requirements that are often unmet
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)
@@ -275,10 +275,10 @@ def _make_which_action_question(
 ) -> QuestionContent | None:
     """Make a question that asks which single action leads to a state with a given property.
 
-    An action is right if its operator can change all predicates in ``changed``, and ``has_wanted_truth`` is
-    true for the state after it. All actions on all objects are tried. If there are more than `_MAX_BINDINGS`,
-    return None. Wrong actions are drawn: some share the operator or the objects of ``action`` or of each
-    other, and some are random executable actions.
+    All actions on all objects are tried; return None if there are more than `_MAX_BINDINGS`. An action is
+    right if its operator can change all predicates in ``changed``, and ``has_wanted_truth`` is true for the
+    state after it. Wrong actions are drawn at random. Some have the operator or the objects of ``action``,
+    and some can be executed.
     """
     bindings, all_objects = SearchEffort(_MAX_BINDINGS), range(len(setting.scene.objects))
     tried = [
@@ -318,7 +318,7 @@ def _make_which_action_question(
         "any",
         values,
         are_actions=True,
-        yes_no_texts=find_texts_with_ambiguous_operator(answer, wrong, lambda text: text.partition("(")[0]),
+        yes_no_texts=find_texts_with_shared_operator(answer, wrong, lambda text: text.partition("(")[0]),
     )
 
 

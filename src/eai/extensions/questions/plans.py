@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from eai.extensions.questions.one_step import draw_true_and_false_facts, draw_untrue_facts
 from eai.extensions.questions.question import Accept
@@ -18,7 +18,7 @@ from eai.extensions.questions.setting import (
     StateGraph,
     draw_sample_keeping_order,
     explore_states,
-    find_texts_with_ambiguous_operator,
+    find_texts_with_shared_operator,
     format_list,
     format_numbered_list,
 )
@@ -51,10 +51,10 @@ Half of the plans fail, because two of the four choices of a question say that a
 """
 
 _MAX_ACTIONS = 8
-"""Maximum number of listed actions, in a question about all plans that use only the listed actions."""
+"""Maximum length of the list of actions, in a question about all plans that use only listed actions."""
 
 _MIN_ACTIONS = 5
-"""Minimum number of listed actions, in a question about all plans that use only the listed actions."""
+"""Minimum length of the list of actions, in a question about all plans that use only listed actions."""
 
 _MAX_STATES = 150
 """Maximum number of states to which the actions listed in a question lead. Beyond it, no question is made."""
@@ -99,7 +99,7 @@ class _PlanOutcome(NamedTuple):
     unmet_requirement: int = 0
 
     @property
-    def result_word(self) -> str:
+    def result_word(self) -> Literal["works", "misses", "fails"]:
         """The result of the plan as one word: ``works``, ``misses`` (a goal) or ``fails`` (at a step)."""
         return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
@@ -247,7 +247,7 @@ def make_justification_question(
         values={"plan": format_numbered_list(setting.format_elements(plan)), "goals": _format_goals(setting)},
         formulas=setting.goals,
         labels={step: (operator,) for step, operator in operators.items()},
-        yes_no_texts=find_texts_with_ambiguous_operator(right, wrong, operators.__getitem__),
+        yes_no_texts=find_texts_with_shared_operator(right, wrong, operators.__getitem__),
     )
 
 
@@ -288,9 +288,8 @@ def _make_outcome_question(
 ) -> QuestionContent | None:
     """Make a question about the outcome of a plan.
 
-    Return None if the failing step was added to the plan: choices name a step by its number, and added steps
-    have none. Each question offers the same kinds of choice: the plan works, it misses a goal, or one of two
-    steps fails.
+    The choices of a question are that the plan works, that it misses a goal, and that one of two steps fails.
+    Choices name a step by its number. An added step has no number, so if it fails, return None.
     """
     failing = plan[outcome.failing_step][0] if outcome.unmet_requirement else 0
     if outcome.unmet_requirement and not failing:
@@ -325,7 +324,10 @@ def _make_outcome_question(
 def _corrupt_plan(
     setting: QuestionSetting, plan: Sequence[Action], position: int, rng: random.Random
 ) -> list[Action]:
-    """Return a plan with a step removed, swapped with the next, or given another operator or object."""
+    """Return a plan in which one step was removed, swapped with the next step, or changed.
+
+    A changed step has another operator or object.
+    """
     action, corrupted = plan[position], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
         case "leave out":
@@ -419,7 +421,7 @@ def make_next_action_question(
         return None
     left = goal.graph.find_distances_to_goal_states(goal.goal_states)
     best = {action for action, target in goal.graph.edges[0] if left.get(target) == goal.distance - 1}
-    return _make_action_question(setting, goal, best, "any")
+    return _make_question_about_listed_actions(setting, goal, best, "any")
 
 
 def make_landmarks_question(
@@ -435,7 +437,7 @@ def make_landmarks_question(
     numbers = range(len(goal.graph.actions))
     fewer = [goal.graph.restrict_to_actions([other for other in numbers if other != n]) for n in numbers]
     needed = {n for n, graph in enumerate(fewer) if not any(map(goal.facts.issubset, graph.added_facts))}
-    return _make_action_question(setting, goal, needed, "all")
+    return _make_question_about_listed_actions(setting, goal, needed, "all")
 
 
 class _GoalSeveralActionsAway:
@@ -513,17 +515,17 @@ def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Rando
     return explore_states(setting, states[0], rng.sample(list(chosen), len(chosen)), _MAX_STATES)
 
 
-def _make_action_question(
-    setting: QuestionSetting, goal: _GoalSeveralActionsAway, right: set[int], accept: Accept
+def _make_question_about_listed_actions(
+    setting: QuestionSetting, goal: _GoalSeveralActionsAway, right_indices: set[int], accept: Accept
 ) -> QuestionContent:
     texts = setting.format_elements(goal.graph.actions)
-    answer = [text for n, text in enumerate(texts) if n in right]
+    answer = [text for n, text in enumerate(texts) if n in right_indices]
     return QuestionContent(
         goal.graph.states[0],
         _collect_operator_names(goal.graph.actions),
         goal.distance,
         answer,
-        [text for n, text in enumerate(texts) if n not in right],
+        [text for n, text in enumerate(texts) if n not in right_indices],
         answer,
         accept,
         {"actions": format_list(texts), "goals": format_numbered_list(setting.format_elements(goal.goals))},

@@ -66,8 +66,8 @@ class QuestionSetting:
         path: actions that can be executed in order from the start of the task.
         states: the states along the path, from the start to the state after the last action.
         seed: seed of the random choices that all questions about the task share.
-        state_graphs: number of a set of drawn actions -> graph of all states that they lead to, or None if
-            there are too few actions or too many states. Filled when needed.
+        state_graphs: graphs of all states to which a set of drawn actions leads, by the number of the set.
+            None stands for a set of too few actions, or for too many states. Filled when needed.
     """
 
     task: Task
@@ -232,7 +232,7 @@ def _restrict_to_objects_of_prompt_and_plan(task: Task) -> Task:
 def _find_executable_steps(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
     """Return the first steps of a plan that can be executed, at most `_MAX_PATH_ACTIONS` steps.
 
-    They end before the first step that is impossible, or whose operator's rules are not shown in prompts.
+    The result ends before the first step that is impossible or that has an operator without rules in prompts.
     """
     arities = rules.domain.operator_arities
     well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
@@ -406,12 +406,12 @@ of a plan, so that questions alternate.
 """
 
 
-def find_texts_with_ambiguous_operator(
+def find_texts_with_shared_operator(
     right_texts: Sequence[str], wrong_texts: Sequence[str], get_operator: Callable[[str], str]
 ) -> frozenset[str]:
-    """Return the statements (answers) whose operator occurs in both a right and a wrong statement.
+    """Return the texts whose operator occurs in both a right and a wrong text.
 
-    The operator of such a statement does not reveal whether the statement is right.
+    The operator of such a text does not reveal whether the text is right.
     """
     shared = set(map(get_operator, right_texts)) & set(map(get_operator, wrong_texts))
     return frozenset([text for text in (*right_texts, *wrong_texts) if get_operator(text) in shared])

@@ -42,27 +42,26 @@ Choices are drawn again if shortcuts would be right too often. After the last dr
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _CUE_WEIGHT = 12
-"""Amount by which a wrong statement lowers the balance of its cue.
+"""Amount by which a wrong statement lowers the balance of each of its cues.
 
 A cue is a mark by which a shortcut chooses a statement, such as the greatest length. The balance of a cue is
-above 0 if statements with the cue were right more often than chance predicts. A right statement raises the
-balance by this amount for each wrong choice of its question. So random choices leave the balance unchanged on
-average. Statements that tie for a mark, such as two longest statements, share the change equally.
+a counter, which is above 0 if statements with the cue were right more often than chance predicts. A right
+statement raises it by this amount for each wrong choice of its question. If right choices are random, the
+balance therefore stays at 0 on average. If two statements have the same mark, each causes half the change.
 """
 
 _TOLERATED_BIAS = 6
-"""Tolerated bias of the first questions. The bias is the sum of the squared balances of all cues.
+"""Tolerated bias towards shortcuts in the first questions.
 
-A cue is a mark by which a shortcut chooses a statement. The balance of a cue is the excess of right
-statements with the cue over the number that chance predicts. The unit of a balance is the change by one
-question whose right statement is its only statement with the cue.
+The bias is the sum of the squared balances of all cues (see `_CUE_WEIGHT`). Its unit here is the square of
+the balance that one right statement gives to a cue.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
-"""Number of questions after which the tolerated bias grows by 1 above `_TOLERATED_BIAS`, in its unit."""
+"""Number of questions after which the tolerated bias grows by 1, in the unit of `_TOLERATED_BIAS`."""
 
 _MAX_OCCURRENCES = 5
-"""Maximum number of occurrences of a statement's names in the question's text that count for shortcuts."""
+"""Number at which shortcuts stop counting how often a statement's names occur in the question's text."""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
@@ -89,7 +88,7 @@ class _StatementTextFeatures(NamedTuple):
         mentions: total number of occurrences of its names in the question's text.
         length: number of characters.
         holds: whether the statement is a fact that holds before the actions.
-        labels: its operator or predicate, and further labels that group statements.
+        labels: labels of the groups to which the statement belongs, such as its operator or predicate.
     """
 
     names: frozenset[str]
@@ -108,8 +107,8 @@ def make_feature_reader(
     Args:
         question_text: the text of the question without the statements.
         initial_facts: texts of the facts that hold before the actions.
-        labels: text of a statement -> its labels, if it does not begin with an operator or predicate. The
-            label of every other statement is its operator or predicate. The shortcut ``operator`` (see
+        labels: the labels of statements that are no facts or actions, by the text of the statement. The label
+            of every other statement is its operator or predicate. The shortcut ``operator`` (see
             `SHORTCUTS`) treats statements with equal labels alike.
     """
     mentioned = Counter(_NAME_PATTERN.findall(question_text))
@@ -151,8 +150,8 @@ class SurfaceCueCounts:
     """Counts how often statements that shortcuts choose were right, in earlier questions of a kind and form.
 
     A shortcut is a rule that answers without knowledge of the world. A cue is a mark by which a shortcut
-    chooses, such as the greatest length. A cue is in balance if statements with it are right as often as
-    random guesses.
+    chooses, such as the greatest length. The balance of a cue is 0 if statements with it are right as often
+    as random guesses.
     """
 
     def __init__(self) -> None:
@@ -166,9 +165,9 @@ class SurfaceCueCounts:
     def compute_shortcut_bias_above_limit(self, question: ClosedQuestion) -> int:
         """Return by how much the shortcut bias would exceed the tolerated bias if a question were added.
 
-        Return 0 if it would not, or if the question does not raise the bias. The bias is the sum of
-        the squared balances of all cues. The balance of a cue is the number of right statements with the cue,
-        minus the number that chance predicts. The bias is 0 if no shortcut beats a random guess.
+        Return 0 if it would not exceed the tolerated bias, or if the question does not raise the bias. The
+        bias is the sum of the squared balances of all cues (see `_CUE_WEIGHT`). It is 0 if statements with
+        each cue are right exactly as often as chance predicts.
         """
         step = self._compute_change_of_shortcut_bias(question)
         if step <= 0:
@@ -190,7 +189,7 @@ class SurfaceCueCounts:
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}
         self._bias += self._compute_change_of_shortcut_bias(question)
-        self._balance.update(_compute_excess_over_chance_by_cue(question, cues))
+        self._balance.update(_compute_balance_changes_by_cue(question, cues))
         for position, statement_cues in enumerate(cues):
             self._times.update(statement_cues.keys())
             self._right.update(statement_cues.keys() if position == question.right else ())
@@ -199,7 +198,7 @@ class SurfaceCueCounts:
         return hits
 
     def _compute_change_of_shortcut_bias(self, question: ClosedQuestion) -> int:
-        weights = _compute_excess_over_chance_by_cue(question, self._find_cues_of_each_statement(question))
+        weights = _compute_balance_changes_by_cue(question, self._find_cues_of_each_statement(question))
         return sum([weight * (2 * self._balance[cue] + weight) for cue, weight in weights.items()])
 
     def _score_shortcut(
@@ -273,17 +272,15 @@ class SurfaceCueCounts:
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _compute_excess_over_chance_by_cue(
-    question: ClosedQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
+def _compute_balance_changes_by_cue(
+    question: ClosedQuestion, cues_of_each_statement: Sequence[Mapping[_SurfaceCue, int]]
 ) -> dict[_SurfaceCue, int]:
-    """Return the change that a question makes to the balance of each cue (a mark such as greatest length).
+    """Return by how much a question changes the balance of each cue (see `_CUE_WEIGHT`).
 
-    The balance is the excess of right statements with the cue over those that chance predicts. A right
-    statement raises the balance of its cues, and a wrong statement lowers it. If the right choice is random,
-    the expected change is 0.
+    If the right choice is random, the expected change is 0.
     """
     weights: dict[_SurfaceCue, int] = {}
-    for position, statement_cues in enumerate(cues):
+    for position, statement_cues in enumerate(cues_of_each_statement):
         for cue, part in statement_cues.items():
             weight = part * (_count_options(question) - 1) if position == question.right else -part
             weights[cue] = weights.get(cue, 0) + weight
@@ -307,13 +304,10 @@ def draw_closed_question(
     rng: random.Random,
     turn: int,
 ) -> tuple[int, ClosedQuestion] | None:
-    """Draw choices (or the statement of a yes-no question) so that no shortcut beats guessing.
+    """Draw choices, or the statement of a yes-no question, so that no shortcut beats guessing.
 
     A shortcut is a rule that answers without knowledge of the world, such as "take the longest choice".
-    Several draws are tried. Return a pair: a number, and the best drawn question. The number is 0 if the
-    question keeps the bias to shortcuts small; otherwise it is the bias minus the tolerated bias
-    (`SurfaceCueCounts.compute_shortcut_bias_above_limit`). Return None if there are too few right or wrong
-    texts.
+    Draws are repeated until one keeps the bias towards shortcuts within the tolerated bias.
 
     Args:
         item: the right and wrong texts from which the question is made.
@@ -323,6 +317,10 @@ def draw_closed_question(
         cue_counts: how often the statements that shortcuts choose were right in earlier questions.
         rng: the random generator.
         turn: a number that selects the right letter, or whether yes or no is right.
+
+    Returns:
+        the result of `SurfaceCueCounts.compute_shortcut_bias_above_limit` for the best draw, 0 if its bias is
+        tolerated, and the question of this draw. None if there are too few right or wrong texts.
     """
     is_right, position = turn % 2 == 0, turn % len(LETTERS)
     candidates = item.right if is_right else item.wrong

@@ -67,21 +67,21 @@ _ATTEMPTS_PER_TASK = 2
 """Number of attempts to make a question about a task before the next task is tried."""
 
 _MAX_FAILURES = 5
-"""Maximum number of questions of one kind and form in a row that cannot be made. Then no more are tried."""
+"""Number of failures in a row after which no more questions of a kind and form are tried."""
 
 _MAX_TURNS_PER_BATCH = 8
 """Maximum number of questions of one kind and form that a worker writes before it returns them."""
 
 _ANSWER_BLOCKS = 16
-"""Number of blocks after which the order of right letters repeats.
+"""Number of blocks in the order of right answers. A block is a random order of all letters.
 
-In each block, every letter is the right answer once.
+After the last block, the order begins again.
 """
 
 _GROUPS = tuple([(kind, form) for form in QuestionForm for kind in QuestionKind])
 """All pairs of a kind of question and a form of answer. The questions of one pair are a group.
 
-The position of a pair in the tuple determines which task is tried first for its questions.
+Each group begins at another task. The index of the pair in this tuple determines the task.
 """
 
 _NEED_RULES = frozenset(
@@ -91,9 +91,9 @@ _NEED_RULES = frozenset(
         (QuestionKind.VALIDATION, QuestionForm.OPEN),
     ]
 )
-"""Kinds of questions, with the form of the answer, that refer to the requirements of actions by number.
+"""Pairs of kind and form whose questions refer to the requirements of actions by number.
 
-Their prompts must therefore list the rules of actions with these numbers.
+The prompt of such a question must therefore list the rules of actions with these numbers.
 """
 
 
@@ -281,8 +281,9 @@ class QuestionGenerator:
     ) -> Iterator[_QuestionDraft]:
         """Yield several drafts of the question with this number; each draft is about one of the tasks.
 
-        First come drafts that keep the bias to shortcuts (rules without knowledge of the world) within the
-        tolerated bias. The other drafts follow, those with the smallest excess first.
+        A shortcut is a rule that answers without knowledge of the world. First come the drafts that keep the
+        bias towards shortcuts within the tolerated bias. The other drafts follow, with the smallest bias
+        first.
         """
         rng = _make_random_generator(seed, group.kind.value, group.form.value, number)
         order = _draw_answer_order(f"{seed} {group.kind.value} {group.form.value}")
