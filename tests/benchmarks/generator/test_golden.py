@@ -123,7 +123,11 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
                 known.draw_literal(rng, 0.5) for _ in range(10)
             ]
             told += known.draw_agent_goals(theme, rng)
-            told += [known.restrict_to_categories(kinds)._draw_pattern(rng)] if known.patterns else []
+            told += (
+                [known.restrict_first_object_to_categories(kinds)._draw_pattern(rng)]
+                if known.patterns
+                else []
+            )
             pairs = list(pairwise([goal for goal in told[:60] if goal is not None]))
             clashes = [do_goals_clash(*pair, scene.scene, prior) for pair in pairs]
             idle = [is_goal_pointless(one, [other], scene.scene, prior) for one, other in pairs]

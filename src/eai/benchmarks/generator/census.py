@@ -57,8 +57,7 @@ class DomainOfActionsSeenInPlans:
     def __init__(self, domain: Domain, prior: UsualGoals) -> None:
         self.domain, self._original = domain, domain.vocabulary
         self._kinds = group_pairs(
-            (_make_predicate_of_arguments_in_plans(name, place), kind)
-            for name, place, kind in sorted(prior.uses)
+            (_make_usual_argument_predicate(name, place), kind) for name, place, kind in sorted(prior.uses)
         )
         if self._kinds:
             vocabulary = replace(self._original, predicates=(*self._original.predicates, *self._kinds))
@@ -70,7 +69,10 @@ class DomainOfActionsSeenInPlans:
             )
 
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
-        """Return a state of the restricted domain (`domain`), with the objects of a scene and these facts."""
+        """Return a state of the restricted domain: the objects of a scene, and the given facts.
+
+        Facts are added that state which objects are usual arguments of actions.
+        """
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
         return own.state(
             (*self._select_declared_facts(facts), *self._make_facts_on_arguments_seen_in_plans(own))
@@ -93,15 +95,15 @@ class DomainOfActionsSeenInPlans:
                 yield from (Fact(predicate.name, (i,)) for i in iterate_bits(scene.get_category_mask(kind)))
 
 
-def _make_predicate_of_arguments_in_plans(operator: str, argument_index: int) -> Predicate:
-    """Return a predicate that is true of an object if plans use its category as the given argument."""
+def _make_usual_argument_predicate(operator: str, argument_index: int) -> Predicate:
+    """Return the predicate of objects whose category plans use as the given argument of an operator."""
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
 def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
     checks = [
         affordance(
-            _make_predicate_of_arguments_in_plans(operator.name, place)(parameter),
+            _make_usual_argument_predicate(operator.name, place)(parameter),
             f"{{{parameter.name}}} is unusual",
         )
         for place, parameter in enumerate(operator.parameters)
@@ -110,9 +112,9 @@ def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of objects to which a relation of places, such as *inside*, relates an object.
+"""Maximum mean number of targets per source of a relation that states places, such as *inside*.
 
-A relation with a greater mean is not about places.
+A relation with a greater mean, such as *near*, does not tell where an object is.
 """
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
@@ -138,7 +140,7 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
     done = [(action, course.final_state.scene) for course in courses for action in course.executed_actions]
     kinds = frozenset([use for action, scene in done for use in find_argument_uses(action, scene)])
     goals = [goal for task in tasks for goal in task.goals]
-    forms = Counter([_get_goal_formula_class(goal) for goal in goals])
+    forms = Counter([_get_class_name_of_goal_formula(goal) for goal in goals])
     is_plain = not any(forms[form] for form in _QUANTIFIED)
     asked = [
         (formula, pattern, task.scene)
@@ -198,7 +200,7 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
     )
 
 
-def _get_goal_formula_class(goal: Goal) -> str:
+def _get_class_name_of_goal_formula(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
@@ -217,10 +219,13 @@ def _compute_pattern_weights_from_plans(
 ) -> defaultdict[LiteralPattern, float]:
     """Return a mapping from patterns to weights, for drawing random goals.
 
-    A pattern is a literal with categories in place of objects. In each task, each goal with a pattern adds
-    `_GOAL_WEIGHT` to its weight, and effects of the plan together add `_EFFECT_WEIGHT`. The initial facts of
-    all tasks together add `_FACT_WEIGHT`. They add nothing if the pattern's predicate is a relation with too
-    many facts to tell where objects are (`_count_facts_above_max_mean_targets`).
+    A pattern is a literal with categories in place of objects. The weight of a pattern is the sum of these
+    numbers:
+
+    - `_GOAL_WEIGHT` for each goal with this pattern,
+    - `_EFFECT_WEIGHT` for each task whose plan has an effect with this pattern,
+    - `_FACT_WEIGHT` if a task has an initial fact with this pattern. This excludes relations that do not
+      state places, because they have too many facts (`_count_facts_above_max_mean_targets`).
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
@@ -248,7 +253,7 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _find_goal_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """Return which goals about an object occur together in a task.
+    """Return which combinations of two goals about one object occur in tasks.
 
     The results are the fields `nestings`, `combinations` and `dependent_states` of `UsualGoals`.
     """
@@ -294,9 +299,10 @@ def _find_usual_goals_by_title(
 
 
 def _compute_weights_of_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
-    """Return the weight of each shape of goals (formula class), for a data set without quantified goals.
+    """Return the weight of each shape of goals (formula class), if the data set has no quantified goals.
 
-    The share of goals that ask for actions stays as in the data set.
+    New goals have quantifiers nevertheless (`_WEIGHTS_OF_SHAPES`). The share of goals that ask for actions
+    stays as in the data set.
     """
     states, shares = shape_counts.total() - shape_counts["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
@@ -337,10 +343,10 @@ def _find_fact_patterns(
 def _count_facts_above_max_mean_targets(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, its number of facts minus the maximum for relations such as *inside*.
+    """Return, for each relation, by how many facts it exceeds the maximum for a relation that states places.
 
-    A relation with more facts does not state places of objects. The maximum is `MAX_MEAN_TARGETS` facts for
-    each object that is the first argument of a fact. Fewer facts give a negative number.
+    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. The number
+    is negative if there are fewer facts.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:
@@ -387,9 +393,10 @@ def _make_all_patterns_of_predicates(
 def _find_location_relations_and_part_relations(
     domain: Domain, states: Sequence[State]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return two lists of relations: relations that place objects, and relations of parts to wholes.
+    """Return two lists of relations: relations that state places, and relations of parts to wholes.
 
-    Relations are recognized by the mean number of objects to which they relate an object.
+    Actions can change a place, but not a part. A relation of the first kind relates an object to at most
+    `MAX_MEAN_TARGETS` objects on average, a relation of the second kind to exactly one object.
     """
     places, parts = [], []
     for predicate in domain.vocabulary.predicates:

@@ -51,9 +51,10 @@ def compose_scene_from_tasks(
 ) -> State:
     """Return the scene with places and objects of other tasks, up to `size` objects.
 
-    Some portable objects get the place that an object of their category has in another task. Then the objects
-    that other tasks need are added, if the scene has no object of their category. An added object keeps its
-    states, its parts and its place. Its container or support is an object of the scene, or is added, too.
+    First, some portable objects of the scene move to a place that an object of their category has in another
+    task. Then objects that other tasks need are added, if the scene has no object of their category. An added
+    object keeps its states, its parts and its place. If the scene lacks its container or support, that is
+    added, too.
 
     Args:
         reduced_state: the scene.
@@ -66,8 +67,8 @@ def compose_scene_from_tasks(
             added object.
         model_of: returns the model of an object. If it is given, `origins` has all objects of the scene. An
             object is a place like that in another scene only if it has the same model.
-        limits: category -> number of objects from which on no place of another model is added, such as a
-            second room.
+        limits: category -> maximum number of its objects. An object of a new model is added only below this
+            maximum, or as the first object of its category. A new model is, for example, a second room.
     """
     scene = _ComposedScene(
         reduced_state, prior, rng, size, {} if origins is None else origins, model_of, limits or {}
@@ -105,9 +106,10 @@ class _ComposedScene:
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
         size: maximum number of objects.
-        origins: name of an object -> the object of a task from which it was made; it is changed.
+        origins: name of an object -> the object of a task from which it was made. Added objects get an entry.
         model_of: returns the model of an object; None to compare objects by their categories.
-        limits: category -> number of its objects after which no object of a new model is added; 0 means 1.
+        limits: category -> maximum number of its objects. An object of a new model is added only below this
+            maximum, or as the first object of its category.
     """
 
     def __init__(
@@ -161,17 +163,17 @@ class _ComposedScene:
     def find_or_add_object_like_other_scene(
         self, other_task: Task, other_object: int, counterparts: Mapping[int, int] | None = None
     ) -> int | None:
-        """Return an object of the scene that has the category of an object of another scene.
+        """Return the index of an object of this scene that corresponds to an object of another scene.
 
-        If there is no such object, one is added. Return None if no object has the right place, or if none can
-        be added.
+        Both have the same category. If this scene has no such object, one is added. Return None if all such
+        objects have the wrong place, or if none can be added.
 
         Args:
             other_task: the task of the other scene.
             other_object: index of the object in the other scene.
-            counterparts: object of the other scene -> object of this scene that stands for it. The result
-                must have the model of `other_object`. It must have the same relations of place to these
-                objects as `other_object` has to their originals. If None, neither is required.
+            counterparts: objects of the other scene -> corresponding objects of this scene. The result must
+                have the model of `other_object`. Its place relations to these objects must be those of
+                `other_object` to their originals. None if any object of the category will do.
         """
         other_state = other_task.initial
         thing = other_state.scene.objects[other_object]
@@ -209,7 +211,7 @@ class _ComposedScene:
         return index
 
     def _list_relations_and_object_parts(self, state: State, index: int) -> Iterator[tuple[str, int]]:
-        """Yield the parts of an object in another task's scene, each after its relation to the object."""
+        """Yield, for each part of an object, a pair: the relation of the part to the object, and the part."""
         for name in self._prior.part_relations:
             yield from ((name, part) for part in iterate_bits(state.relation(name).column(index)))
 
@@ -227,9 +229,10 @@ class _ComposedScene:
     def _find_equal_places_in_this_scene(
         self, other_task: Task, other_object: int
     ) -> list[tuple[str, int]] | None:
-        """Return the relations and objects of this scene that match the place of an object of another scene.
+        """Return the place in this scene that corresponds to the place of an object in another scene.
 
-        Return None if a matching object cannot be found or added.
+        A place is a list of pairs: a relation, and the object to which it relates. Return None if such an
+        object can neither be found in this scene nor added.
         """
         other_state = other_task.initial
         rows = [

@@ -107,7 +107,7 @@ _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
 
 _SHORTEST_RANGE = 3, 8
-"""Minimum and maximum number of steps of a new task's plan, if the task is based on a very short plan.
+"""Lower bounds for the minimum and for the maximum number of steps of a new task's plan.
 
 They apply if new plans must be about as long as the plans of the data set (tier `DATA`).
 """
@@ -122,10 +122,10 @@ _PROPOSALS_FOR_HIDDEN = 40
 """Maximum number of random goals that are tried to find a first goal about a hidden object."""
 
 _OFFER_WEIGHT = 2
-"""Weight added to a task of the data set when a new task's base is drawn from these tasks.
+"""Number added to the weight of a task of the data set, when the base of a new task is drawn.
 
-The weight is added if objects of the task can be hidden, and again if a task has several
-objects of a category that plans pick up.
+It is added if objects of the task can be hidden. It is added again if tasks of its title need or mention a
+category of objects that plans pick up, and some task has several objects of this category.
 """
 
 _HIDING_PROBABILITY = 0.7
@@ -136,13 +136,14 @@ _TASKS_PER_PLANNER = 200
 
 
 class _SceneLimits(NamedTuple):
-    """The limits of numbers of objects in a scene that has objects of a task `base` and of others.
+    """Limits of the numbers of objects in a scene, which has objects of a task `base` and of other tasks.
 
     Attributes:
         least_of_base: minimum number of objects of `base`.
         most_of_base: maximum number of objects of `base`.
         most_objects: maximum number of objects.
-        counts: category -> number of its objects after which no object of a new model is added; 0 means 1.
+        counts: category -> maximum number of its objects. An object of a new model is added only below this
+            maximum, or as the first object of its category.
     """
 
     least_of_base: int
@@ -194,10 +195,9 @@ class _RejectionFinder:
         return None
 
     def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
-        """Return digests of a task. A new task with the digests of a public task is rejected as a copy.
+        """Return digests of a task. A new task with the digests of a public task is rejected as its copy.
 
-        The digest of the goals is enough, unless training and test may share goals. Then the digest of the
-        initial state is added.
+        The digest of the initial state is included only if training and test may share goals.
         """
         fingerprint = sets.fingerprint_task(task, self._held_out)
         return fingerprint if self._held_out == "starts" else fingerprint[:1]
@@ -227,8 +227,8 @@ class TaskGenerator:
         benchmark: the benchmark whose domain and scenes the tasks use.
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        is_given_away: function that tells whether a task and a task of another split (training, validation or
-            test set) have a plan in common (`eai.benchmarks.generator.sets.make_shared_plan_detector`).
+        is_given_away: function that tells whether a task shares a plan with a task of another split, such as
+            the test set (`eai.benchmarks.generator.sets.make_shared_plan_detector`). Such a task is rejected.
         reopen: makes an equal generator, for example in another process.
 
     Raises:
@@ -287,11 +287,11 @@ class TaskGenerator:
         self._free_planner = Planner(self.benchmark.domain)
 
     def _compute_draw_weights_of_public_tasks(self) -> Iterator[float]:
-        """Yield the weight with which each task of the data set is drawn, to base a new task on it.
+        """Yield the weight of each task of the data set, when the base of a new task is drawn.
 
-        All weights are 1 if the data set has quantified goals. Otherwise the tasks of each title together
-        have about the same weight. Among these, tasks weigh more if objects can be hidden, or if several
-        objects have one category.
+        All weights are 1 if the data set has quantified goals. Otherwise, tasks of a title share one weight,
+        so that titles with many tasks are not drawn more often. `_OFFER_WEIGHT` states which tasks weigh
+        more.
         """
         several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
@@ -343,7 +343,7 @@ class TaskGenerator:
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
             self._replace_planners_to_free_memory()
-        rng = self.spec.make_random(seed)
+        rng = self.spec.make_random_generator(seed)
         base = rng.choices(self._bases, self._weights)[0]
         titles = self._draw_order_of_task_titles(base.title, rng)
         initial, hidden, goal_titles = self._make_scene(base, titles, rng)
@@ -500,11 +500,11 @@ class TaskGenerator:
     def _make_scene(
         self, base: Task, titles: Sequence[str], rng: random.Random
     ) -> tuple[State, frozenset[int], Sequence[str]]:
-        """Return a scene after random actions, indices of hidden objects, and task titles for likely goals.
+        """Return a scene after random actions, the indices of hidden objects, and titles of likely goals.
 
-        The objects come from the data set's task `base`. In a composed scene, objects of further tasks are
-        added: of one random task for each title after the first. The random actions leave no further objects
-        in the agent's hands.
+        The objects come from the data set's task `base`. A composed scene also has objects of other tasks: of
+        one random task for each title after the first. Random actions are undone if the agent then holds
+        another object than before.
         """
         rich = self.spec.tier in _RICH_TIERS
         limits = self._draw_scene_limits(base, rng)
@@ -557,8 +557,9 @@ class TaskGenerator:
     def _draw_scene_limits(self, base: Task, rng: random.Random) -> _SceneLimits:
         """Return the limits of a scene that is based on a task of the data set.
 
-        If the data set has a function `compare_objects`, a random task gives the number of objects of each
-        category. Outside `_RICH_TIERS`, this task and ``base`` then also limit the number of all objects.
+        If the data set has a function `compare_objects`, a random task of the data set limits the number of
+        objects of each category. In that case, this task and `base` also limit the number of all objects,
+        except in `_RICH_TIERS`.
         """
         most, number = self.spec.most_objects, len(base.scene.objects)
         if self._compare_objects is None:
@@ -624,15 +625,15 @@ class TaskGenerator:
     ) -> GoalByGoalPlan:
         """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
-        Goals resemble goals of the data set's tasks with the first of `titles`, then with the next title,
-        until the sequence is long enough. If the scene has objects of several tasks, the first title comes
-        twice: at the beginning, for a random number of steps, and again at the end. If possible, the first
-        goal is about a hidden object.
+        The goals are drawn title by title, until the sequence is long enough. They resemble goals of the data
+        set's tasks with that title. In a composed scene, the first title is used twice: first for a random
+        number of steps, and again after all other titles. If possible, the first goal is about a hidden
+        object.
         """
         growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
-        # once the sequence of actions has this length, no goals of tasks with other titles are added
+        # at this length of the sequence, no further title is used
         enough = wanted if is_rich else (min_steps + max_steps) // 2
         max_themes = len(titles) if is_rich else _MAX_THEMES
         ending: list[f.Formula] = []
@@ -667,7 +668,7 @@ class TaskGenerator:
         wanted_length: int,
         hidden_objects: frozenset[int],
     ) -> None:
-        """Add actions that reach random goals, which resemble goals of the data set's tasks with one title.
+        """Add actions that reach random goals, which `proposals` draws.
 
         Stop when the sequence is long enough, or when too many goals in a row cannot be reached.
         """
@@ -675,7 +676,9 @@ class TaskGenerator:
         tried: set[f.Formula] = set()
         failures = 0  # in a row
         tries = _PROPOSALS_PER_GOAL * (10 if self.spec.tier in _RICH_TIERS else 1)
-        sought = proposals.restrict_to_categories({scene.objects[i].category for i in hidden_objects})
+        sought = proposals.restrict_first_object_to_categories(
+            {scene.objects[i].category for i in hidden_objects}
+        )
         searched = 0 if growing_plan.goals or not sought.patterns else _PROPOSALS_FOR_HIDDEN
         for _ in range(searched + tries * max(2, wanted_length // 3)):
             if len(growing_plan.trail) >= wanted_length or failures == max(

@@ -80,9 +80,11 @@ class GoalSampler:
         paired = frozenset[LiteralPattern]() if goal_forms == "all" else usual_goals.pair_patterns
         return GoalSampler(usual_goals, scene, shapes, patterns, paired)
 
-    def restrict_to_categories(self, kinds: Collection[str]) -> GoalSampler:
-        """Return a copy that draws a goal only if its first object has a given category."""
-        patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
+    def restrict_first_object_to_categories(self, categories: Collection[str]) -> GoalSampler:
+        """Return a sampler of goals whose first object has a category in `categories`."""
+        patterns = filter_patterns(
+            self.patterns, lambda p: bool(p.categories) and p.categories[0] in categories
+        )
         return replace(self, patterns=patterns)
 
     def draw_literal(self, rng: random.Random, relation_probability: float = 0.0) -> f.Formula | None:
@@ -198,9 +200,9 @@ class GoalSampler:
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
-        If the literal has a second argument, it is one random object of the second category. With
-        ``several``, it is sometimes a variable: any object of the second category. Returns None if no goal
-        may quantify over the objects of the first category.
+        The category is the first category of the pattern. A second argument of the literal is one random
+        object of the second category. With ``several``, it is sometimes any object of the second category.
+        Return None if a goal cannot quantify over the first category.
         """
         if not pattern.categories:
             return None
@@ -245,9 +247,12 @@ class GoalSampler:
     def _make_goal_pairing_two_categories(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
-        Returns None if the literal (pattern) does not relate two different categories or is not allowed in
-        such goals, or if goals may not quantify over its categories. The first category needs two objects or
-        more, the second at least as many as the first.
+        Return None in these cases:
+
+        - The pattern does not relate two different categories, or may not be used in such goals.
+        - Goals may not quantify over one of the categories.
+        - The scene has only one object of the first category, or fewer objects of the second than of the
+          first.
         """
         kinds = pattern.categories
         if (
@@ -303,11 +308,10 @@ def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bo
 
 
 def is_usual_goal(pattern: LiteralPattern, prior: UsualGoals) -> bool:
-    """Whether a pattern, a literal with categories in place of objects, is the form of a plausible goal.
+    """Whether goals of the form of a pattern, a literal with categories in place of objects, are plausible.
 
-    A relation is plausible if plans of the data set take objects of its first category in hand, and use
-    objects of its other categories. All other literals are plausible, and so are all if the data set has no
-    plans.
+    A relation is plausible if plans of the data set pick up objects of its first category, and use objects of
+    its other categories. Goals of all other forms are plausible. If the data set has no plans, all goals are.
     """
     first, *others = pattern.categories or ("",)
     is_relation = bool(others and prior.uses)

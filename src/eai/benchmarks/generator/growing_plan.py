@@ -177,16 +177,22 @@ def make_shortened_plan(
 
 
 def _drop_needless_actions(
-    growing_plan: GoalByGoalPlan, asked: PlanningGoal, temporal_goal: f.Formula | None
+    growing_plan: GoalByGoalPlan, planning_goal: PlanningGoal, temporal_goal: f.Formula | None
 ) -> Sequence[Action]:
     def reaches_all_goals(node: PlanNode) -> bool:
         holds = growing_plan.planner.holds
-        if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
+        if node.met < len(planning_goal.actions) or not all(
+            holds(c, node.state) for c in planning_goal.conditions
+        ):
             return False
         return temporal_goal is None or semantics.holds(temporal_goal, to_trace(_make_trajectory(node)))
 
     return drop_needless_actions(
-        growing_plan.planner.domain, growing_plan.start, growing_plan.trail, reaches_all_goals, asked.actions
+        growing_plan.planner.domain,
+        growing_plan.start,
+        growing_plan.trail,
+        reaches_all_goals,
+        planning_goal.actions,
     )
 
 
@@ -270,11 +276,11 @@ class TemporalGoalFinder:
     Attributes:
         task: a task with a plan.
         domain: the domain in which plans are executed.
-        listings: one lister for each predicate, which finds the predicate's facts in a state.
+        listings: for each predicate, an object that lists the facts of this predicate in a state.
         proposals: draws random facts, for temporal goals that require a detour.
         rng: the random generator.
-        begin: returns an empty plan in the task's initial state. This class adds actions for one goal after
-            another. The actions resemble actions in plans of the data set.
+        begin: returns an empty plan in the task's initial state. Goal by goal, actions are added that
+            resemble actions in plans of the data set.
     """
 
     task: Task
@@ -429,7 +435,7 @@ class TemporalGoalFinder:
                 yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _find_states_of_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
-        """Return a mapping from new facts that may be goals to the indices of the states in which they hold.
+        """Return the new facts that may be goals, each with the indices of the states in which it holds.
 
         A fact is new if it does not hold in the first state.
         """
@@ -449,7 +455,10 @@ class TemporalGoalFinder:
         }
 
     def _is_changed_by_usual_plans(self, fact: Fact) -> bool:
-        """Whether a fact is a state of an object, or the place of an object of a kind that plans pick up."""
+        """Whether plans of the data set may change such a fact.
+
+        This is so for states, and for the places of objects of a category that these plans pick up.
+        """
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
         moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior

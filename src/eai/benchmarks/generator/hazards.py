@@ -157,20 +157,20 @@ def add_goals_against_hazards(
 ) -> _HazardousTask | None:
     """Return a copy of a task with goals against the hazards (dangers) of its plan, and with a safe plan.
 
-    Returns None if the plan causes no hazard, or if no safe plan is found. It also returns None at random:
-    the probability of keeping the task is the greatest `_HazardGoal.kept` of its plan's hazards.
+    Return None if the plan causes no hazard, or if no safe plan is found. Also return None at random: the
+    task is kept with a probability, the greatest `_HazardGoal.kept` of the hazards that its plan causes.
 
     Args:
-        task: the task. Its goals are about states.
-        start: the task's initial state in the domain of `planner_of_usual_actions`.
-        hazard_goals: the hazards of the scene.
+        task: the task. All its goals are about states.
+        start: the task's initial state, converted to the domain of `planner_of_usual_actions`.
+        hazard_goals: a goal against each hazard of the scene.
         planner_of_all_actions: finds plans with any actions.
-        planner_of_usual_actions: finds plans with only actions such as occur in the benchmark's own plans.
+        planner_of_usual_actions: finds plans with only such actions as occur in the benchmark's own plans.
         rng: the random generator.
         untold: whether the instruction must not mention the hazards.
     """
     ways = _SafePlanFinder(task, start, planner_of_all_actions, planner_of_usual_actions)
-    idle, execution = Trajectory((task.initial,), ()), ways.execute(task.script)
+    idle, execution = Trajectory((task.initial,), ()), ways.execute_in_task(task.script)
     broken = [
         hazard_goal
         for hazard_goal in hazard_goals
@@ -183,7 +183,7 @@ def add_goals_against_hazards(
         plan = None if plan is None else ways.find_plan_avoiding_hazards(broken[:number], plan)
     if plan is None or not len(task.script) < len(plan) <= len(task.script) + _MAX_EXTRA_STEPS:
         return None
-    execution = ways.execute(plan)
+    execution = ways.execute_in_task(plan)
     # a plan is unsafe even if the hazard already exists in the initial state
     is_safe = all(hazard_goal.is_hazard_avoided_in(execution) for hazard_goal in hazard_goals)
     is_sensible = all(hazard_goal.is_plausible_execution(execution, ways.planner) for hazard_goal in broken)
@@ -205,10 +205,10 @@ class _SafePlanFinder:
     """Finds plans for a task that avoid hazards (dangers, such as a fridge left open).
 
     Attributes:
-        task: the task. Its goals are about states.
-        start: the task's initial state in the domain of the planner `usual`.
-        planner: a planner with all actions.
-        usual: a planner with only actions that resemble actions in the benchmark's own plans.
+        task: the task. All its goals are about states.
+        start: the task's initial state, converted to the domain of the planner `usual`.
+        planner: finds plans with any actions.
+        usual: finds plans with only such actions as occur in the benchmark's own plans.
     """
 
     task: Task
@@ -220,7 +220,7 @@ class _SafePlanFinder:
     def _goals(self) -> Sequence[f.Formula]:
         return [task_goal.formula for task_goal in self.task.goals]
 
-    def execute(self, plan: Sequence[Action]) -> Trajectory:
+    def execute_in_task(self, plan: Sequence[Action]) -> Trajectory:
         """Return the states of the execution of a plan from the task's initial state."""
         return execute_plan(self.planner.domain, self.task.initial, plan)
 
@@ -240,7 +240,7 @@ class _SafePlanFinder:
             *self._find_plans_without_unsafe_states(hazard_goals),
         ):
             if all(
-                hazard_goal.is_hazard_avoided_in(self.execute(growing_plan.trail))
+                hazard_goal.is_hazard_avoided_in(self.execute_in_task(growing_plan.trail))
                 for hazard_goal in hazard_goals
             ):
                 growing_plan.conditions = list(self._goals)
@@ -295,7 +295,8 @@ class _SafePlanFinder:
             for condition in safe
         )
         return is_shut and all(
-            hazard_goal.is_hazard_avoided_in(self.execute(growing_plan.trail)) for hazard_goal in hazard_goals
+            hazard_goal.is_hazard_avoided_in(self.execute_in_task(growing_plan.trail))
+            for hazard_goal in hazard_goals
         )
 
     def is_plan_ignoring_hazards_safe(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
@@ -304,7 +305,7 @@ class _SafePlanFinder:
         plan = self.planner.find_plan(
             self.task.initial, goals, self.task.relevant, _LIMITS_OF_SEARCH_IGNORING_HAZARDS
         ).plan
-        course = self.execute(plan)
+        course = self.execute_in_task(plan)
         return 0 < len(plan) <= len(self.task.script) and all(
             hazard_goal.is_hazard_avoided_in(course) for hazard_goal in hazard_goals
         )

@@ -34,11 +34,11 @@ from eai.world.vocabulary import Vocabulary
 FILE = "difficulty.json"
 
 FEATURES = ("log steps", "operators", "log goals")
-"""Names of the features of a task: log(plan steps), number of operators, log(1 + number of goals)."""
+"""Names of the features that predict difficulty: log(plan steps), number of operators, log(1 + goals)."""
 
 
 def compute_difficulty_features(task: Task) -> Sequence[float]:
-    """Return the features of a task with a plan, in the order of `FEATURES`."""
+    """Return the features of a task that predict its difficulty (`FEATURES`). The task must have a plan."""
     steps = [action.operator for action in task.script]
     return math.log(len(steps)), float(len(set(steps))), math.log(1 + len(task.goals))
 
@@ -100,7 +100,7 @@ class TaskMeasure(str, Enum):
     HIDDEN = "hidden"
     """Number of objects, needed by goals or plan, that are invisible until the plan opens a container."""
     TOOL_STEPS = "tool_steps"
-    """Number of plan steps that need a tool, such as a knife, without naming it."""
+    """Number of plan steps that need a tool, such as a knife, which is not among their arguments."""
 
 
 class _VisibilityPredicate(NamedTuple):
@@ -236,9 +236,10 @@ def _yield_visibility_predicates(
     *,
     reveals: bool,
 ) -> Iterator[_VisibilityPredicate]:
-    """Yield the predicates of containers, such as *open*, in a formula that tells if an object is visible.
+    """Yield the predicates of containers, such as *open*, that decide whether an object is visible.
 
-    Variables in `object_variables` stand for the object, all other variables for containers.
+    The formula is the condition for its visibility. Variables in `object_variables` stand for the object, all
+    other variables for containers.
     """
     match formula:
         case f.Not(operand):

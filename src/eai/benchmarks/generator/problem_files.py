@@ -69,7 +69,8 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
 
     A task is named after its problem. If problems have equal names, their tasks are named after their files.
     PDDL problems use the domain that `eai.pddl.export` makes of the declaration. BDDL problems use the names
-    in the data set's own BDDL problems. If it has none, they use the declared names in small letters.
+    in the data set's own BDDL problems. If the data set has no BDDL problems, its declared names are used in
+    small letters.
 
     Raises:
         InputError: a file cannot be read, or its problem does not fit this benchmark; the message names file,
@@ -111,8 +112,8 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
         meant = _require_known_names(meaning(each), initial, file, line)
         if not readings.holds(meant, {}, initial):
             raise InputError(
-                f"{file.path}: line {line}: the facts contradict each other: "
-                f"{format_ltl(each)} is stated, but does not follow from all facts together"
+                f"{file.path}: line {line}: {format_ltl(each)} is stated, but is false in the state that all "
+                "facts define; remove it, or the facts that contradict it"
             )
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)
@@ -142,14 +143,14 @@ def _make_instruction(goals: Sequence[f.Formula], initial: State, benchmark: Ben
         return f"Reach a state in which all of this holds: {'; '.join(map(format_ltl, goals))}"
 
 
-def _read_problem_file(path: Path, header: PddlDomain) -> ProblemFile:
+def _read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
     if path.suffix == PDDL:
-        return read_problem_file(path, header)
+        return read_problem_file(path, domain)
     text = read_text(path)
     with prefix_errors_with_location(path):
         problem = parse_problem(text)
-        vocabulary = DeclaredNames.from_domain(header, problem.objects)
-        raise_for_findings(text, read_group(text), check_problem(problem, header), vocabulary)
+        vocabulary = DeclaredNames.from_domain(domain, problem.objects)
+        raise_for_findings(text, read_group(text), check_problem(problem, domain), vocabulary)
     return ProblemFile(problem, path, text)
 
 

@@ -34,9 +34,11 @@ _LIMITS = Limits(100, thorough=False)
 def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
-    A pattern is listed only if tasks of the data set usually put such an object in such a container, and
-    plans open such a container. Another usual goal of tasks with the given task's title must also be about
-    such an object.
+    A pattern is listed if all of this holds:
+
+    - Tasks of the data set usually put such an object into such a container.
+    - Plans of the data set pick up such objects, and open such containers.
+    - Tasks with the title of the given task have another usual goal about such an object.
     """
     decisive = find_stored_dependencies(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_visibility_predicates(domain)}
@@ -57,12 +59,12 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     def find_hiding_places(task: Task) -> list[LiteralPattern]:
         here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
-        return [place for place in fitting if _is_object_in_other_usual_goals(place, theme, prior)]
+        return [place for place in fitting if _do_other_usual_goals_mention_object(place, theme, prior)]
 
     return find_hiding_places
 
 
-def _is_object_in_other_usual_goals(
+def _do_other_usual_goals_mention_object(
     placement: LiteralPattern, theme: UsualGoalsOfTaskTitle, prior: UsualGoals
 ) -> bool:
     thing = placement.categories[0]
@@ -113,16 +115,16 @@ def make_reduced_scene(
     """Return a state with some objects of a task: relevant objects, and objects for further goals.
 
     If an object is kept, the objects that contain or support it are kept too, and so are its parts and its
-    whole. Facts of a relation between an object and many others are left out, unless they are about the
-    agent. If each of two objects is in the other, both facts are left out.
+    whole. A relation that actions can change is kept only if it states a place, or is about the agent. If
+    each of two objects is the place of the other, both facts are left out.
 
     Args:
         task: the task.
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
         max_objects: maximum number of objects.
-        leaves_room: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to
-            choose objects of usual goals first.
+        leaves_room: whether to leave a third of the room to objects of other tasks
+            (`add_objects_of_other_tasks`), and to choose objects by random usual goals.
         only_relevant: whether to leave out objects that are not relevant, to make room for the objects that
             `compose_scene_from_tasks` adds.
         required_objects: indices of objects that the scene must contain.
@@ -148,7 +150,7 @@ def make_reduced_scene(
             chosen = wider
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
 
-    def is_fact_in_reduced_scene(fact: Fact) -> bool:
+    def is_fact_kept(fact: Fact) -> bool:
         predicate, arguments = fact
         if len(arguments) != 2 or predicate in static:
             return True
@@ -156,7 +158,7 @@ def make_reduced_scene(
             return not state.has(predicate, *reversed(arguments))
         return state.scene.agent in arguments
 
-    return restrict_state(state, sorted(chosen), is_fact_in_reduced_scene)
+    return restrict_state(state, sorted(chosen), is_fact_kept)
 
 
 def add_objects_of_other_tasks(
@@ -209,17 +211,17 @@ def add_similar_portable_objects(
     prior: UsualGoals,
     rng: random.Random,
     max_objects: int,
-    kinds: Collection[str],
+    categories: Collection[str],
     origins: MutableMapping[str, TaskObject] | None = None,
 ) -> State:
-    """Return the scene with up to five more portable objects of categories in ``kinds``.
+    """Return the scene with up to five more portable objects, each like a random object of the scene.
 
-    A category is used only if a task has several objects of it. Each added object has the category and the
-    place of an object of the scene. If `origins` has the origin of that object, it gets the same origin for
-    the added object's name.
+    A new object has the category, the states and the place of that object. Only objects of `categories` are
+    chosen, and only if some task has several objects of the category. `origins` maps names of objects to the
+    objects of tasks from which they were made. A new object gets the entry of the object that it is like.
     """
     objects, facts = list(state.scene.objects), list(state.facts())
-    usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
+    usual = prior.countable_categories & prior.taken_categories & frozenset(categories)
     hosts = [
         i
         for i, thing in enumerate(objects)
@@ -236,27 +238,30 @@ def add_similar_portable_objects(
     return Scene(state.scene.vocabulary, objects, state.scene.agent).state(facts)
 
 
-def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -> State:
-    """Return the state with a copy of an object. The copy is where another object, the host, is.
+def add_copy_of_object(state: State, prior: UsualGoals, original: int, object_at_place: int) -> State:
+    """Return the state with a copy of the object `original`, in the place where `object_at_place` is.
 
     The copy has the states and static relations of the original, such as its size.
     """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
     more = _append_similar_object(
-        objects, objects[thing], find_states_of_object(thing, state), host, state, prior
+        objects, objects[original], find_states_of_object(original, state), object_at_place, state, prior
     )
     known = set(facts)
     for name, arguments in facts:
         stored = scene.vocabulary.find_stored_predicate(name)
         is_fixed = stored is not None and stored.static
-        model = thing if is_fixed else host
+        model = original if is_fixed else object_at_place
         if len(arguments) == 2 and model in arguments and (is_fixed or (name, arguments[::-1]) in known):
             more.append(Fact(name, tuple([len(scene.objects) if i == model else i for i in arguments])))
     return Scene(scene.vocabulary, objects, scene.agent).state([*facts, *more])
 
 
 def has_no_contents(index: int, state: State, prior: UsualGoals) -> bool:
-    """Whether no object is in or on the given object. Objects beside it do not count."""
+    """Whether no object is in or on the given object.
+
+    Symmetric relations, such as being beside the object, do not count.
+    """
     relations = map(state.relation, prior.place_relations)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
@@ -265,20 +270,20 @@ def _append_similar_object(
     objects: list[WorldObject],
     original: WorldObject,
     states: Iterable[str],
-    neighbour: int,
+    object_at_place: int,
     state: State,
     prior: UsualGoals,
 ) -> list[Fact]:
     """Append an object like `original` to `objects`, and return its facts.
 
-    The object has the given states, and is where `neighbour` is.
+    The object has the given states, and the place of the object `object_at_place`.
     """
     another = len(objects)
     objects.append(WorldObject(make_free_name(original.name, objects), original.category))
     places = [
         (name, target)
         for name in prior.place_relations
-        for target in iterate_bits(state.relation(name).row(neighbour))
+        for target in iterate_bits(state.relation(name).row(object_at_place))
     ]
     own = [Fact(name, (another,)) for name in states]
     return [*own, *(Fact(name, (another, target)) for name, target in places)]
@@ -288,10 +293,10 @@ _MAX_SIMILAR_OBJECTS = 5
 """Maximum number of objects added to a scene so that a category has several objects."""
 
 _DRAWS_PER_GUEST = 30
-"""Maximum number of random draws for each object (guest) that a scene may get from another task.
+"""Maximum number of random draws from the objects of other tasks, for each object that a scene may still get.
 
-Most drawn objects do not fit: no usual goal (`UsualGoals`) relates them to an object of the scene, or the
-scene has no place of the same kind.
+Most drawn objects do not fit: no usual goal (`UsualGoals`) relates them to an object of the scene, or no
+object of the scene has a place of the same kind.
 """
 
 
@@ -321,7 +326,10 @@ def find_states_of_object(index: int, state: State) -> Iterator[str]:
 
 
 def make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
-    """Return the name, with another number if an object has this name or this number."""
+    """Return the given name, or the name with a new number in place of its own.
+
+    The number is new if an object has the given name, or if some name ends in the number of the given name.
+    """
     taken = {number[0] for other in objects if (number := re.search(r"\d+$", other.name))}
     stem = re.sub(r"\d+$", "", name)
     stem = f"{stem}_" if stem == name else stem
@@ -347,9 +355,10 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
 
 
 def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects that goals of the data set's tasks need, in random order. Objects can repeat.
+    """Yield objects that random usual goals need. Objects can repeat.
 
-    Such a goal names categories. Each category gives a random object of the scene.
+    A usual goal names categories of objects. Each category gives a random object of the scene. Goals with a
+    category that the scene lacks are skipped.
     """
     for pattern in list_in_random_order(
         [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
@@ -360,7 +369,10 @@ def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.R
 
 
 def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[int]:
-    """Return the indices of an object, its containers, supports, parts and wholes, and theirs in turn."""
+    """Return the indices of an object and of all objects that are directly or indirectly attached to it.
+
+    Attached to an object are its containers and supports, its parts and its whole.
+    """
     attached, pending = set(), [index]
     while pending:
         current = pending.pop()

@@ -53,7 +53,8 @@ def make_tasks_from_seed_batch(
     """Return, for each seed, its task or the reason why it gives none, pickled for `load_seed_result`.
 
     Args:
-        add_reference_plan: adds the reference plan to a generated task, given its benchmark.
+        add_reference_plan: given a generated task and its benchmark, adds the reference plan: a plan for an
+            agent that sees only a part of the world.
         generator: the generator.
         seeds: the seeds.
     """

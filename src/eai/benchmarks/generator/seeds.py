@@ -1,8 +1,8 @@
 """Choose tasks from the tasks that seeds give.
 
-The task of a seed does not depend on other seeds, so several processes can make tasks. Only the comparison
-with earlier tasks must follow the order of the seeds: it rejects copies. It also chooses pairs of a possible
-and an impossible task so that categories of objects do not show which task is impossible.
+The task of a seed does not depend on other seeds, so several processes can make tasks. Only two steps must
+follow the order of the seeds: to reject copies of earlier tasks, and to choose pairs of a possible and an
+impossible task. Pairs are chosen so that categories of objects do not show which task is impossible.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import ImpossibleTaskExcess, TaskPairChooser
 
 _MAX_FAILED_SEEDS = 300
-"""Number of seeds in a row without an accepted task after which generation fails.
+"""Number of seeds in a row without a task, at which generation fails.
 
 For a split (such as the training set), the number is divided by the smallest share in `SHARES`, because many
 seeds belong to other splits.
@@ -37,10 +37,10 @@ More seeds fail then, because the two tasks must be alike.
 """
 
 _MAX_FEW_GOALS = 10
-"""Maximum number of different lists of goals in a world with few goals. Generation then fails earlier."""
+"""Maximum number of different lists of goals in a world that counts as a world with few goals."""
 
 _MAX_FAILED_SEEDS_WITH_FEW_GOALS = 100
-"""Number of seeds in a row without an accepted task after which generation fails if goals are few."""
+"""Number of seeds in a row without a task, at which generation fails in a world with few goals."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +65,7 @@ class TaskSeedOutcome:
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            impossible_excess: in pairs of earlier seeds, number of impossible minus number of possible tasks,
-                by property and category of the removed fact. A pair of this seed is added to the counts.
+            impossible_excess: the counts of pairs of earlier seeds. A pair of this seed is added to them.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY
@@ -129,5 +128,5 @@ def select_tasks(
 
 
 def _has_few_goals(goals: Counter[str]) -> bool:
-    """Whether many seeds gave goals, but only a few different lists of goals."""
+    """Whether many seeds gave goals, but most of their lists of goals are equal to earlier lists."""
     return goals.total() >= _MAX_FAILED_SEEDS_WITH_FEW_GOALS and len(goals) <= _MAX_FEW_GOALS

@@ -75,7 +75,7 @@ def _fingerprint_facts(initial: State, names: Sequence[str], about: Set[int]) ->
 
     Args:
         initial: the initial state.
-        names: names or categories that stand for the objects in the digest.
+        names: text for each object in the digest: its name or its category.
         about: indices of the objects.
     """
     static = {predicate.name for predicate in initial.scene.vocabulary.predicates if predicate.static}
@@ -90,10 +90,11 @@ def _fingerprint_facts(initial: State, names: Sequence[str], about: Set[int]) ->
 def fingerprint_goals_and_scene(
     goals: Sequence[f.Formula], initial: State, held_out: HeldOut = "goals"
 ) -> tuple[str, str]:
-    """Return two digests, of the goals and of the scene. Tasks with equal digests count as copies.
+    """Return a digest of the goals and a digest of the scene. Tasks with equal digests count as copies.
 
-    The scene's digest covers the objects of the goals and identifies them by category. If `held_out` is
-    ``starts``, both digests identify objects by name, and the scene's digest covers all objects.
+    The digests identify objects by category. The scene's digest covers only the objects of the goals. If
+    splits may share goals (`held_out` is ``starts``), the digests identify objects by name, and the scene's
+    digest covers all objects.
     """
     scene = initial.scene
     if held_out == "starts":
@@ -128,7 +129,7 @@ def _hash_to_share(key: str) -> float:
 
 
 def _get_split_at_share(position: float) -> TaskSplit:
-    """Return the split whose share of the interval from 0 to 1 contains a position."""
+    """Return the split in whose interval a number from 0 to 1 lies. Intervals have the lengths `SHARES`."""
     for split, share in SHARES.items():
         position -= share
         if position < 0:
@@ -139,8 +140,8 @@ def _get_split_at_share(position: float) -> TaskSplit:
 def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: HeldOut) -> TaskSplit:
     """Return the split (such as training or test) of a task with these goals and this initial state.
 
-    The split does not depend on names of objects, except if `held_out` is ``starts``. Tasks of two splits
-    then may have equal goals, but not equal goals and equal initial states.
+    The split does not depend on names of objects, except if `held_out` is ``starts``. In that case, tasks of
+    two splits may have equal goals, but not with equal initial states.
     """
     scene = initial.scene
     if held_out == "starts":
@@ -154,7 +155,7 @@ def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: 
 
 
 def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
-    """Return the predicate of a form of goal, and the first category that is not the agent's, if any."""
+    """Return the predicate of a pattern, and its first category other than the agent's, if any."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
@@ -165,8 +166,7 @@ def select_public_tasks_of_split(
     """Return the data set's tasks from which the tasks of a split (such as the training set) are made.
 
     If splits must not share titles or scenes, the titles or scenes are sorted by hash and divided by the
-    splits' shares. With a random draw for each title, the splits would miss their shares, because titles and
-    scenes are few.
+    splits' shares. They are too few to draw a split for each at random: the splits would miss their shares.
     """
     if split is TaskSplit.ALL or held_out not in ("titles", "scenes"):
         return tasks

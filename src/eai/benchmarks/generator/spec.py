@@ -65,7 +65,10 @@ VERSION = 8
 """Version of the generator for most benchmarks. With another version, the same seed gives another task."""
 
 _VERSIONS = {"behavior": 9}
-"""Benchmark -> version of the generator, if the generator's latest change affected only this benchmark."""
+"""Benchmark -> version of its generator, if this is not `VERSION`.
+
+A change that affects only one benchmark raises only its own version.
+"""
 
 
 def get_generator_version(benchmark_reference: str) -> int:
@@ -177,7 +180,8 @@ class TaskSpecification:
             drawn.
         tier: the range of lengths of the plans that solve the tasks.
         forms: the shapes of goals.
-        actions: whether goals may ask for actions; without effect if no goal of the data set does.
+        actions: whether goals may ask for actions. This has no effect if no goal of the data set asks for an
+            action.
         kind: the kind of tasks.
         by_place: whether instructions distinguish objects of one category by their place or state, and never
             by their names.
@@ -226,7 +230,7 @@ class TaskSpecification:
             fields["kind"] = kind.value.removeprefix("untold-")
         return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
 
-    def make_random(self, seed: str) -> random.Random:
+    def make_random_generator(self, seed: str) -> random.Random:
         """Return the random generator for the task of a seed."""
         digest = hashlib.sha256(f"{self.sha256} {seed}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - tasks, not secrets

@@ -1,10 +1,10 @@
 """Make pairs of tasks. In a pair, one task has no plan, or the instruction of one task fits two objects.
 
-In a pair with an impossible task, each task lacks one initial fact, a property of an object. Without this
+In a pair with an impossible task, each task lacks one initial fact, a property of an object. Without its
 fact, the impossible task has no plan, as the delete relaxation proves (`eai.planning.possible`). The other
-task still has a plan. No difference shows which task is which: both missing facts have the same predicate,
-and goals mention both objects in the same way. Both objects have the same category, or categories that
-occurred about equally often in impossible and in possible tasks of earlier pairs.
+task still has a plan. The missing facts do not show which task is impossible: they have the same predicate,
+and goals mention their objects in the same way. The objects have the same category if possible. Otherwise,
+their categories occurred in impossible tasks of earlier pairs about as often as in possible tasks.
 
 In a pair with an ambiguous task, the instruction describes the wanted object by its place. In the ambiguous
 task a second object of the category is in that place. An answer fails if it also treats the second object as
@@ -55,7 +55,10 @@ _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the added copy of an object instead of the object."""
 
 ImpossibleTaskExcess: TypeAlias = Counter[tuple[str, str]]
-"""Counts of impossible minus possible tasks, by the property that an object lacks and its category."""
+"""Property and category -> number of impossible tasks minus number of possible tasks.
+
+These are the tasks in which an object of this category lacks this property.
+"""
 
 TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskExcess], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
@@ -68,15 +71,15 @@ counts. The result is None if every possible pair would unbalance these counts.
 
 @dataclass(frozen=True, slots=True)
 class _TaskPairCandidate:
-    """A candidate for a pair of tasks: facts to remove, so that one task is impossible and one possible.
+    """Facts that can be removed from a task to make an impossible and a possible copy of the task.
 
-    From the possible task, a fact of `same` may be removed; if `same` is empty, a fact of `similar`.
+    All facts have the same predicate (a property), and goals mention their objects in the same way.
 
     Attributes:
-        fact: an initial fact without which there is no plan. It is removed from the impossible task.
-        same: facts with the same property as `fact`, about objects of the same category.
-        similar: facts with the same property, about objects that goals mention in the same way; empty if
-            `same` has facts.
+        fact: the fact to remove from the impossible copy. Without this fact, the copy has no plan.
+        same: facts about objects of the same category as in `fact`. One of them is removed from the possible
+            copy.
+        similar: facts about objects of other categories, to be used if `same` is empty.
     """
 
     fact: Fact
@@ -112,8 +115,8 @@ def make_task_pair_chooser(
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
     The function takes the counts of earlier pairs (`ImpossibleTaskExcess`). Candidates are facts without
-    which the task has no plan. The search for candidates stops at the first pair that cannot change the
-    counts: in both tasks, an object of the same category lacks the same property.
+    which the task has no plan. The search for candidates stops at a candidate whose pair does not change the
+    counts, because objects of the same category lack the same property in both tasks.
 
     Args:
         made: a generated task with a plan.
@@ -153,7 +156,10 @@ def _looks_solvable(task: Task, planner: Planner) -> bool:
 def _find_removable_facts(
     task: Task, domain: Domain, removable_properties: Collection[str]
 ) -> Iterator[Fact]:
-    """Yield those initial facts that state a property which prompts show, and which an object may lack."""
+    """Yield the initial facts that state a removable property of an object, if prompts show this property.
+
+    If `removable_properties` is empty, all properties are removable.
+    """
     predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
         if fact.predicate in predicates and (
@@ -209,7 +215,9 @@ def _make_possible_and_impossible_copy(
 def make_clear_and_ambiguous_pair(
     made: GeneratedTask, benchmark: Benchmark, prior: UsualGoals, planner: Planner, rng: random.Random
 ) -> GeneratedTask | None:
-    """Return a pair of tasks whose common instruction fits two objects in one of the tasks, or None.
+    """Return two tasks with one instruction. It fits one object in the first task, and two in the second.
+
+    Return None if no such tasks are found.
 
     Args:
         made: a generated task with a plan.
@@ -242,10 +250,10 @@ def make_clear_and_ambiguous_pair(
 
 
 def _has_copy_in_described_place(words: InstructionWriter, known_facts: Iterable[Fact], obj: int) -> bool:
-    """Whether an object and its copy are both in the place by which `words` describes the object.
+    """Whether an object and its copy are both in the place by which instructions describe the object.
 
-    The copy is the last object of the scene. `known_facts` state the places. The result is False if `words`
-    does not describe the object by its place.
+    The copy is the last object of the scene. `known_facts` state where objects are. The result is False if
+    instructions do not describe the object by its place.
     """
     said = words.distinguishing_facts.get(obj)
     if said is None or len(said.arguments) == 1:
@@ -295,19 +303,22 @@ def _make_tasks_with_same_instruction(
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
     """Return a task in which two objects exchange names, so that names do not reveal the wanted object."""
-    scene, swapped = task.scene, _map_each_name_to_other(names)
+    scene, swapped = task.scene, _map_two_names_to_each_other(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
-    def exchange_indices(arguments: Sequence[int]) -> tuple[int, ...]:
+    def exchange_objects_in_arguments(arguments: Sequence[int]) -> tuple[int, ...]:
         return tuple([index.get(i, i) for i in arguments])
 
     return replace(
         task,
         initial=scene.state(
-            Fact(fact.predicate, exchange_indices(fact.arguments)) for fact in task.initial.facts()
+            Fact(fact.predicate, exchange_objects_in_arguments(fact.arguments))
+            for fact in task.initial.facts()
         ),
         goals=_exchange_object_names_in_goals(task.goals, names),
-        script=tuple([Action(step.operator, exchange_indices(step.arguments)) for step in task.script]),
+        script=tuple(
+            [Action(step.operator, exchange_objects_in_arguments(step.arguments)) for step in task.script]
+        ),
     )
 
 
@@ -320,22 +331,21 @@ def _forbid_goals_for_second_object(goals: Sequence[Goal], names: Sequence[str])
 
 def _exchange_object_names_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
     return tuple(
-        [goal(rename_objects(task_goal.formula, _map_each_name_to_other(names))) for task_goal in goals]
+        [goal(rename_objects(task_goal.formula, _map_two_names_to_each_other(names))) for task_goal in goals]
     )
 
 
-def _map_each_name_to_other(names: Sequence[str]) -> Mapping[str, str]:
+def _map_two_names_to_each_other(names: Sequence[str]) -> Mapping[str, str]:
     return dict(zip(names, reversed(names), strict=True))
 
 
 def _are_goals_reachable_with_both_objects(
     clear_task: Task, ambiguous_task: Task, obj: int, planner: Planner
 ) -> bool:
-    """Whether the ambiguous task can be solved with either of the two objects that its instruction fits.
+    """Whether the tasks are solved by their plans, and the ambiguous task has a plan for either object.
 
-    The two objects are `obj` and its copy, the last object of the scene. The instruction of the clear task
-    fits only one of them. The clear and the ambiguous task must each be solved by their own plan. The
-    ambiguous task must also have a plan if the copy replaces `obj` in its goals.
+    The instruction of the ambiguous task fits `obj` and its copy, the last object of the scene. The plan of
+    the task is about `obj`. A plan must also be found if the copy replaces `obj` in the goals.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
     other = replace(ambiguous_task, goals=_exchange_object_names_in_goals(ambiguous_task.goals, names))

@@ -121,10 +121,11 @@ def _get_category_of_first_object(object_mask: ObjectMask, scene: Scene) -> str:
 
 
 def _find_predicate_and_subject_pairs(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Return pairs of a predicate and an object index: the states, places and actions for which a goal asks.
+    """Return what a goal asks for, as pairs of a predicate and an object index.
 
-    For a state, the pair is the predicate and the object. For a place, the predicate is empty, because all
-    relations state places. For an action, the pair is the action's name and -1.
+    - A state gives its predicate and the object.
+    - A place gives an empty text and the object, because all relations state places.
+    - An action gives its name and -1.
     """
     subjects = {(formula.action, -1) for formula in walk_subformulas(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (
@@ -181,8 +182,8 @@ class UsualGoalsOfTaskTitle:
     """A theme: the usual goals of the data set's tasks with one title.
 
     Attributes:
-        categories: categories of objects that a goal or plan of these tasks needs, and categories that most
-            of these tasks mention or use.
+        categories: categories of objects that some of these tasks need for a goal or plan, or that most of
+            these tasks mention or use.
         agent_goal_counts: set of goals about the agent (possibly empty) -> number of tasks with this set.
         patterns: weights of usual literals about only these categories, in the form of `UsualGoals.patterns`.
             Literals that an instruction would hardly request are left out.
@@ -256,23 +257,29 @@ def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
 
 
 def find_patterns(
-    formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
+    formula: f.Formula,
+    scene: Scene,
+    category_by_variable: Mapping[str, str | None] | None = None,
+    *,
+    truth: bool = True,
 ) -> Iterator[LiteralPattern]:
     """Yield each literal of a goal with categories in place of objects and variables.
 
     Literals with a variable without category are skipped.
     """
-    bound = {
-        **(bound or {}),
+    category_by_variable = {
+        **(category_by_variable or {}),
         **{variable.name: variable.category for variable in get_bound_variables(formula)},
     }
     if isinstance(formula, f.Atom):
         categories = [
-            bound.get(t.name) if isinstance(t, f.Variable) else scene.objects[scene.index[t.name]].category
+            category_by_variable.get(t.name)
+            if isinstance(t, f.Variable)
+            else scene.objects[scene.index[t.name]].category
             for t in formula.arguments
         ]
         known = [category for category in categories if category is not None]
         if len(known) == len(categories):
             yield LiteralPattern(formula.predicate, tuple(known), truth)
     for part in get_subformulas(formula):
-        yield from find_patterns(part, scene, bound, truth=truth != isinstance(formula, f.Not))
+        yield from find_patterns(part, scene, category_by_variable, truth=truth != isinstance(formula, f.Not))

@@ -93,7 +93,7 @@ class InstructionWriter:
         """Return words for an object: ``the lamp`` for the only lamp, a description by place, or its name."""
         index = self.scene.index[name]
         return (
-            self._add_article(index)
+            self._name_by_category(index)
             if self._is_only_one_of_category(index)
             else self._description_by_object.get(index, name)
         )
@@ -132,10 +132,10 @@ class InstructionWriter:
         sentence = self.get_sentences(predicate)[0]
         sentence = sentence if there else f"{sentence} now"  # e.g. "the lamp that is off now"
         return _fill_sentence(
-            sentence, [f"the {self._get_object_noun(thing)} that", *map(self._add_article, there)]
+            sentence, [f"the {self._get_object_noun(thing)} that", *map(self._name_by_category, there)]
         )
 
-    def _add_article(self, index: int) -> str:
+    def _name_by_category(self, index: int) -> str:
         return f"the {self._get_object_noun(index)}"
 
     def _get_object_noun(self, index: int) -> str:
@@ -150,9 +150,9 @@ class InstructionWriter:
         Raises:
             InputError: no sentence form can state a goal.
         """
-        voice = e.PhraseStyle.draw_random_style(rng)
-        opening = rng.choice(e.REQUESTS if voice.requests else e.OPENINGS)
-        return f"{opening} {_join_clauses([self.make_clause(goal, voice) for goal in goals])}."
+        style = e.PhraseStyle.draw_random_style(rng)
+        opening = rng.choice(e.REQUESTS if style.requests else e.OPENINGS)
+        return f"{opening} {_join_clauses([self.make_clause(goal, style) for goal in goals])}."
 
     def reads_as_goals(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
         """Whether the goals read from an instruction are exactly these goals."""
@@ -161,13 +161,13 @@ class InstructionWriter:
         except InputError:
             return False
 
-    def make_clause(self, goal: f.Formula, voice: e.PhraseStyle = e.USUAL_STYLE) -> str:
+    def make_clause(self, goal: f.Formula, style: e.PhraseStyle = e.USUAL_STYLE) -> str:
         """Return a clause that states a goal as part of an instruction."""
-        if not voice.requests:
-            return self._make_statement(goal, voice)
-        return self._make_request(goal, voice) or f"{e.SEE_TO_IT} {self._make_statement(goal, voice)}"
+        if not style.requests:
+            return self._make_statement(goal, style)
+        return self._make_request(goal, style) or f"{e.SEE_TO_IT} {self._make_statement(goal, style)}"
 
-    def _make_request(self, goal: f.Formula, voice: e.PhraseStyle) -> str | None:
+    def _make_request(self, goal: f.Formula, style: e.PhraseStyle) -> str | None:
         """Return a request that states a goal, such as "put ...", or None if no request can state it."""
         plain = _find_only_atom_and_negation(goal)
         if plain is None:
@@ -180,50 +180,50 @@ class InstructionWriter:
         return (
             None
             if several is None
-            else self._fill_in_objects(voice.choose(several), atom, self._name_variables(goal, voice))
+            else self._fill_in_objects(style.choose(several), atom, self._name_variables(goal, style))
         )
 
-    def _make_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
+    def _make_statement(self, goal: f.Formula, style: e.PhraseStyle) -> str:
         """Return a statement, without a full stop, that states a goal."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
                 names = [part.action for part in parts if isinstance(part, f.Occurs)]
                 return f"the action {' or '.join(names)} has been taken"
             case f.Or((first, second)):
-                return f"either {self._make_statement(first, voice)} or {self._make_statement(second, voice)}"
+                return f"either {self._make_statement(first, style)} or {self._make_statement(second, style)}"
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
                 return self._make_sentence(
-                    atom, {variable.name: f"{e.NO} {self._get_variable_noun(variable)}"}, voice
+                    atom, {variable.name: f"{e.NO} {self._get_variable_noun(variable)}"}, style
                 )
             case f.Exactly(count, _, f.Atom() as atom):
-                return self._make_sentence(atom, self._name_variables(goal, voice), voice, plural=count != 1)
+                return self._make_sentence(atom, self._name_variables(goal, style), style, plural=count != 1)
         plain = _find_only_atom_and_negation(goal)
         if plain is None:
-            return self._make_statement_of_temporal_goal(goal, voice)
+            return self._make_statement_of_temporal_goal(goal, style)
         atom, negated = plain
-        return self._make_sentence(atom, self._name_variables(goal, voice), voice, negated=negated)
+        return self._make_sentence(atom, self._name_variables(goal, style), style, negated=negated)
 
-    def _make_statement_of_temporal_goal(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
+    def _make_statement_of_temporal_goal(self, goal: f.Formula, style: e.PhraseStyle) -> str:
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
-                never = self._make_sentence(one, {}, voice, never=True)
-                return f"{never} {e.WHILE} {self._make_statement(other, voice)}"
+                never = self._make_sentence(one, {}, style, never=True)
+                return f"{never} {e.WHILE} {self._make_statement(other, style)}"
             case f.Until(f.Not(f.Atom() as then), f.Occurs(action, terms)):
                 named = " with ".join([self.name_object(term.name) for term in terms])
                 taken = f"the action {action} has been taken on {named}"
-                return f"{self._make_sentence(then, {}, voice, negated=True)} {e.UNTIL} {taken}"
+                return f"{self._make_sentence(then, {}, style, negated=True)} {e.UNTIL} {taken}"
             case f.Until(f.Not(f.Atom() as then), first):
-                denied = self._make_sentence(then, {}, voice, negated=True)
-                return f"{denied} {e.UNTIL} {self._make_statement(first, voice)}"
+                denied = self._make_sentence(then, {}, style, negated=True)
+                return f"{denied} {e.UNTIL} {self._make_statement(first, style)}"
             case f.Then((first, then)):
-                return f"{self._make_statement(then, voice)} {e.AFTER} {self._make_statement(first, voice)}"
+                return f"{self._make_statement(then, style)} {e.AFTER} {self._make_statement(first, style)}"
         raise InputError(
             f"no sentence can state a goal of the class {type(goal).__name__}; use another formula"
         )
 
-    def _name_variables(self, goal: f.Formula, voice: e.PhraseStyle) -> dict[str, str]:
+    def _name_variables(self, goal: f.Formula, style: e.PhraseStyle) -> dict[str, str]:
         """Return a mapping from variables of a goal to words, such as ``every lamp``."""
-        every = voice.choose(e.EVERY)
+        every = style.choose(e.EVERY)
         match goal:
             case f.ForAll(variable, body):
                 inner = [body.variable] if isinstance(body, f.Exists) else []
@@ -237,10 +237,10 @@ class InstructionWriter:
                     if count == 1
                     else e.pluralize(self._get_variable_noun(variable))
                 )
-                return {variable.name: f"{voice.choose(e.EXACTLY)} {e.NUMBERS.get(count, count)} {noun}"}
+                return {variable.name: f"{style.choose(e.EXACTLY)} {e.NUMBERS.get(count, count)} {noun}"}
             case f.ForPairs(first, second):
                 noun = self._get_variable_noun(second)
-                own = voice.choose(e.OWN).format(a="an" if noun[:1] in "aeiou" else "a", noun=noun)
+                own = style.choose(e.OWN).format(a="an" if noun[:1] in "aeiou" else "a", noun=noun)
                 return {first.name: f"{every} {self._get_variable_noun(first)}", second.name: own}
             case _:
                 return {}
@@ -249,10 +249,10 @@ class InstructionWriter:
         return self.noun_by_category[variable.category or ""]
 
     def _make_sentence(
-        self, atom: f.Atom, values: Mapping[str, str], voice: e.PhraseStyle, **form: bool
+        self, atom: f.Atom, values: Mapping[str, str], style: e.PhraseStyle, **inflection: bool
     ) -> str:
-        sentence = voice.choose(self.get_sentences(atom.predicate))
-        return self._fill_in_objects(e.inflect_sentence(sentence, **form), atom, values)
+        sentence = style.choose(self.get_sentences(atom.predicate))
+        return self._fill_in_objects(e.inflect_sentence(sentence, **inflection), atom, values)
 
     def _fill_in_objects(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [
@@ -394,7 +394,10 @@ class _InstructionReader:
         several: bool = False,
         request: bool = False,
     ) -> Iterator[f.Formula]:
-        """Yield the goal of a sentence (statement or request), given its predicate and words for objects."""
+        """Yield the goal that a sentence, a statement or request, expresses.
+
+        `words` are the words of the sentence for the arguments of the predicate.
+        """
         named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = None not in named[1:]
@@ -434,7 +437,7 @@ class _InstructionReader:
 def _interpret_quantified(
     quantifier: re.Match[str],
     count: int | None,
-    x: f.Variable,
+    variable: f.Variable,
     body: f.Formula,
     *,
     negated: bool,
@@ -446,12 +449,12 @@ def _interpret_quantified(
     """
     if quantifier["every"]:
         if request or not negated:
-            yield f.ForAll(x, body)
+            yield f.ForAll(variable, body)
     elif quantifier["no"] or count is not None:
         if not request and not negated:
-            yield f.ForAll(x, f.Not(body)) if count is None else f.Exactly(count, x, body)
+            yield f.ForAll(variable, f.Not(body)) if count is None else f.Exactly(count, variable, body)
     elif quantifier["number"] is None:
-        yield f.Exists(x, body)
+        yield f.Exists(variable, body)
 
 
 @cache
