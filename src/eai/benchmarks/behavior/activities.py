@@ -39,9 +39,9 @@ _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
 
 
 def make_activity_problem_reader(tasks: TaskSet[BehaviorTask]) -> DomainAndProblemReader:
-    """Return the names that activities' problem files may use, and a function.
+    """Return the names that problem files of activities may use, and a function that reads a problem.
 
-    The function returns the initial state of a problem, and a translator of the problem's conditions.
+    The function returns the initial state of the problem, and a translator of its conditions.
 
     Args:
         tasks: the tasks of the data set. Problems may name rooms that occur in the tasks.

@@ -1,11 +1,16 @@
 """The benchmark BEHAVIOR, and official prompts whose goals come from a model's answer.
 
-A published program writes the goals of a model's answer into the goal section of a prompt, one goal a line.
-It does not interpret them (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision
-66a407d). This module does the same, which has three effects on answers whose form is wrong. Names of
-predicates are spelt like names of objects, so that ``next_to`` becomes ``next.to``. A word in place of a
-condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes ``not d(u, s, t, y)``. A
-condition stated twice appears twice. Goals at which the program stops with an error are left out here.
+A published program writes the goals of a model's answer into the goal section of a prompt, one goal a line
+(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). The program does not
+interpret the goals, and neither does this module. If the form of the answer is wrong, lines are therefore
+odd:
+
+- Names of predicates are spelt like names of objects: ``next_to`` becomes ``next.to``.
+- A word in place of a condition is split into letters: ``["not", "dusty", "bed.n.01_1"]`` becomes ``not d(u,
+  s, t, y)``.
+- A condition that is stated twice appears twice.
+
+Goals at which the program stops with an error are left out here.
 """
 
 from __future__ import annotations

@@ -247,15 +247,18 @@ class BehaviorGoalNotation(JsonGoalNotation):
             return super().list_alternatives_of_goals(task)
         names = {instance: name for name, instance in _map_object_to_instance_names(task).items()}
 
-        @cache  # a condition that is in several sets has one leaf, which all trees share
+        @cache  # trees share one leaf for equal conditions
         def make_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
             return AndOrTreeLiteral(_to_literal(condition, names))
 
-        def make_tree(options: tuple[GroundOption, ...]) -> AndOrTree:
+        def make_tree_of_options(options: tuple[GroundOption, ...]) -> AndOrTree:
             return AnyOf(tuple([AllOf(tuple(map(make_leaf, option))) for option in options]))
 
         return tuple(
-            [GoalAlternatives("condition", None, make_tree(options)) for options in task.record.goal_options]
+            [
+                GoalAlternatives("condition", None, make_tree_of_options(options))
+                for options in task.record.goal_options
+            ]
         )
 
 
@@ -265,8 +268,8 @@ def _map_object_to_instance_names(task: Task) -> Mapping[str, str]:
     return {obj.name: obj.instance for obj in objs}
 
 
-def _to_literal(condition: GoalCondition, names: Mapping[str, str]) -> Literal:
+def _to_literal(condition: GoalCondition, name_by_instance: Mapping[str, str]) -> Literal:
     predicate, *arguments = condition
     if predicate == "not":
-        return Not(_to_literal(tuple(arguments[0]), names))
-    return Atom(str(predicate), tuple(Constant(names[str(argument)]) for argument in arguments))
+        return Not(_to_literal(tuple(arguments[0]), name_by_instance))
+    return Atom(str(predicate), tuple(Constant(name_by_instance[str(argument)]) for argument in arguments))

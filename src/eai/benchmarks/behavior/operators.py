@@ -292,7 +292,7 @@ def make_action_changing_object_state(
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
         additional_step(
-            ~wanted if to_true else wanted, f"{{x}} {_write_already_message(state, holds=to_true)}"
+            ~wanted if to_true else wanted, f"{{x}} {_write_already_in_state(state, holds=to_true)}"
         ),
         *require_interactable(X),
         *last_checks,
@@ -318,7 +318,7 @@ def make_toggle_on_action() -> Operator:
 def make_slice_action() -> Operator:
     """Return the action SLICE: two halves replace an object.
 
-    They take over its support, relations and states.
+    The halves get the support, the relations and the states of the object.
     """
     parts = p.part_of(P, X)
     states: tuple[Effect, ...] = tuple(
@@ -397,7 +397,7 @@ def _make_cleaning_alternative(
     dirt: Predicate, cleaning_means: Formula, message_without_means: str, check_id: str
 ) -> OperatorAlternative:
     checks = (
-        additional_step(dirt(X), f"{{x}} {_write_already_message(dirt, holds=False)}"),
+        additional_step(dirt(X), f"{{x}} {_write_already_in_state(dirt, holds=False)}"),
         *require_interactable(X),
         replace(missing_step(cleaning_means, message_without_means), id=check_id),
     )
@@ -458,6 +458,6 @@ def make_operators() -> tuple[Operator, ...]:
     )
 
 
-def _write_already_message(state: Predicate, *, holds: bool) -> str:
+def _write_already_in_state(state: Predicate, *, holds: bool) -> str:
     words = state.name.removeprefix("is_").replace("_", " ")
     return f"is already {words}" if holds else f"is already not {words}"

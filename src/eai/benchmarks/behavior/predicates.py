@@ -27,9 +27,10 @@ def make_related_objects_lookup(relation: str) -> LookupFunction:
 
 
 def make_lookup_for_sliced_objects(lookup: LookupFunction) -> LookupFunction:
-    """Return a copy of a lookup function that also finds the related objects of sliced objects.
+    """Return a lookup function that also works for sliced objects.
 
-    For a sliced object, the copy returns the objects to which both halves are related.
+    For a sliced object, it returns the objects that `lookup` returns for both halves. For other objects, it
+    returns the objects that `lookup` returns.
     """
 
     def find_objects_related_to_object_or_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:

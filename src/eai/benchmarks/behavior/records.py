@@ -41,7 +41,7 @@ GoalCondition: TypeAlias = tuple[str | tuple[str, ...], ...]
 """A literal of a goal: ``(predicate, instance, ...)``, or ``("not", (predicate, instance, ...))``."""
 
 GroundOption: TypeAlias = tuple[GoalCondition, ...]
-"""Conditions that together reach a goal. A goal with several options is reached by any of them."""
+"""One option to reach a goal: conditions that must all hold. A goal can have several options."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +52,9 @@ class BehaviorObject:
         name: name in actions, such as ``rag_51``.
         instance: name in BDDL, such as ``rag.n.01_1``.
         category: synset in the problem's declaration.
-        model: category among the simulator's models, such as ``rag``; `FLOOR` for floors.
-        synset: the model category's synset in the taxonomy, which defines the abilities.
-        abilities: abilities, sorted.
+        model: category of the object's 3D model in the simulator, such as ``rag``; `FLOOR` for floors.
+        synset: synset of the 3D model's category in the taxonomy of objects.
+        abilities: abilities that the taxonomy gives to the synset, sorted.
     """
 
     name: str
@@ -116,10 +116,10 @@ def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
         _map_task_ids_to_json(pack.read_member(OPTIONS_MEMBER)),
     )
 
-    def read(task_id: str) -> BehaviorRecord:
+    def read_record(task_id: str) -> BehaviorRecord:
         return _read_record(task_id, json.loads(lines[task_id]), json.loads(options[task_id]))
 
-    return TaskSet(lines, read, pack.sha256)
+    return TaskSet(lines, read_record, pack.sha256)
 
 
 def _map_task_ids_to_json(content: bytes) -> dict[str, bytes]:

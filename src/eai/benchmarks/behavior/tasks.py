@@ -176,7 +176,7 @@ def estimate_object_volumes(record: BehaviorRecord, missing_facts: FactsMissingI
 
 
 def _compare_volumes(volumes: Sequence[float]) -> Iterator[Fact]:
-    """Yield the facts that depend on the volumes of objects. Volume number i is that of object i."""
+    """Yield the facts that depend on the volumes of objects. Object `i` has the volume ``volumes[i]``."""
     for i, mine in enumerate(volumes):
         if mine > MAX_GRASPABLE_VOLUME:
             yield Fact(p.ungraspable.name, (i,))
@@ -188,9 +188,11 @@ def _compare_volumes(volumes: Sequence[float]) -> Iterator[Fact]:
 
 
 def yield_size_facts_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
-    """Yield the facts about sizes for objects of several tasks, as if one task had all objects.
+    """Yield the facts about sizes that hold if objects of several tasks are in one scene.
 
-    Facts name objects by their positions in `objects`. Each item is a task and the index of its object.
+    Args:
+        objects: for each object, its task and its index in the task's scene. Facts name an object by its
+            position in this sequence.
 
     Raises:
         TypeError: a task is not a task of the data set.
@@ -204,7 +206,7 @@ def yield_size_facts_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterat
 
 
 def get_model_category(task: Task, index: int) -> str:
-    """Return the category of an object's 3D model, such as `coffee_table`. That of a floor names its room.
+    """Return the category of an object's 3D model, such as `coffee_table`. A floor's names the room.
 
     Raises:
         TypeError: the task is not a task of the data set.
