@@ -56,7 +56,7 @@ class SceneFactReader:
         self._index = state.scene.index
         self._names = [obj.name for obj in state.scene.objects]
 
-    def _has(self, predicate: Predicate, *names: str) -> bool:
+    def _has_fact(self, predicate: Predicate, *names: str) -> bool:
         return self._state.has(predicate.name, *[self._index[name] for name in names])
 
     def _find_objects_with(self, predicate: Predicate) -> list[str]:
@@ -130,9 +130,9 @@ class _SubstanceSourceAndFloorWriter(SceneFactReader):
 
         The actions FILL and SOAK use sources (such objects) that are fixed; POUR and APPLY use movable ones.
         """
-        if not self._has(p.fixed, source):
+        if not self._has_fact(p.fixed, source):
             return f"always holds {given_substances}"
-        running = ", while it is switched on" if self._has(p.toggleable, source) else ""
+        running = ", while it is switched on" if self._has_fact(p.toggleable, source) else ""
         return f"gives {given_substances}{running}"
 
 
@@ -180,7 +180,7 @@ class _HouseholdConventionWriter(SceneFactReader):
         sources = self._find_objects_with(p.heat_source)
         food = {name for source in sources for name in self._find_targets_of(p.cooks, source)}
         for source in (*sources, *self._find_objects_with(p.cold_source)):
-            needs = [words for need, words in _NEED_WORDS.items() if self._has(need, source)]
+            needs = [words for need, words in _NEED_WORDS.items() if self._has_fact(need, source)]
             cooked, molten = self._find_targets_of(p.cooks, source), self._find_targets_of(p.melts, source)
             all_food = "all food here" if set(cooked) == food else _join_names(cooked)
             effects = [f"cooks {all_food}"] if cooked else []
@@ -205,9 +205,9 @@ class _HouseholdConventionWriter(SceneFactReader):
             self._find_targets_of(p.made_in, recipe),
             self._find_targets_of(p.heated_by, recipe),
         )
-        if self._has(p.by_stirring, recipe):
+        if self._has_fact(p.by_stirring, recipe):
             how = "by stirring, in any vessel"
-        elif self._has(p.by_heat, recipe):
+        elif self._has_fact(p.by_heat, recipe):
             how = f"in {_join_names(vessels, 'or')} by {_join_names(sources, 'or')}"
         else:
             how = f"in {_join_names(vessels, 'or')}, switched on, by RUN"
@@ -216,10 +216,10 @@ class _HouseholdConventionWriter(SceneFactReader):
             _join_names(self._find_targets_of(p.base, recipe), "or"),
         )
         over = f", with {toppings} on {bases}" if toppings else ""
-        results = [word for word, makes in _RESULT_WORDS.items() if self._has(makes, recipe)]
+        results = [word for word, makes in _RESULT_WORDS.items() if self._has_fact(makes, recipe)]
         state = f" {_join_names(results)}" if results else ""
         taken = self._describe_ingredients(recipe, p.ingredient) or "no ingredients"
-        alone = "" if self._has(p.relaxed, recipe) else ", and nothing else"
+        alone = "" if self._has_fact(p.relaxed, recipe) else ", and nothing else"
         made = self._find_targets_of(p.makes, recipe)
         are = "are" if len(made) > 1 else "is"
         return f"- {_join_names(made)} {are} made{state} {how} of {taken}{over}{alone}."

@@ -36,7 +36,7 @@ _PLAIN_ABILITIES = {
 """Abilities of objects, such as ``openable``, that have no parameters in the annotations."""
 
 _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
-"""Ability of objects -> parameter with the minimum temperature of this ability, and default in Celsius."""
+"""Ability of objects -> name of the parameter with its minimum temperature, and default in Celsius."""
 
 
 def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:

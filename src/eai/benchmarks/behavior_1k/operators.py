@@ -30,9 +30,9 @@ from eai.world.operator import (
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
-"""Name of the present set of decisions D1 to D11 on points that the data leave open.
+"""Name of this package's decisions D1 to D11, which settle points that the data leave open.
 
-If a decision in `docs/behavior-1k.md` changes, the set gets a new name.
+If a decision in `docs/behavior-1k.md` changes, this name changes.
 """
 
 MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
@@ -93,7 +93,10 @@ def make_effects_of_using_up(obj: Variable) -> tuple[Effect, ...]:
 
 
 def make_effects_of_putting_beside(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object on or in its neighbour's support, or on its neighbour's floor."""
+    """Return effects that put an object where its neighbour is.
+
+    It then lies in the same container, on the same support, or on the same floor.
+    """
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
         Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(obj, C)),)),
@@ -154,17 +157,17 @@ def make_release_action() -> Operator:
 
 
 def _make_placing_action(
-    name: str, text: str, effects: tuple[Effect, ...], *checks: Check, others: tuple[Variable, ...] = (Y,)
+    name: str, text: str, effects: tuple[Effect, ...], *checks: Check, targets: tuple[Variable, ...] = (Y,)
 ) -> Operator:
     needed = [require_in_hand(X)]
-    for other in others:
+    for target in targets:
         needed += [
-            require_different(X, other),
-            require_existing(other),
-            missing_step(~p.carried_by(other, X), f"{{{other.name}}} is carried by {{x}}"),
-            require_reachable(other),
+            require_different(X, target),
+            require_existing(target),
+            missing_step(~p.carried_by(target, X), f"{{{target.name}}} is carried by {{x}}"),
+            require_reachable(target),
         ]
-    return Operator(name, (X, *others), (*needed, *checks), (Delete(p.held(X)), *effects), text)
+    return Operator(name, (X, *targets), (*needed, *checks), (Delete(p.held(X)), *effects), text)
 
 
 def make_placing_actions() -> Iterator[Operator]:
@@ -198,7 +201,7 @@ def make_placing_actions() -> Iterator[Operator]:
         (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *make_effects_of_putting_beside(X, Y)),
         require_different(Y, Z),
         missing_step(together, "{y} and {z} are not in one place"),
-        others=(Y, Z),
+        targets=(Y, Z),
     )
 
 

@@ -102,7 +102,7 @@ soaked_with = Predicate("soaked_with", 2)
 carries, carried_by, within = support.make_support_and_containment_predicates(_SUPPORTS)
 
 
-def _find_floor_of_unsupported(state: State, obj: int) -> ObjectMask:
+def _find_floor_of_unsupported_object(state: State, obj: int) -> ObjectMask:
     """Return, as a bit mask, the floor of an object without support.
 
     For a held object this is the robot's floor, for any other object the floor of the object's room.
@@ -113,13 +113,13 @@ def _find_floor_of_unsupported(state: State, obj: int) -> ObjectMask:
 floor_of = LookupPredicate(
     "floor_of",
     2,
-    support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported),
+    support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported_object),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
     support.make_predicate_for_floor_of_object(
         "floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))
     ),
     single=True,
-    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported)),
+    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported_object)),
 )
 real = DefinedPredicate(
     "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))

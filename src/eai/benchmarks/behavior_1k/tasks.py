@@ -68,7 +68,7 @@ class DataForAmendedDefinitions(NamedTuple):
 def open_scene_builder(
     pack: PackFile, definitions: Mapping[str, str], supplement: DataForAmendedDefinitions
 ) -> tuple[SceneBuilder, ObjectKindsWithAbilities]:
-    """Return the function that makes an activity's scene, and the object kinds with known abilities."""
+    """Return the function that makes an activity's scene, and the kinds of objects with known abilities."""
     values = pack.read_json(KINDS)
     values = {**values, "kinds": {**values["kinds"], **supplement.kinds}}
     all_definitions = {**split_by_activity(pack.read_member(ACTIVITIES)), **definitions}
@@ -89,10 +89,9 @@ def open_tasks(
     Args:
         english: English sentences for predicates.
         source: the source of the data.
-        definitions: activity -> definition, by default those of the data. Plans and reasons for exclusion are
-            only known for definitions that equal the data's. Other definitions are excluded if they have
-            kinds of objects that the data and the supplement lack.
-        supplement: facts about definitions that differ from the data's.
+        definitions: activity -> definition; by default, the definitions in the data.
+        supplement: kinds, plans and reasons for exclusion, for definitions that differ from those in the
+            data. If a kind of object is in neither the data nor the supplement, the task is excluded.
 
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
@@ -159,7 +158,7 @@ def read_plans(file: str = PLANS) -> Mapping[str, str]:
 
 
 def split_by_activity(content: bytes) -> Mapping[str, str]:
-    """Return a mapping from the first word of each line to the rest after a tab."""
+    """Return a mapping from activity to text. Each line of the content is an activity, a tab and the text."""
     return dict(line.split("\t") for line in content.decode().splitlines())
 
 
@@ -250,13 +249,13 @@ class _SentenceWriter:
                 which = f"{quantifier} {_get_variable_noun(variable)}"
                 if isinstance(body, f.Atom):
                     return self._write_sentence(body, {**names, variable.name: which})
-                return f"for {which}, {self._write_body(body, names, variable)}"
+                return f"for {which}, {self._write_quantified_body(body, names, variable)}"
             case f.Exactly(count, variable, body):
                 noun = _get_variable_noun(variable) if count == 1 else pluralize(_get_variable_noun(variable))
                 number = NUMBERS.get(count, str(count))
-                return f"for exactly {number} {noun}, {self._write_body(body, names, variable)}"
+                return f"for exactly {number} {noun}, {self._write_quantified_body(body, names, variable)}"
             case f.ForPairs(first, second, body):
-                clause = self._write_body(body, names, first, second)
+                clause = self._write_quantified_body(body, names, first, second)
                 own, other = _get_variable_noun(first), _get_variable_noun(second)
                 return f"each {own} goes with a different {other}, so that {clause}"
         raise InputError(
@@ -264,7 +263,7 @@ class _SentenceWriter:
             "leave out temporal operators"
         )
 
-    def _write_body(self, body: f.Formula, names: PhraseOfVariable, *variables: f.Variable) -> str:
+    def _write_quantified_body(self, body: f.Formula, names: PhraseOfVariable, *variables: f.Variable) -> str:
         return self.write_goal_clause(
             body,
             {**names, **{variable.name: f"that {_get_variable_noun(variable)}" for variable in variables}},
