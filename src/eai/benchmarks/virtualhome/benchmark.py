@@ -1,8 +1,9 @@
 """The benchmark VirtualHome, its official prompts, and a comparison of the stored data with published counts.
 
-For goal interpretation, the data set has a template instead of prompts. The paper's package prints Python
-sets into the template, whose order changes from run to run. Here the values of each set have the order of the
-data set (see ``goal_interpretation/scripts/generate_prompts.py`` and ``motion_planner.py`` there).
+For goal interpretation, the data set has a template instead of prompts. The paper's package fills the
+template with Python sets, so the order of the values changes from run to run (see its
+``goal_interpretation/scripts/generate_prompts.py`` and ``motion_planner.py``). Here the values of each set
+have the order of the data set.
 
 The relations in the goal section of a prompt have the order of the goals. In 21 published prompts of subgoal
 decomposition, however, relations have the order of a Python set.
@@ -221,8 +222,8 @@ def _find_rooms_and_objects_of_plan(task: Task) -> Iterator[int]:
     """Yield the indices of objects that prompts list in addition to the relevant objects.
 
     Such objects are rooms, and objects of the annotated plan. Objects of the plan are left out if an answer
-    may call the task impossible, or ask which object is meant. Such tasks form pairs in which only one task
-    has a plan, so the objects would reveal that task.
+    may call the task impossible, or ask which object is meant. If only one task of a pair has a plan, they
+    would reveal that task.
     """
     yield from iterate_bits(task.initial.mask(room.name))
     if not task.allows_declining_answers:

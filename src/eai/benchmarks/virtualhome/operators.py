@@ -191,11 +191,11 @@ ORIGINS = (
     (p.taken_from_inside, p.lies_in, p.inside),
     (p.taken_from_next_to, p.lies_next_to, p.next_to),
 )
-"""Triples of predicates, one for each kind of place from which an object can be taken.
+"""Triples of predicates, one triple for each kind of place from which an object can be taken.
 
-The first predicate of a triple relates a held object to the place from which it was taken. The second
-relates an object to the place where it lies now. The third is the relation of the scene graph that becomes
-true when the object is put back.
+- The first predicate relates a held object to the place from which it was taken.
+- The second relates an object to its present place.
+- The third is the relation of the scene graph that becomes true when the object is put back.
 """
 
 

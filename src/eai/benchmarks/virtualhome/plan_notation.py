@@ -66,10 +66,10 @@ class VirtualHomePlanNotation(PlanNotation):
 
     An answer is a JSON object such as ``{"SIT": ["sofa"]}``, or a list of such objects. Operators may be in
     small letters. Errors of form are corrected by the repairs of `eai.abilities.answer_text`. The repair
-    ``step_form`` reads other forms of a step, and ``action_lines`` reads lines of actions. An answer is read
-    with ids if any of its steps has a number after a class. A class without an id means the task's relevant
-    object of that class, or the last of several. With an id, such as in ``soap.1002``, a step may name any
-    object of the scene.
+    ``step_form`` reads other forms of a step, and ``action_lines`` reads lines of actions. If a number
+    follows a class in any step, the whole answer is read with ids. A class with an id, such as ``soap.1002``,
+    names any object of the scene. A class without an id names the task's relevant object of that class, or
+    the last of several.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:

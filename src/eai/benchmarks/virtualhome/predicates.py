@@ -3,8 +3,8 @@
 Names are those in the data set's temporal formulas. There, ``ON`` is the state of a device that runs. The
 relations that scene graphs call ON and CLOSE are ``ONTOP`` and ``NEXT_TO``.
 
-A lookup returns all matching objects as a bit mask. An effect uses the first of them: the object with the
-lowest index, in the data set's order.
+A function that looks up objects returns all matching objects as a bit mask. An effect uses only the first of
+them, in the order of the data set: the object with the lowest index.
 """
 
 from __future__ import annotations
@@ -88,11 +88,11 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
 def make_grab_origin_lookup(
     relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
-    """Return a function that finds an object's origins (the places from which it is grabbed) by one relation.
+    """Return a lookup function for the origins of objects: the places from which they are grabbed.
 
-    The relations of `GRAB_ORIGIN_RELATIONS` are tried in order; the first that relates the object to a place
-    counts. So for each object, at most one of the functions for these relations returns places. Rooms are
-    never returned (as in ``_find_first_node_from`` of the paper's package).
+    The function uses one relation of `GRAB_ORIGIN_RELATIONS`. For each object, only the first of these
+    relations that relates it to a place counts. If another relation counts, the function returns no places.
+    It never returns rooms (as ``_find_first_node_from`` of the paper's package).
 
     Args:
         relation_index: index of the relation in `GRAB_ORIGIN_RELATIONS`.

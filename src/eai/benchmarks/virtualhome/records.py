@@ -60,9 +60,8 @@ class ObjectRecord:
 class GraphDelta:
     """The difference of two scene graphs: first remove, then replace, then append objects and edges.
 
-    Objects and edges are removed, replaced and appended in the order in which they are listed. An `ON` or
-    `INSIDE` edge in both `removed_edges` and `added_edges` moves behind the other edges of its source and
-    relation.
+    Each list is applied in its own order. An `ON` or `INSIDE` edge that is listed in both `removed_edges` and
+    `added_edges` only moves: behind the other edges of its source and relation.
     """
 
     removed_ids: tuple[int, ...]
@@ -159,10 +158,9 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
     """Published data of tasks (records) by task id, in data set order. Each is decoded once, on first use.
 
     Attributes:
-        base: the base scene, as a difference from an empty graph. It has the objects and edges that occur in
-            the initial graphs of all tasks. Each object has the properties and states that it has most often
-            in these graphs. If an object differs in the initial graph of a task, the task lists it as
-            changed.
+        base: the base scene, as a difference from an empty graph. It has the objects and edges that the
+            initial graphs of all tasks have in common, and the most frequent properties and states of each
+            object. The record of a task lists objects that differ from these.
     """
 
     def __init__(self, content: bytes, sha256: str) -> None:
