@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import make_noisy_answer, make_random
+from eai.benchmarks.gold_answers import make_noisy_answer, make_random_generator
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
@@ -29,6 +29,6 @@ def made_answers(name: str, ability: Ability, store: Store, seed: str = "made") 
                 text = random_answer(task_id, seed).text
             case _:
                 gold = book[task_id].text
-                text = gold[: make_random(seed, task_id).randrange(len(gold))]
+                text = gold[: make_random_generator(seed, task_id).randrange(len(gold))]
         answers.append((task_id, text))
     return answers

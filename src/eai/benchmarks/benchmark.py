@@ -86,9 +86,10 @@ TaskObject: TypeAlias = tuple[Task, int]
 """An object of a task: the task, and the index of the object in its scene."""
 
 CompareObjects: TypeAlias = Callable[[Sequence[TaskObject]], Iterable[Fact]]
-"""Returns the static facts that hold if objects of several tasks are in one scene, such as relations of size.
+"""Returns the static facts, such as relations of size, that hold if some objects are in one scene.
 
-Facts name objects by their positions in the argument, the sequence of these objects.
+The argument is a sequence of objects, which may be from several tasks. Facts name an object by its position
+in this sequence.
 """
 
 

@@ -142,11 +142,15 @@ def _list_quantified_categories(formula: f.Formula) -> Iterator[str]:
 
 
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataMistake]:
-    """Yield errors in the annotations of a benchmark that show when the annotations are executed.
+    """Yield errors in the annotations of a benchmark, found by executing the annotations.
 
-    Such errors are plans that miss their goals, and goals that are false in the annotated final state. Others
-    are gold (right) operators with which a planner does not solve the problem. Tasks excluded from statistics
-    of plans are skipped.
+    The errors are these:
+
+    - plans that miss their goals,
+    - goals that are false in the annotated final state,
+    - gold (right) operators with which a planner does not solve the problem.
+
+    Tasks excluded from statistics of plans are skipped.
 
     Raises:
         DataError: the data cannot be obtained.

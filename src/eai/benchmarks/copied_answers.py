@@ -65,8 +65,9 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
     """Return each part of a task's goals as a subgoal: action goals in order, then final conditions.
 
     Actions may have any objects. Quantifiers are expanded, because not every notation has them. A goal about
-    pairs of objects becomes a goal about the first pairs in scene order, as many as it demands. Goals over
-    time are left out. Each conjunct becomes a subgoal, because few actions are executed for a subgoal.
+    a number of objects, or of pairs of objects, becomes a goal about the first objects or pairs in scene
+    order. Goals over time are left out. Each conjunct becomes a subgoal, because few actions are executed for
+    a subgoal.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities
@@ -289,10 +290,10 @@ def _ground_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task)
 
 
 def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
-    """Return the task's operators, without preconditions and with effects copied from the goal.
+    """Yield the task's operators in PDDL, without preconditions. Their effects are copied from the goal.
 
-    The effects make each predicate of the goal true, or false if the goal negates it. They do so for all
-    combinations of different parameters of the operator whose types fit.
+    Each predicate of the goal becomes an effect, negated if the goal negates it. An operator has this effect
+    for every combination of different parameters whose types fit the predicate.
     """
     subformulas = list(walk_subformulas(task.problem.goal))
     denied = {
@@ -396,10 +397,11 @@ class SimilarTaskTable:
         return solves_task(self._domain, task, self.adapt_plan_of_most_similar_task(task))
 
     def find_most_similar_task(self, task: Task) -> Task | None:
-        """Return the other task with the largest share of equal goals, or else the first other task.
+        """Return the other task with the most similar goals, or None if there is no other task.
 
-        The share is counted among the goals of either task. On a tie, the first task is returned. The result
-        is None if there is no other task.
+        Similarity is the number of goals that both tasks have, divided by the number of goals that at least
+        one of them has. Goals are compared after categories replace objects. On a tie, the first task is
+        returned.
         """
         goals = _count_goals_by_category(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
@@ -448,7 +450,7 @@ def _adapt_goals_of_similar_task(
 
 
 def _make_shared_operator_lister(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function that lists a task's operators, as PDDL, if at least one other task needs them."""
+    """Return a function that lists the operators of a task, as PDDL, if another task needs them too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 
@@ -497,8 +499,8 @@ def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
             yield Action(action.operator, indices)
 
 
-def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[int, int]:
-    """Return a mapping from objects of one task to matching objects of another task, by index.
+def _match_objects(source: Task, target: Task, source_objects: Iterable[int]) -> Mapping[int, int]:
+    """Return a mapping from objects of one task (`source`) to matching objects of another task, by index.
 
     Objects match if they occur in equal positions of equal goals, or else if they have the same category.
     """
@@ -511,7 +513,7 @@ def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[
             pairs = zip(find_object_names(formula), target_names, strict=False)
             counterparts |= {source.scene.index[a]: target.scene.index[b] for a, b in pairs}
     relevant = dict.fromkeys((*target.relevant, *range(len(target.scene.objects))))
-    for index in dict.fromkeys(named):
+    for index in dict.fromkeys(source_objects):
         obj = source.scene.objects[index]
         if index not in counterparts:
             candidates = [i for i in relevant if target.scene.objects[i].category == obj.category]

@@ -80,7 +80,7 @@ class TaskStatistics:
 
 
 def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
-    """Return the features of a task of a benchmark."""
+    """Return statistics of a task, such as counts of its goals, objects and plan steps, and its labels."""
     measures = measure_task(task, benchmark.domain) if task.script else {}
     kinds = Counter(goal.kind for goal in task.goals)
     alternatives = benchmark.notation.goals.list_alternatives_of_goals(task.without_goals_over_time)

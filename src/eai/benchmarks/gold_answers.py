@@ -64,7 +64,7 @@ def make_answer_heeding_feedback(
     if attempt == 1 or position < 0:
         return versions[0]
     has_reason = REASONS_PREFIX in question[position + len(versions[last].text) :]
-    heeds = has_reason and make_random(f"{seed} {attempt}", task_id).random() < heed
+    heeds = has_reason and make_random_generator(f"{seed} {attempt}", task_id).random() < heed
     return versions[min(last + heeds, len(versions) - 1)]
 
 
@@ -76,7 +76,7 @@ def yield_corrupted_then_repaired_answers(
     The last version is the gold answer.
     """
     answer = answers[task_id]
-    segments = list(_corrupt_answer_parts(answers, answer.parts, rate, make_random(seed, task_id)))
+    segments = list(_corrupt_answer_parts(answers, answer.parts, rate, make_random_generator(seed, task_id)))
     yield _join_corrupted_parts(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
@@ -110,7 +110,7 @@ def _corrupt_answer_parts(
                 yield (gold_part,), ()
 
 
-def make_random(seed: str, task_id: str) -> random.Random:
+def make_random_generator(seed: str, task_id: str) -> random.Random:
     """Return the random generator for the answer to a task, given the seed of all answers."""
     digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
     return random.Random(digest)  # noqa: S311 - chance, not secrets
@@ -276,7 +276,10 @@ def make_benchmark_starting_after_actions(
 def make_benchmark_without_reached_goals(
     benchmark: Benchmark, task_id: str, executed_actions: Sequence[Action]
 ) -> Benchmark:
-    """Return a copy of the benchmark in which a task lacks the action goals that executed actions reached."""
+    """Return a copy of the benchmark in which one task has only its remaining goals.
+
+    Goals for actions that the executed actions have reached are left out.
+    """
     names = [action.operator for action in executed_actions]
 
     def drop_goals(task: Task) -> Task:

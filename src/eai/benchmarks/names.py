@@ -46,7 +46,7 @@ def suite_name(domain: str, ability: Ability) -> str:
     return f"{domain}_{ability.value}"
 
 
-def remove_prompt_variant(name: str) -> str:
+def remove_prompt_variant_endings(name: str) -> str:
     """Return the name of a benchmark without the endings ``-obfuscated`` and ``-rules``.
 
     A name with such an ending denotes the tasks of the benchmark with other prompts.

@@ -26,7 +26,7 @@ GROUP = "eai.packs"
 """Group of the entry points by which benchmarks register their packs (data packages)."""
 
 
-def _report_no_problems(store: Store) -> Iterable[str]:
+def _check_nothing(store: Store) -> Iterable[str]:
     return ()
 
 
@@ -45,7 +45,7 @@ class DataPack:
     name: str
     archives: tuple[PackageArchive, ...]
     convert: Callable[..., Mapping[str, bytes]]
-    check: Callable[[Store], Iterable[str]] = _report_no_problems
+    check: Callable[[Store], Iterable[str]] = _check_nothing
 
     @property
     def archive_digests(self) -> dict[str, str]:
@@ -170,8 +170,8 @@ def get_pack_statuses(store: Store, *, packs: Sequence[DataPack]) -> tuple[_Data
 def is_stored(store: Store, benchmark: str) -> bool:
     """Whether a store has a benchmark's packs (data packages), so that its tasks open without a download.
 
-    A benchmark without own packs uses the packs of another benchmark. Its own name begins with the name of
-    that benchmark; the longest such name counts.
+    A benchmark without registered packs uses those of the benchmark after which it is named:
+    ``behavior-1k-untold`` uses the packs of ``behavior-1k``.
     """
     prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
     packs = find_packs(sorted(prefixes, key=len)[-1:])

@@ -141,10 +141,10 @@ class PromptLibrary:
         prompts: Mapping[str, Prompt],
         perceive: ScenePerception | None = None,
     ) -> QuestionWriter:
-        """Return the object that writes the questions of a task: the first, and further ones after failures.
+        """Return an object that writes the first question about a task, and further questions after failures.
 
-        The first question is given. After the world has changed, our prompts are rendered again. Published
-        prompts and files of the user stay unchanged.
+        The first question is one of `prompts`. If actions have changed the world since, our prompts are
+        rendered again. Published prompts and files of the user stay unchanged.
 
         Args:
             benchmark: the benchmark.

@@ -92,14 +92,15 @@ def _build_transition_tasks(
             for name, values in pack.read_json("gold_action.json").items()
         },
         categories={
-            name: _read_category(label) for name, label in pack.read_json("predicates_category.json").items()
+            name: _read_predicate_category(label)
+            for name, label in pack.read_json("predicates_category.json").items()
         },
     )
     problems, operators = pack.read_json(packs.PROBLEMS_MEMBER), pack.read_json("id2action.json")
     categories = pack.read_json("id2category_2.json")
 
     def build_task(task_id: str) -> TransitionTask:
-        kinds = tuple(map(_read_category, categories[task_id]))
+        kinds = tuple(map(_read_predicate_category, categories[task_id]))
         return TransitionTask(
             task_id, library, tuple(operators[task_id]), kinds, problems[task_id], translate_steps
         )
@@ -108,8 +109,8 @@ def _build_transition_tasks(
     return TaskSet(tasks, tasks.__getitem__, pack.sha256)
 
 
-def _read_category(label: str) -> PredicateCategory:
-    """Return the category of predicates for a label of the data set, such as ``non-spatial_relations``."""
+def _read_predicate_category(label: str) -> PredicateCategory:
+    """Return the predicate category that a label in the data set means, such as ``non-spatial_relations``."""
     from eai.tasks.task import PredicateCategory
 
     return PredicateCategory(label.replace("-", "_").replace(" ", "_"))

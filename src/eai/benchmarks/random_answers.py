@@ -21,7 +21,7 @@ from eai.benchmarks.gold_answers import (
     get_part_joiner,
     join_operators_as_answer,
     make_no_answer_error,
-    make_random,
+    make_random_generator,
 )
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
@@ -86,7 +86,7 @@ def open_random_answers(
             if done
             else task
         )
-        rng = make_random(seed, task_id)
+        rng = make_random_generator(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return AnswerInParts(tuple(write(benchmark, task, steps, rng)), join)
 
@@ -192,7 +192,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     changes = [len(list(m.find_effect_atoms(action.effect))) for action in gold]
 
     def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> AnswerInParts:
-        task, rng = tasks[task_id], make_random(seed, task_id)
+        task, rng = tasks[task_id], make_random_generator(seed, task_id)
         written = []
         for action in task.gold_operators.values():
             predicates = list(list_predicates_with_arguments(task, action))

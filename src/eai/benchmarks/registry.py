@@ -206,8 +206,8 @@ def _open_task_files(path: Path) -> Benchmark:
     """Return the benchmark of task files. The tasks are new; the domain comes from another benchmark.
 
     Goal interpretation and subgoal decomposition leave out tasks whose prompts give only an ambiguous
-    instruction. Subgoal decomposition also leaves out tasks that have no plan. Prompts and gold operators
-    follow from the domain.
+    instruction. Subgoal decomposition also leaves out tasks that have no plan. Prompts and gold operators are
+    made from the domain, because none are published.
     """
     from eai.tasks.task_files import open_task_files
 

@@ -65,7 +65,7 @@ class Suite:
         """Pickle a suite as a call that opens an equal suite; functions of domains cannot be pickled."""
         if not self.is_openable_by_reference:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
-        return _open_once, (pickle.dumps(self.reopen),)
+        return _open_suite_once, (pickle.dumps(self.reopen),)
 
     @cached_property
     def task_ids(self) -> tuple[str, ...]:
@@ -83,7 +83,7 @@ class Suite:
 
     @property
     def is_openable_by_reference(self) -> bool:
-        """Whether a reference to the benchmark exists, by which another process can open the suite."""
+        """Whether another process can open the suite, because a text (reference) names its benchmark."""
         return bool(self.benchmark.reference)
 
     @property
@@ -212,7 +212,7 @@ def open_suite(
 
 
 @lru_cache(maxsize=8)
-def _open_once(pickled_opener: bytes) -> Suite:
+def _open_suite_once(pickled_opener: bytes) -> Suite:
     """Open a pickled suite once in a process, so that all models share its tasks and cached results."""
     opener: Callable[[], Suite] = pickle.loads(pickled_opener)  # noqa: S301 - of a process of this program
     return opener()

@@ -20,13 +20,13 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _map_supports_to_container_flags(
+def _map_supports_to_is_container(
     state: State, relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
-    """Return a mapping: direct or indirect support of an object -> whether the support is a container.
+    """Return a mapping from each direct or indirect support of an object to whether it is a container.
 
-    A key is a bit mask with the bit of one support; the nearest support comes first. The first relation of
-    `relations` states containment: it relates an object to a support that is a container.
+    A support is given as a bit mask; the nearest comes first. The first of `relations` states containment: it
+    relates an object to a support that is a container.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[ObjectMask, bool] = {}
@@ -48,19 +48,21 @@ def make_support_and_containment_predicates(
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``.
 
-    The first of `supports` is the relation of containment. ``carries`` relates a support to the objects
-    directly in or on it, and ``carried_by`` an object to its direct and indirect supports. ``within`` relates
-    an object to its containers and the containers of its supports.
+    - ``carries`` relates a support to the objects directly in or on it.
+    - ``carried_by`` relates an object to its direct and indirect supports.
+    - ``within`` relates an object to its containers and to the containers of its supports.
+
+    The first of `supports` is the relation of containment.
     """
     names = [relation.name for relation in supports]
 
     def find_all_supporting_objects(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return all direct and indirect supports of an object, as a bit mask."""
-        return reduce(or_, _map_supports_to_container_flags(state, names, arguments[0]), 0)
+        return reduce(or_, _map_supports_to_is_container(state, names, arguments[0]), 0)
 
     def find_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _map_supports_to_container_flags(state, names, arguments[0])
+        chain = _map_supports_to_is_container(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
     carries = DefinedPredicate("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
@@ -103,7 +105,7 @@ def make_floor_lookup(
     def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_map_supports_to_container_flags(state, supports, root)):
+        for support in (1 << root, *_map_supports_to_is_container(state, supports, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1
@@ -123,15 +125,15 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
         nonlocal cached
         cached_state, by_value = cached
         if cached_state is not state:
-            by_value = _map_values_to_objects(lookup, state)
+            by_value = _map_targets_to_sources(lookup, state)
             cached = state, by_value
         return by_value.get(arguments[0], 0)
 
     return apply_inverse_of_lookup
 
 
-def _map_values_to_objects(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
-    """Return a mapping: value of a lookup function -> bit mask of the objects with this value."""
+def _map_targets_to_sources(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
+    """Return a mapping: object that a lookup finds -> bit mask of the objects for which it is found."""
     sources: dict[int, ObjectMask] = {}
     for obj in iterate_bits(state.scene.everything):
         for value in iterate_bits(lookup(state, (obj,))):

@@ -14,7 +14,7 @@ from rich.text import Text
 from eai.abilities.declaration import get_declaration
 from eai.base.errors import InputError
 from eai.base.json_value import Json
-from eai.benchmarks.names import remove_prompt_variant
+from eai.benchmarks.names import remove_prompt_variant_endings
 from eai.cli.console import format_count, get_output_console, print_json, print_note
 from eai.cli.options import AsJson, make_flag
 from eai.cli.table import PERCENT, print_note_if_incomplete
@@ -178,7 +178,7 @@ def _give_suites_with_equal_tasks_one_name(
     places = {}
     for place, run in runs.items():
         is_apart = get_declaration(run.key.ability).interaction.task_command
-        places[place] = place._replace(domain="" if is_apart else remove_prompt_variant(place.domain))
+        places[place] = place._replace(domain="" if is_apart else remove_prompt_variant_endings(place.domain))
     alone = Counter(places.values())
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 

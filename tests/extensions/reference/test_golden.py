@@ -15,7 +15,7 @@ from typing import Any
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import make_noisy_answer, make_random
+from eai.benchmarks.gold_answers import make_noisy_answer, make_random_generator
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import verdict_to_record_fields
@@ -64,7 +64,7 @@ def damaged_answers(name: str, ability: Ability, store: Store) -> Iterator[tuple
         gold = book[task_id].text
         yield task_id, gold
         yield task_id, make_noisy_answer(book, task_id, NOISE, "golden").text
-        yield task_id, gold[: make_random("golden", task_id).randrange(len(gold))]
+        yield task_id, gold[: make_random_generator("golden", task_id).randrange(len(gold))]
 
 
 def verdict_fields(fields: dict[str, Any]) -> dict[str, Any]:

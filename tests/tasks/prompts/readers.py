@@ -8,7 +8,7 @@ from functools import partial
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.names import remove_prompt_variant
+from eai.benchmarks.names import remove_prompt_variant_endings
 from eai.tasks.task import Task
 from tasks.prompts.sufficiency import ListingReader, Reader, Statement, Told
 
@@ -42,7 +42,7 @@ def reader_of(benchmark: Benchmark, ability: Ability, task: Task) -> Reader:
     """Return the reader of our own prompts about a task, of an ability that takes plans or of acting."""
     domain, wording = benchmark.domain, benchmark.wording(ability)
     stored, convention = STORED.get(domain.name, _as_stated), _CONVENTIONS.get(domain.name, _is_heading)
-    if domain.name == "behavior-1k" and remove_prompt_variant(benchmark.name) != benchmark.name:
+    if domain.name == "behavior-1k" and remove_prompt_variant_endings(benchmark.name) != benchmark.name:
         stored, convention = partial(_stored, relations=_BEHAVIOR_1K), _is_heading
     renamed = {written: name for name, written in wording.answer_names.items()}
     renamed |= {wording.object_name(task, i): thing.name for i, thing in enumerate(task.scene.objects)}
