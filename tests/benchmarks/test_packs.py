@@ -52,7 +52,7 @@ print("starting", flush=True)
 def report(stage, *rest):
     print(stage, flush=True)
 
-made = fetch_packs(Store(Path(sys.argv[2])), packs=packs, place=place, report=report)
+made = fetch_packs(Store(Path(sys.argv[2])), packs=packs, archives_path=place, report=report)
 print("made", len(made), flush=True)
 """
 
@@ -67,7 +67,7 @@ def convert(report):
     time.sleep(600)
 
 packs = [DataPack("virtualhome", (), convert)]
-fetch_packs(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
+fetch_packs(Store(Path(sys.argv[1])), packs=packs, archives_path=Path(), force=True)
 """
 
 
@@ -114,7 +114,7 @@ def test_an_archive_on_disk_replaces_the_package_index(
     with zipfile.ZipFile(index / wheel.filename) as archive:
         archive.extractall(unpacked)
     for place in (index, index / wheel.filename, unpacked):
-        assert fetch_packs(store, packs=packs, place=place, force=True) == NAMES
+        assert fetch_packs(store, packs=packs, archives_path=place, force=True) == NAMES
 
 
 def test_a_folder_with_some_archives_makes_only_their_packs(
@@ -122,9 +122,9 @@ def test_a_folder_with_some_archives_makes_only_their_packs(
 ) -> None:
     absent = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = DataPack("other", (absent,), lambda files, report: {})
-    assert fetch_packs(store, packs=[*packs, other], place=index) == NAMES
+    assert fetch_packs(store, packs=[*packs, other], archives_path=index) == NAMES
     with pytest.raises(DataError, match=r"contains none of .*none\.tar\.gz"):
-        fetch_packs(store, packs=[other], place=index)
+        fetch_packs(store, packs=[other], archives_path=index)
 
 
 def test_damaged_packs_and_packs_from_other_archives_are_made_again(

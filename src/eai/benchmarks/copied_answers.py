@@ -65,9 +65,8 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
     """Return each part of a task's goals as a subgoal: action goals in order, then final conditions.
 
     Actions may have any objects. Quantifiers are expanded, because not every notation has them. A goal about
-    a number of objects, or of pairs of objects, becomes a goal about the first objects or pairs in scene
-    order. Goals over time are left out. Each conjunct becomes a subgoal, because few actions are executed for
-    a subgoal.
+    a number of objects or pairs becomes a goal about the first objects or pairs in scene order. Goals over
+    time are left out. Each conjunct becomes a subgoal, because few actions are executed for a subgoal.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities
@@ -450,7 +449,7 @@ def _adapt_goals_of_similar_task(
 
 
 def _make_shared_operator_lister(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function that lists the operators of a task, as PDDL, if another task needs them too."""
+    """Return a function that lists, as PDDL, the operators of a task that another task needs, too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 

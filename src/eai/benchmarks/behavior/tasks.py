@@ -206,7 +206,7 @@ def yield_size_facts_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterat
 
 
 def get_model_category(task: Task, index: int) -> str:
-    """Return the category of an object's 3D model, such as `coffee_table`. A floor's names the room.
+    """Return the category of an object's 3D model, such as `coffee_table`. For a floor, it names the room.
 
     Raises:
         TypeError: the task is not a task of the data set.

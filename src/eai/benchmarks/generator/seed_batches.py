@@ -46,22 +46,22 @@ def open_generator(
 
 
 def make_tasks_from_seed_batch(
-    add_reference_plan: Callable[[GeneratedTask, Benchmark], GeneratedTask],
+    add_reference_plans: Callable[[GeneratedTask, Benchmark], GeneratedTask],
     generator: TaskGenerator,
     seeds: Sequence[str],
 ) -> list[bytes]:
     """Return, for each seed, its task or the reason why it gives none, pickled for `load_seed_result`.
 
     Args:
-        add_reference_plan: given a generated task and its benchmark, adds the reference plan: a plan for an
-            agent that sees only a part of the world.
+        add_reference_plans: given a generated task and its benchmark, adds a shortest plan, and a reference
+            plan for an agent that sees only a part of the world.
         generator: the generator.
         seeds: the seeds.
     """
     benchmark = generator.benchmark
     results = [generator.make_task_from_seed(seed) for seed in seeds]
     completed = [
-        replace(each, outcome=add_reference_plan(each.outcome, benchmark))
+        replace(each, outcome=add_reference_plans(each.outcome, benchmark))
         if isinstance(each.outcome, GeneratedTask)
         else each
         for each in results
