@@ -9,7 +9,7 @@ starts at the goal, so that only conditions relevant to the goal are estimated.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from itertools import islice
 from typing import NamedTuple, TypeAlias
 
@@ -257,6 +257,7 @@ class CostEstimates:
         previous: earlier estimates of the same search. Their tests of actions are used again if no fact that
             the conditions of an action read has changed.
         keep_protected: whether actions that make a condition in ``protected`` false are left out.
+        excluded: further actions that are left out.
 
     Attributes:
         state: the state.
@@ -275,9 +276,11 @@ class CostEstimates:
         previous: CostEstimates | None = None,
         *,
         keep_protected: bool = False,
+        excluded: Set[Action] = frozenset(),
     ) -> None:
         self.state = state
         self._keep_protected = keep_protected
+        self._excluded = excluded
         self.objects = objects
         self.bindings = bindings or SearchEffort(Limits().bindings)
         self._heuristic = heuristic
@@ -576,6 +579,8 @@ class CostEstimates:
 
     def _find_cheapest_candidate(self, candidates: GroundActions, best: _CheapestAction) -> _CheapestAction:
         for candidate in candidates:
+            if self._excluded and candidate.action in self._excluded:
+                continue
             if self._keep_protected and self._count_protected_conditions_broken_by(candidate.action):
                 continue
             tests = self._kept_tests if candidate.is_test_kept else self._other_tests

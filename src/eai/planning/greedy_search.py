@@ -2,12 +2,13 @@
 
 A state is expanded by its preferred operators (Hoffmann and Nebel 2001): the applicable actions on the
 cheapest estimated path to a condition (see `additive_heuristic`). If these actions lead to no goal, a
-thorough search tries every applicable action.
+thorough search tries every applicable action. Other searches return to dead ends, states whose preferred
+operators all lead to known states: they estimate such a state again, without these operators.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from typing import NamedTuple
 
 from eai.logic.formula import Atom
@@ -61,12 +62,17 @@ class GreedySearch:
         return self.effort.is_used_up or self._looks.is_limit_exceeded or self.bindings.is_limit_exceeded
 
     def make_estimates(
-        self, node: PlanNode, protected: Sequence[Subgoal] = (), *, keep_protected: bool = False
+        self,
+        node: PlanNode,
+        protected: Sequence[Subgoal] = (),
+        *,
+        keep_protected: bool = False,
+        excluded: Set[Action] = frozenset(),
     ) -> CostEstimates:
         """Return cost estimates from a node's state.
 
         Actions that make a condition in ``protected`` false cost more. If ``keep_protected`` is true, they
-        are left out.
+        are left out. Actions in ``excluded`` are always left out.
         """
         objects = self.successors.objects
         self._last = CostEstimates(
@@ -78,6 +84,7 @@ class GreedySearch:
             self.bindings,
             self._last,
             keep_protected=keep_protected,
+            excluded=excluded,
         )
         return self._last
 
@@ -104,7 +111,11 @@ class GreedySearch:
         return end
 
     def estimate_cost_and_preferred_actions(
-        self, node: PlanNode, subgoals: tuple[Subgoal, ...], needed_action_goal_count: int
+        self,
+        node: PlanNode,
+        subgoals: tuple[Subgoal, ...],
+        needed_action_goal_count: int,
+        excluded: Set[Action] = frozenset(),
     ) -> tuple[float, tuple[Action, ...]]:
         """Return the estimated cost from a node to a target, and the preferred actions of the node's state.
 
@@ -113,8 +124,9 @@ class GreedySearch:
             subgoals: closed conditions that the target meets.
             needed_action_goal_count: number of action goals (operators to take, in order) that are taken at
                 the target.
+            excluded: actions that the estimates leave out.
         """
-        estimates = self.make_estimates(node, subgoals)
+        estimates = self.make_estimates(node, subgoals, excluded=excluded)
         preferred = _PreferredActionCollector(self.heuristic, estimates)
         total = 0.0
         for condition in subgoals:
@@ -130,11 +142,16 @@ class GreedySearch:
 
 
 class _NodeWithActionsToTry(NamedTuple):
-    """A node to expand, its rank, and the actions to try from it; None to try all applicable actions."""
+    """A node to expand, its rank, and the actions to try from it.
+
+    If the actions are None, a thorough search tries all applicable actions. Other searches estimate the node
+    again, without the actions in ``excluded``.
+    """
 
     node: PlanNode
     rank: tuple[float, int]
     actions: tuple[Action, ...] | None
+    excluded: frozenset[Action]
 
 
 class _SingleGreedySearch:
@@ -167,11 +184,13 @@ class _SingleGreedySearch:
     def _expand_state(self, expansion: _NodeWithActionsToTry) -> PlanNode | SearchEndReason | None:
         """Expand a state by its preferred actions: applicable actions on cheapest estimated paths.
 
-        A thorough search later expands the state by all other actions.
+        A thorough search later expands the state by all other actions. Other searches return to the state
+        later only if all preferred actions lead to known states.
         """
-        node, rank, actions = expansion
-        if actions is not None and self._thorough:
-            self._open.push(expansion._replace(actions=None), _EXPANDED, *rank)
+        node, rank, actions, excluded = expansion
+        if actions is None and not self._thorough:
+            return self._return_target_or_queue_node(node, excluded)
+        is_dead_end = actions is not None and not excluded.issuperset(actions)
         applicable = self._successors.generate_applicable_actions(node, self._searches.bindings)
         for action in applicable if actions is None else actions:
             if self._is_over:
@@ -179,25 +198,35 @@ class _SingleGreedySearch:
             after = self._successors.make_successor(node, action)
             if after is None or (after.state, after.met) in self._seen:
                 continue
+            is_dead_end = False
             self._seen.add((after.state, after.met))
             goal = self._return_target_or_queue_node(after)
             if goal is not None:
                 return goal
+        if actions is not None and (is_dead_end or self._thorough):
+            self._open.push(
+                _NodeWithActionsToTry(node, rank, None, excluded.union(actions)), _EXPANDED, *rank
+            )
         return SearchEndReason.STATES if self._is_over else None
 
     @property
     def _is_over(self) -> bool:
         return self._effort.is_used_up or self._searches.is_over
 
-    def _return_target_or_queue_node(self, node: PlanNode) -> PlanNode | None:
-        """Queue a node by its estimated cost. If it reaches the target of the search, return it instead."""
+    def _return_target_or_queue_node(
+        self, node: PlanNode, excluded: frozenset[Action] = frozenset()
+    ) -> PlanNode | None:
+        """Queue a node by its estimated cost. If it reaches the target of the search, return it instead.
+
+        The estimate leaves out the actions in ``excluded``.
+        """
         self._effort.used += 1
-        ahead, preferred = self._searches.estimate_cost_and_preferred_actions(node, *self._target)
+        ahead, preferred = self._searches.estimate_cost_and_preferred_actions(node, *self._target, excluded)
         if ahead == 0.0:
             return node
         cost = ahead + _STEP_COST * (node.depth - self._start.depth)
         rank = (cost, -self._effort.used)
-        self._open.push(_NodeWithActionsToTry(node, rank, preferred), _UNEXPANDED, *rank)
+        self._open.push(_NodeWithActionsToTry(node, rank, preferred, excluded), _UNEXPANDED, *rank)
         return None
 
 
