@@ -213,3 +213,26 @@ def test_a_goal_that_holds_too_early_is_undone(tmp_path: Path) -> None:
         *("pick-up", "stack"),
     ]
     assert found.states < 20
+
+
+DEPOT = Path(__file__).parents[2] / "bench" / "domains" / "depot.pddl"
+
+
+def test_a_search_returns_to_dead_ends(tmp_path: Path) -> None:
+    """The shortest way to free a hoist is to put its crate back. This leads nowhere, so a truck must come."""
+    problem = tmp_path / "problem.pddl"
+    problem.write_text(
+        "(define (problem pile) (:domain depot)"
+        " (:objects t - truck h - hoist near far - place s - pallet c0 c1 - crate)"
+        " (:init (truck-at t far) (hoist-at h near) (free h) (at s near) (at c0 near) (at c1 near)"
+        " (on c0 s) (on c1 c0) (clear c1))"
+        " (:goal (on c1 s)))"
+    )
+    benchmark = find_benchmark(f"pddl:{DEPOT},{problem}")
+    (task,) = benchmark.tasks(Source()).values()
+    found = find_plan(task, Planner(benchmark.domain), Limits(30, thorough=False))
+    assert [action.operator for action in found.plan] == [
+        *("lift", "drive", "load"),
+        *("lift", "load"),
+        *("unload", "drop"),
+    ]
