@@ -48,7 +48,8 @@ def read_key_that_seals_journals(folder: Path) -> bytes:
         raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
     if len(key) != _KEY_BYTES:
         raise InputError(
-            f"{path}: the key that seals journals must have {_KEY_BYTES} bytes; give another folder"
+            f"{path}: expected a key for journals ({_KEY_BYTES} bytes), found {len(key)} bytes; "
+            "use another folder"
         )
     return key
 

@@ -99,7 +99,7 @@ def read_log(
     if len(readers) > 1:
         formats = ", ".join([reader.format for reader in readers])
         raise InputError(
-            f"{path}: several log formats fit this file ({formats}); remove one of their readers"
+            f"{path}: several log formats fit this file ({formats}); uninstall the package of one reader"
         )
     (reader,) = readers
     episodes = reader.read(path, content)
