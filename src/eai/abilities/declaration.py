@@ -394,7 +394,7 @@ def declare_plan_ability(
     )
 
 
-def count_faults_in_summary(verdict: PlanVerdict, kind: FaultKind) -> int:
+def count_faults_for_summary(verdict: PlanVerdict, kind: FaultKind) -> int:
     """Return the number of errors of a kind that one answer adds to the sum over many answers.
 
     If the verdict has `SummaryCounts`, this is their number of errors of the kind. Otherwise it is 1 if an
@@ -405,14 +405,14 @@ def count_faults_in_summary(verdict: PlanVerdict, kind: FaultKind) -> int:
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 
-def count_additional_steps_in_summary(verdict: PlanVerdict) -> int:
+def count_additional_steps_for_summary(verdict: PlanVerdict) -> int:
     """Return the number of additional (needless) steps that one answer adds to the sum over many answers.
 
     If the verdict has `SummaryCounts`, these hold the number. Otherwise the number is 1 if the answer has one
     or more additional steps, else 0.
     """
     if verdict.counted is not None:
-        return count_faults_in_summary(verdict, FaultKind.ADDITIONAL_STEP)
+        return count_faults_for_summary(verdict, FaultKind.ADDITIONAL_STEP)
     return int(bool(verdict.additional_steps))
 
 

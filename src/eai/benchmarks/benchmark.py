@@ -80,7 +80,7 @@ AdditionalCounts: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns additional counts of a data set: label -> count, and a note on the meaning of the count."""
 
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
-"""Function that returns the names that problem files of a data set may use, and a reader of such files."""
+"""Function that returns two values: the names that a data set's problem files may use, and their reader."""
 
 TaskObject: TypeAlias = tuple[Task, int]
 """An object of a task: the task, and the index of the object in its scene."""
@@ -153,8 +153,8 @@ class Benchmark:
     Attributes:
         name: name of the benchmark in stored verdicts.
         domain: the domain, with the rules that the paper describes.
-        open_tasks: returns the tasks. `eai.tasks.source.given` makes this function for tasks declared in a
-            program.
+        open_tasks: returns the tasks. `eai.use_tasks` makes this function for tasks declared in
+            a program.
         notation: how answers are written, and the names of objects and predicates.
         data: the published data.
         reference: text for which `eai.benchmarks.registry.find_benchmark` returns the benchmark; may be

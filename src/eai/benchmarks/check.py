@@ -92,7 +92,7 @@ class _TaskChecker:
     source: Source
 
     def __reduce__(self) -> tuple[Callable[[str, Source], _TaskChecker], tuple[str, Source]]:
-        return _open_checker, (self.benchmark.reference, self.source)
+        return _open_task_checker, (self.benchmark.reference, self.source)
 
     @cached_property
     def _planner(self) -> Planner:
@@ -110,7 +110,7 @@ class _TaskChecker:
         return ["no plan reaches its goals"] if end is SearchEndReason.UNREACHABLE else [], end
 
 
-def _open_checker(reference: str, source: Source) -> _TaskChecker:
+def _open_task_checker(reference: str, source: Source) -> _TaskChecker:
     return _TaskChecker(find_benchmark(reference), source)
 
 

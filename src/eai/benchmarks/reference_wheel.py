@@ -127,4 +127,4 @@ PUBLISHED = (
     ),
     DataPack(TEMPLATES, (EAI_EVAL,), _extract_prompt_template),
 )
-"""Data packages (packs) of VirtualHome and BEHAVIOR that are made from only the paper's wheel."""
+"""Data packages (packs) that are made from only the Python wheel of the paper's package eai-eval."""

@@ -353,9 +353,9 @@ Its argument is the mask of the answer's conditions. It returns None if the goal
 def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal], int]) -> FindClosestDnfTerm:
     """Return a function that finds the DNF term that shares most conditions with an answer.
 
-    If several DNF terms share equally many, the shortest is chosen, then the first. All literals of a
-    conjunction are scored together, but each of its other parts is scored on its own. So a condition that
-    occurs in two parts counts twice.
+    If several DNF terms share equally many, the shortest is chosen, then the first. In a conjunction, the
+    shared conditions of all literals are counted together, but those of each other part separately. So a
+    condition that occurs in two parts counts twice.
 
     Args:
         tree: the and-or tree of the goal.

@@ -52,7 +52,7 @@ class _UnboundVariable(NamedTuple):
     tests: tuple[ConditionTest, ...]
 
 
-class _BindingProcedure(NamedTuple):
+class _UnboundVariableBinder(NamedTuple):
     """A procedure that finds objects for an effect's unbound variables: those without an object so far.
 
     Attributes:
@@ -70,7 +70,7 @@ class _PartialBinding(NamedTuple):
     """An incomplete binding of the variables of an effect, and the procedure that completes the binding."""
 
     binding: FrameBinding
-    join: _BindingProcedure
+    join: _UnboundVariableBinder
 
 
 class _GroundCondition(NamedTuple):
@@ -111,7 +111,7 @@ class Achiever:
         self._vocabulary = vocabulary
         self._frame = SlotAllocator([f.Variable(name) for name in schema.variables])
         self._compiler = ConditionCompiler(vocabulary, self._frame)
-        self._joins: dict[tuple[str, ...], tuple[_BindingProcedure, _BindingProcedure]] = {}
+        self._joins: dict[tuple[str, ...], tuple[_UnboundVariableBinder, _UnboundVariableBinder]] = {}
         self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
         own_conditions = _find_effect_conditions(schema, with_parameter_subgoals=with_parameter_subgoals)
         others = [c for c in schema.conditions if c not in own_conditions]
@@ -191,7 +191,7 @@ class Achiever:
 
     def _make_binding_procedure(
         self, unbound_variables: tuple[str, ...], conditions: Sequence[f.Formula]
-    ) -> _BindingProcedure:
+    ) -> _UnboundVariableBinder:
         scope = self._frame.scope
         pending = list(conditions)
         determined = set(self.schema.variables) - set(unbound_variables)
@@ -218,7 +218,9 @@ class Achiever:
             )
             steps.append(step)
         needed = tuple(holds for c, holds in self.conditions if find_free_variables(c) <= determined)
-        return _BindingProcedure(tuple(self._compiler.compile_test(c) for c in first), tuple(steps), needed)
+        return _UnboundVariableBinder(
+            tuple(self._compiler.compile_test(c) for c in first), tuple(steps), needed
+        )
 
 
 def generate_complete_bindings(

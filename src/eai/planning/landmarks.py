@@ -207,9 +207,9 @@ class _RelaxationGraph:
             for action in self._actions[self._tried[number] :]
         ]
         self._tried.update(dict.fromkeys([number for number, _ in fresh], len(self._actions)))
-        return sum([self._add_action_for_change(number, action) for number, action in fresh]) > 0
+        return sum([self._add_action_making_change(number, action) for number, action in fresh]) > 0
 
-    def _add_action_for_change(self, node_number: int, action: Action) -> bool:
+    def _add_action_making_change(self, node_number: int, action: Action) -> bool:
         """Add an action to the graph as a way to change a fact, if the action's conditions can be met.
 
         The change is given by the number of its node. Return whether the action was added.

@@ -117,7 +117,7 @@ OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
 
 
 def use_tasks(*tasks: Task) -> OpenTasks[Task]:
-    """Return a function that opens the given tasks, which a program has made, instead of a data set.
+    """Return a function that returns the given tasks; a benchmark can have it in place of a data set.
 
     Raises:
         InputError: two tasks have the same id, or an argument is not a task.

@@ -14,7 +14,7 @@ from eai.benchmarks.behavior_1k.challenge import (
     _ActivityAmendment,
     _amend_activity_definition,
     amend_definitions_for_challenge,
-    load_amendments,
+    load_activity_amendments,
     open_challenge_2026,
 )
 from eai.benchmarks.behavior_1k.checkout import FILE, read_definitions
@@ -93,7 +93,7 @@ def test_gold_plans_reach_goals_that_do_not_hold_at_the_start(tasks: TaskSet[Tas
 
 def test_unchanged_definitions_keep_the_data_s_text(activity_store: Store) -> None:
     packed = split_by_activity(open_pack(PACK, Source(store=activity_store)).read_member(ACTIVITIES))
-    definitions, amended = amend_definitions_for_challenge(packed), load_amendments().activities
+    definitions, amended = amend_definitions_for_challenge(packed), load_activity_amendments().activities
     assert len(amended) == 50
     assert all(definitions[name] == packed[name] for name in definitions if name not in amended)
 

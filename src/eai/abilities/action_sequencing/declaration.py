@@ -12,8 +12,8 @@ from eai.abilities.declaration import (
     QuestionAndAnswerDeclaration,
     SchemaMaker,
     compute_reached_goal_shares,
-    count_additional_steps_in_summary,
-    count_faults_in_summary,
+    count_additional_steps_for_summary,
+    count_faults_for_summary,
     declare_plan_ability,
 )
 from eai.abilities.protocol import Ability
@@ -38,10 +38,10 @@ def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
         ),
         "execution_success": make_rate_contribution_of_answer(verdict.executable),
         **{
-            name: make_rate_contribution_of_answer(count_faults_in_summary(verdict, kind))
+            name: make_rate_contribution_of_answer(count_faults_for_summary(verdict, kind))
             for name, kind in ENDING_FAULTS.items()
         },
-        "additional_step": make_rate_contribution_of_answer(count_additional_steps_in_summary(verdict)),
+        "additional_step": make_rate_contribution_of_answer(count_additional_steps_for_summary(verdict)),
         **compute_reached_goal_shares(verdict),
     }
 

@@ -109,13 +109,13 @@ def make_plan_format(
     wrapper_key: str,
     read_steps_in_text: Callable[[str], StepList | None],
 ) -> AnswerFormat[StepList]:
-    """Return the form of a plan in JSON: a value with steps, or a list of such values.
+    """Return the format of answers that are plans in JSON: a value with steps, or a list of such values.
 
     Args:
-        description: the plan in words, for messages that begin with "there is no".
+        description: the plan in words; the message about an answer without a plan is "there is no ...".
         read: returns the steps in a value, or None. It is called for each item of a list.
         actions: names of actions in answers; empty if these names are unknown.
-        wrapper_key: key of an object around the plan, if questions may ask for such an object.
+        wrapper_key: key under which a JSON object may hold the plan, if questions may ask for such an object.
         read_steps_in_text: returns the steps in a string of the JSON value, or None.
     """
 

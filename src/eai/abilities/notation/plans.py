@@ -1,8 +1,8 @@
 """Notations of plans: the form of plans in a benchmark's answers, and the meaning of names in them.
 
-The names in a plan as written may be unknown. `resolve_plan` translates a written plan into actions on
-objects. An `Execution` is the outcome of a plan. Other plans may have been executed before it in the same
-world, and actions may slip (have no effect).
+A written plan may contain unknown names. `resolve_plan` translates it into actions on objects. An
+`Execution` is the outcome of the plan; other plans may have been executed earlier in the same world, and
+actions may slip (have no effect).
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ from eai.abilities.declaration import (
     QuestionAndAnswerDeclaration,
     SchemaMaker,
     compute_reached_goal_shares,
-    count_additional_steps_in_summary,
-    count_faults_in_summary,
+    count_additional_steps_for_summary,
+    count_faults_for_summary,
     declare_plan_ability,
 )
 from eai.abilities.protocol import Ability
@@ -53,11 +53,11 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
         "hallucination": make_rate_contribution_of_answer(unknown),
         "argument_number": make_rate_contribution_of_answer(wrong_arity),
         **{
-            name: make_rate_contribution_of_answer(count_faults_in_summary(verdict, kind))
+            name: make_rate_contribution_of_answer(count_faults_for_summary(verdict, kind))
             for name, kind in RUNTIME_FAULTS.items()
             if kind is not FaultKind.UNCATEGORISED
         },
-        "additional_step": make_rate_contribution_of_answer(count_additional_steps_in_summary(verdict)),
+        "additional_step": make_rate_contribution_of_answer(count_additional_steps_for_summary(verdict)),
         "goal_unreachable": make_rate_contribution_of_answer(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
         **compute_reached_goal_shares(verdict),

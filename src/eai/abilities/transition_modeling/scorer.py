@@ -180,7 +180,7 @@ def _list_explanation_notes(judgement: OperatorJudgement) -> Iterator[str]:
 def _describe_clause_differences(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
     """Yield texts on the missing and the additional clauses of an operator's precondition and effect.
 
-    The clauses of an unreadable precondition or effect are unknown.
+    An unreadable precondition or effect counts as lacking all its clauses.
     """
     unread = {finding.place for finding in report.offences if finding.offence.makes_text_unreadable}
     for side, clauses in (("precondition", report.precondition), ("effect", report.effect)):

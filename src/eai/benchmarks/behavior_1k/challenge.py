@@ -52,7 +52,7 @@ class _ChallengeAmendments(BaseModel):
 
 
 @cache
-def load_amendments() -> _ChallengeAmendments:
+def load_activity_amendments() -> _ChallengeAmendments:
     """Return the changes that make activities of the challenge of 2026 from activities of bddl 3.6.0."""
     text = (files("eai.benchmarks.behavior_1k") / AMENDMENTS).read_text(encoding="utf-8")
     return _ChallengeAmendments.model_validate(parse_toml(text))
@@ -60,7 +60,7 @@ def load_amendments() -> _ChallengeAmendments:
 
 def open_challenge_2026(source: Source | None) -> tuple[Definitions, DataForAmendedDefinitions]:
     """Return the definitions of the challenge's activities, and facts on amended ones, such as plans."""
-    amendments = load_amendments()
+    amendments = load_activity_amendments()
     packed = split_by_activity(open_pack(PACK, source).read_member(ACTIVITIES))
     supplement = DataForAmendedDefinitions(amendments.kinds, read_plans(PLANS_2026), amendments.left_out)
     return amend_definitions_for_challenge(packed), supplement
@@ -74,7 +74,7 @@ def amend_definitions_for_challenge(original: Definitions) -> Definitions:
     Raises:
         DataError: a definition lacks a fact that its amendment removes.
     """
-    amendments = load_amendments()
+    amendments = load_activity_amendments()
     amended = {
         name: _amend_activity_definition(name, original, each) for name, each in amendments.activities.items()
     }

@@ -57,7 +57,7 @@ _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items
 def _format_goals_of_plan_prompt(belief: BelievedTask) -> str:
     """Return the text of the goals, which names classes of objects, and relations as in scene graphs.
 
-    Goals for actions appear twice in the text.
+    The actions that the goals require appear twice in the text.
     """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}

@@ -384,11 +384,11 @@ class _GoalDecisionFile(Options):
 def read_uncounted_predicates_and_decisions(
     path: Path,
 ) -> tuple[tuple[str, ...], dict[str, GoalDecisions]]:
-    """Read a user's decisions about the goals for which task titles stand, from a TOML file.
+    """Read from a TOML file which goals a user chose for tasks with the same title.
 
     Returns:
-        The names of predicates whose patterns are not counted, and the decisions by task title. Both are
-        empty if the file does not exist.
+        The names of predicates that are left out when goals are counted in demonstrations, and the decisions
+        by task title. Both are empty if the file does not exist.
 
     Raises:
         InputError: the file does not hold decisions. The message names the faulty key.

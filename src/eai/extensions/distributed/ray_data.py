@@ -61,7 +61,7 @@ class BatchScorer:
         ]
         records = Scoring().score_records(self._suite, self._model, answers, explanations=self._explanations)
         scored = [
-            (None, None, None) if task_id is None else _make_record_outcome_and_success(next(records))
+            (None, None, None) if task_id is None else _make_values_of_record_columns(next(records))
             for task_id in task_ids
         ]
         return {
@@ -79,7 +79,7 @@ class BatchScorer:
             yield frame.assign(**{column: scored[column] for column in RECORD_COLUMNS})
 
 
-def _make_record_outcome_and_success(record: Record) -> tuple[str, str, bool | None]:
+def _make_values_of_record_columns(record: Record) -> tuple[str, str, bool | None]:
     outcome = outcome_of(record)
     excluded = record.verdict.excluded is not None
     return format_record_line(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS

@@ -29,7 +29,7 @@ _Files: TypeAlias = dict[str, str | bytes]
 """Contents of files by their paths relative to a folder."""
 
 IMAGE = "image"
-"""Name of the folder, beside the task folders, from which the image with the tasks' worlds is built."""
+"""Name of the folder, beside the task folders, from which the container image of the worlds is built."""
 
 _PACKAGE = "eai-bench"
 

@@ -267,7 +267,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     if not written:
         return Unreadable("no step was found")
     try:
-        # JSON strings contain no line break, so a line break always ends a list.
+        # JSON strings contain no line break, so no string of one list can go on into the next list.
         lists = json.loads("[" + ",\n".join([arguments for _, arguments in written]) + "]")
     except (ValueError, RecursionError):
         return LIST_IS_NOT_JSON

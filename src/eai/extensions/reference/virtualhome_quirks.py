@@ -287,7 +287,7 @@ def add_failing_actions_lookat_short_and_long(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def make_walk_to_object_in_no_room_fail(operator: Operator, check: Check) -> Check:
-    """Make a walk to an object that is in no room an uncategorised error, because eai-eval aborts there.
+    """Report an uncategorised error if the target of a walk is in no room, because eai-eval aborts there.
 
     See ``execution.py``, ``WalkExecutor``.
     """

@@ -398,7 +398,7 @@ class Repairer:
         )
 
 
-class _RepairNode(NamedTuple):
+class _PlanRepairNode(NamedTuple):
     """An edited plan in the queue.
 
     Attributes:
@@ -452,11 +452,11 @@ class _RepairSearch:
         self._steps = frozenset([step for step in plan if step is not None])
         self.effort = SearchEffort()
         self.min_edits = 0
-        self._waiting: OpenList[_RepairNode] = OpenList()
+        self._waiting: OpenList[_PlanRepairNode] = OpenList()
         self._seen: set[tuple[EditedPlan, bool]] = set()
         self._pushed = 0
         start = make_unedited_plan(plan)
-        self._push_node(_RepairNode(start, START, 0, 0, compute_edit_cost(start), 0, -1, 0))
+        self._push_node(_PlanRepairNode(start, START, 0, 0, compute_edit_cost(start), 0, -1, 0))
 
     def run(self, limit: float, known_edits: float = inf) -> EditedPlan | None:
         """Search for a repair with fewest edits, or continue the search. Return the repair, or None.
@@ -482,14 +482,14 @@ class _RepairSearch:
         self.min_edits = int(min(self.min_edits, known_edits))
         return None
 
-    def _push_node(self, node: _RepairNode) -> None:
+    def _push_node(self, node: _PlanRepairNode) -> None:
         """Put a plan into the queue. A plan can be in the queue twice: before and after its execution."""
         number_before = len(self._seen)
         self._seen.add((node.plan, node.first_unknown < 0))  # a test before `add` would hash the plan twice
         if len(self._seen) > number_before:
             self._add_to_queue(node)
 
-    def _add_to_queue(self, node: _RepairNode) -> None:
+    def _add_to_queue(self, node: _PlanRepairNode) -> None:
         """Put a plan into the queue, even if it was queued before.
 
         The plan whose repair needs fewest edits comes first, then the plan with fewest failures, then the
@@ -499,7 +499,7 @@ class _RepairSearch:
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
         self._waiting.push(node, node.min_repair_edits, node.failures, -self._pushed)
 
-    def _execute_plan_and_check_success(self, node: _RepairNode) -> bool:
+    def _execute_plan_and_check_success(self, node: _PlanRepairNode) -> bool:
         """Execute the plan of a node. Return True if the plan succeeds.
 
         If the plan fails, its node is queued again, with the result of the execution. Some copies of the plan
@@ -525,7 +525,7 @@ class _RepairSearch:
                 self._push_node(self._make_deletion_node(node._replace(path=path, failures=lacks), position))
         return False
 
-    def _expand_node(self, node: _RepairNode) -> None:
+    def _expand_node(self, node: _PlanRepairNode) -> None:
         """Queue the plan with each helping edit that adds no cost, and postpone costlier edits.
 
         An edit helps if it may resolve the plan's conflict (its first failure). Most postponed edits are
@@ -549,7 +549,7 @@ class _RepairSearch:
             self._add_to_queue(node._replace(edits=edits, min_edits=node.min_repair_edits + 1))
 
     def _queue_insertions_and_find_max_cost(
-        self, node: _RepairNode, position: int, actions: Sequence[Action | None]
+        self, node: _PlanRepairNode, position: int, actions: Sequence[Action | None]
     ) -> int:
         """For each action, queue a copy of the plan in which the action is inserted at a position.
 
@@ -582,14 +582,14 @@ class _RepairSearch:
                 self._push_node(self._make_child_node(node, child, at, costs, lacked))
         return max_cost
 
-    def _make_deletion_node(self, node: _RepairNode, position: int) -> _RepairNode:
+    def _make_deletion_node(self, node: _PlanRepairNode, position: int) -> _PlanRepairNode:
         plan, at = insert_or_delete_step(node.plan, position, None)
         lacked = node.missed_cuts
         if self._landmarks.get_mask_of_cuts_with_action(node.plan[position].action):
             lacked = self._landmarks.find_cuts_missed_by([e.action for e in plan if e.action is not None])
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
-    def _update_min_edits(self, node: _RepairNode) -> _RepairNode:
+    def _update_min_edits(self, node: _PlanRepairNode) -> _PlanRepairNode:
         """Search for more landmarks, and return the node with an updated minimum number of missing steps.
 
         A landmark is a set of actions; every plan that succeeds has at least one action of the set. The
@@ -611,15 +611,15 @@ class _RepairSearch:
         )
 
     def _make_child_node(
-        self, parent: _RepairNode, plan: EditedPlan, first_changed: int, costs: EditCost, missed_cuts: int
-    ) -> _RepairNode:
+        self, parent: _PlanRepairNode, plan: EditedPlan, first_changed: int, costs: EditCost, missed_cuts: int
+    ) -> _PlanRepairNode:
         first_changed = min(first_changed, len(parent.path) - 1)
         lacking = self._landmarks.count_min_actions_for_cuts(missed_cuts)
-        return _RepairNode(
+        return _PlanRepairNode(
             plan, parent.path, first_changed, parent.failures, costs, missed_cuts, parent.known_cuts, lacking
         )
 
-    def _is_useless_insertion(self, node: _RepairNode, position: int, action: Action) -> bool:
+    def _is_useless_insertion(self, node: _PlanRepairNode, position: int, action: Action) -> bool:
         """Whether an inserted action is impossible at its position, or changes nothing."""
         if node.cost.insertions:
             return False

@@ -23,7 +23,7 @@ _HEIGHT = 4.4
 """The height of the figure, in inches."""
 
 _GAP = 2.5
-"""Distance between two bars of a column, in percent of all answers."""
+"""Vertical distance between two stacked bars, in units of the vertical axis (percent of all answers)."""
 
 _LINE = 3.4
 """Height of a line of text, in units of the vertical axis (percent of all answers)."""

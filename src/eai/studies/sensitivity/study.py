@@ -140,7 +140,7 @@ def _map_operators_to_errors(record: Record, replaced: ReplacedPart) -> dict[str
 
 
 def make_operator_sensitivity_tables(trials: Sequence[OperatorReplacementTrial]) -> list[Table]:
-    """Return the tables that show which operators of answers break plans."""
+    """Return the tables that show which operators, as answers define them, break plans."""
     return [
         _make_sensitivity_table(trials),
         _make_outcomes_table(trials),

@@ -46,10 +46,10 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Mapping from the templates of questions that answers may decline to a suffix.
+"""Mapping from a template of questions to the suffix of the templates that explain how to decline them.
 
-An answer that declines a question states that the task is impossible, or asks for the meant object. The
-suffix is in the names of the templates that explain how to decline the question.
+An answer that declines a question states that the task is impossible, or asks for the meant object. Answers
+may not decline questions of other templates.
 """
 
 _WORD = re.compile(r"[^\s()]+")
