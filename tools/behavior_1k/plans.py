@@ -172,7 +172,7 @@ class _Regression(Products):
     def _bring_about(self, predicate: str, names: Sequence[str]) -> None:
         """Make an atom true."""
         for name in names:
-            if predicate == "real" or not self._has(p.substance, name):
+            if predicate == "real" or not self._has_fact(p.substance, name):
                 self._produce(name)
         match predicate, *names:
             case "real", _:
@@ -231,7 +231,7 @@ class _Regression(Products):
         ways: list[Way] = [lambda: self._put_into(name, place)]
         if support not in (None, place) and name in self._placed:
             carrier = str(support)
-            if not (self._has(p.fixed, carrier) or self._has(p.floor, carrier)):
+            if not (self._has_fact(p.fixed, carrier) or self._has_fact(p.floor, carrier)):
                 ways.insert(0, lambda: self._put_into(carrier, place))
         self._first_of(ways, f"{name} cannot be put into {place}")
 
@@ -259,7 +259,7 @@ class _Regression(Products):
     def _undo(self, predicate: str, names: Sequence[str]) -> None:
         """Make an atom false."""
         match predicate, *names:
-            case "real", name if self._has(p.sliceable, name):
+            case "real", name if self._has_fact(p.sliceable, name):
                 self._slice(name)
             case "covered", name, substance:
                 self._uncover(name, substance)
@@ -303,9 +303,11 @@ class _Regression(Products):
 
     def _take_away(self, name: str, place: str) -> None:
         self._get(name)
-        if self._has(p.floor, place):
+        if self._has_fact(p.floor, place):
             places = [
-                o for o in self._find_objects_with(p.fixed) if o != place and not self._has(p.openable, o)
+                o
+                for o in self._find_objects_with(p.fixed)
+                if o != place and not self._has_fact(p.openable, o)
             ]
             self._with_any(
                 partial(self._do, "PLACE_ONTOP", name), places, f"there is nowhere else to put {name}"

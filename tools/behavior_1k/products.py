@@ -16,8 +16,10 @@ class Products(Ways):
 
     def _produce(self, name: str, inside: str | None = None) -> None:
         """Make an object or substance that does not exist yet; a substance in `inside`, if it is given."""
-        if self._has(p.substance, name):
-            if self._holders(name, movable=False) and (inside is None or self._has(p.has_in, inside, name)):
+        if self._has_fact(p.substance, name):
+            if self._holders(name, movable=False) and (
+                inside is None or self._has_fact(p.has_in, inside, name)
+            ):
                 return
         elif self._is("real", name):
             return
@@ -61,10 +63,10 @@ class Products(Ways):
 
     def _dice(self, whole: str, inside: str | None, *, cooked: bool) -> None:
         self._produce(whole)
-        if cooked and not self._has(p.is_cooked, whole):
+        if cooked and not self._has_fact(p.is_cooked, whole):
             self._heat(whole, self._find_sources_of(p.cooks, whole))
         vessels = [v for v in (inside, *self._vessels()) if v and not self._is("carried_by", v, whole)]
-        boards = [o for o in self._category if not self._has(p.fixed, o) and "board" in o]
+        boards = [o for o in self._category if not self._has_fact(p.fixed, o) and "board" in o]
 
         def dice(place: str | None) -> None:
             if place is not None:
@@ -76,7 +78,7 @@ class Products(Ways):
 
     def _put_at(self, name: str, place: str) -> None:
         """Put an object into a container that can be filled, or onto another object."""
-        if self._has(p.fillable, place):
+        if self._has_fact(p.fillable, place):
             self._put_into(name, place)
         else:
             self._put_with("PLACE_ONTOP", name, place)
@@ -84,16 +86,16 @@ class Products(Ways):
     def _pots(self, substance: str | None, inside: str | None) -> list[str]:
         """Return containers for a product: the intended one, holders of the substance, empty ones, others."""
         holding = [] if substance is None else self._holders(substance)
-        wanted = [] if inside is None or self._has(p.fixed, inside) else [inside]
+        wanted = [] if inside is None or self._has_fact(p.fixed, inside) else [inside]
         others = [
             v
             for v in self._find_objects_with(p.fillable)
-            if self._is("real", v) and not self._has(p.fixed, v)
+            if self._is("real", v) and not self._has_fact(p.fixed, v)
         ]
         return [*dict.fromkeys((*wanted, *(v for v in holding if v in others), *self._vessels(), *others))]
 
     def _expect_in(self, vessel: str, substance: str) -> None:
-        if not self._has(p.has_in, vessel, substance):
+        if not self._has_fact(p.has_in, vessel, substance):
             raise NoWayError(f"there is no {substance} in {vessel}")
 
     def _cook_in_pot(self, substance: str, made: str, inside: str | None) -> None:
@@ -103,7 +105,7 @@ class Products(Ways):
             self._expect_in(pot, made)
 
         if not self._holders(substance, movable=False):
-            self._produce(substance, None if inside is None or self._has(p.fixed, inside) else inside)
+            self._produce(substance, None if inside is None or self._has_fact(p.fixed, inside) else inside)
         self._with_any(cook, self._pots(substance, inside), f"no pot for {substance}")
 
     def _boil_in_pot(self, substance: str, made: str, inside: str | None) -> None:
@@ -112,7 +114,7 @@ class Products(Ways):
             raise NoWayError("there is no boiled water")
 
         def boil(pot: str) -> None:
-            if not self._has(p.has_in, pot, boiled[0]):
+            if not self._has_fact(p.has_in, pot, boiled[0]):
                 for water in self._find_sources_of(p.cooks_to, boiled[0])[:1]:
                     self._have_in(pot, water)
                     self._heat(pot, self._find_sources_of(p.cooks, water))
@@ -128,7 +130,7 @@ class Products(Ways):
         def melt(place: str) -> None:
             self._put_at(thing, place)
             self._heat(place, self._find_sources_of(p.melts, thing))
-            if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
+            if not (self._has_fact(p.has_in, place, made) or self._has_fact(p.has_cover, place, made)):
                 raise NoWayError(f"there is no {made} in or on {place}")
 
         unfit = (*self._find_objects_with(p.fixed), *self._find_objects_with(p.substance), thing)
@@ -139,14 +141,14 @@ class Products(Ways):
 
     def _follow(self, recipe: str, inside: str | None) -> Iterator[Way]:
         """Yield the methods to follow a recipe."""
-        if self._has(p.by_heat, recipe):
+        if self._has_fact(p.by_heat, recipe):
             vessels, sources = (
                 self._find_targets_of(p.made_in, recipe),
                 self._find_targets_of(p.heated_by, recipe),
             )
             pairs = [(vessel, source) for vessel in vessels for source in sources]
             yield from (lambda v=v, s=s: self._bake(recipe, v, s) for v, s in pairs)
-        elif self._has(p.by_stirring, recipe):
+        elif self._has_fact(p.by_stirring, recipe):
             yield from (lambda v=v: self._stir(recipe, v) for v in self._pots(None, inside))
         else:
             yield from (lambda m=m: self._run(recipe, m) for m in self._find_targets_of(p.made_in, recipe))
@@ -158,23 +160,25 @@ class Products(Ways):
             self._find_targets_of(p.topping, recipe),
         )
         for each in (*things, *toppings):
-            if not self._has(p.substance, each):
+            if not self._has_fact(p.substance, each):
                 self._produce(each)
-            if self._has(p.cooked_first, recipe, each) and not self._has(p.is_cooked, each):
+            if self._has_fact(p.cooked_first, recipe, each) and not self._has_fact(p.is_cooked, each):
                 self._heat(each, self._find_sources_of(p.cooks, each))
         for each in (*things, *toppings):
-            if self._has(p.substance, each) and not (self._holders(each, movable=False) or self._taps(each)):
+            if self._has_fact(p.substance, each) and not (
+                self._holders(each, movable=False) or self._taps(each)
+            ):
                 self._produce(each)
         for each in things:
-            if self._has(p.substance, each):
+            if self._has_fact(p.substance, each):
                 self._have_in(vessel, each)
             elif not self._is("carried_by", each, vessel):
                 self._put_into(each, vessel)
         bases = self._find_targets_of(p.base, recipe)
         for each in toppings:
-            if self._has(p.substance, each):
+            if self._has_fact(p.substance, each):
                 self._cover(bases[0], each)
-            elif not any(self._has(p.lies_on, each, base) for base in bases):
+            elif not any(self._has_fact(p.lies_on, each, base) for base in bases):
                 self._put_with("PLACE_ONTOP", each, bases[0])
 
     def _run(self, recipe: str, machine: str) -> None:
@@ -190,4 +194,4 @@ class Products(Ways):
 
     def _bake(self, recipe: str, vessel: str, source: str) -> None:
         self._prepare(recipe, vessel)
-        self._expose("FREEZE" if self._has(p.cold_source, source) else "HEAT", vessel, source)
+        self._expose("FREEZE" if self._has_fact(p.cold_source, source) else "HEAT", vessel, source)

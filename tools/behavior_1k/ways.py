@@ -157,13 +157,13 @@ class Ways(SceneFactReader):
             around.append((inner, outer))
             inner = outer
         for inner, outer in reversed(around):
-            if self._has(p.lies_in, inner, outer) and self._is("closed", outer):
+            if self._has_fact(p.lies_in, inner, outer) and self._is("closed", outer):
                 self._free_hand(*keep)
                 self._do("OPEN", outer)
 
     def _get(self, name: str, *keep: str) -> None:
         """Take an object into a hand."""
-        if self._has(p.held, name):
+        if self._has_fact(p.held, name):
             return
         self._produce(name)
         self._reach(name, *keep)
@@ -181,19 +181,19 @@ class Ways(SceneFactReader):
             self._do("OPEN", name)
 
     def _shut(self, name: str, *keep: str) -> None:
-        if self._has(p.openable, name) and self._has(p.is_open, name):
+        if self._has_fact(p.openable, name) and self._has_fact(p.is_open, name):
             self._free_hand(*keep)
             self._do("CLOSE", name)
 
     def _switch_on(self, name: str, *keep: str) -> None:
-        if self._has(p.toggleable, name) and not self._has(p.is_toggled_on, name):
+        if self._has_fact(p.toggleable, name) and not self._has_fact(p.is_toggled_on, name):
             self._reach(name, *keep)
-            if not self._has(p.held, name):
+            if not self._has_fact(p.held, name):
                 self._free_hand(*keep)
             self._do("TOGGLE_ON", name)
 
     def _put_into(self, name: str, place: str) -> None:
-        if not self._has(p.lies_in, name, place):
+        if not self._has_fact(p.lies_in, name, place):
             self._opened(place)
             self._get(name)
             self._opened(place, name)
@@ -209,18 +209,22 @@ class Ways(SceneFactReader):
     def _holders(self, substance: str, *, movable: bool = True) -> list[str]:
         """Return objects from which a substance can be taken: sources and containers before surfaces."""
         filled = [o for how in (p.gives, p.full_of, p.has_in) for o in self._find_sources_of(how, substance)]
-        if movable and not self._has(p.visual, substance):
+        if movable and not self._has_fact(p.visual, substance):
             filled += self._find_sources_of(p.has_cover, substance)
         found = dict.fromkeys(filled)
-        return [o for o in found if self._is("real", o) and not (movable and self._has(p.fixed, o))]
+        return [o for o in found if self._is("real", o) and not (movable and self._has_fact(p.fixed, o))]
 
     def _taps(self, substance: str) -> list[str]:
-        return [source for source in self._find_sources_of(p.gives, substance) if self._has(p.fixed, source)]
+        return [
+            source for source in self._find_sources_of(p.gives, substance) if self._has_fact(p.fixed, source)
+        ]
 
     def _vessels(self, *without: str) -> list[str]:
         """Return the empty containers."""
         empty = [v for v in self._find_objects_with(p.fillable) if not self._find_targets_of(p.has_in, v)]
-        return [v for v in empty if self._is("real", v) and not self._has(p.fixed, v) and v not in without]
+        return [
+            v for v in empty if self._is("real", v) and not self._has_fact(p.fixed, v) and v not in without
+        ]
 
     def _supply(self, substance: str, *without: str) -> str:
         """Return a movable object that holds a substance, after filling or making it if necessary."""
@@ -246,7 +250,7 @@ class Ways(SceneFactReader):
     def _have_in(self, vessel: str, substance: str, *, full: bool = False) -> None:
         """Bring a substance into a container."""
         wanted = p.full_of if full else p.has_in
-        if self._has(wanted, vessel, substance):
+        if self._has_fact(wanted, vessel, substance):
             return
 
         def pour() -> None:
@@ -258,15 +262,15 @@ class Ways(SceneFactReader):
 
         def make() -> None:
             self._produce(substance, vessel)
-            if full and not self._has(p.full_of, vessel, substance):
+            if full and not self._has_fact(p.full_of, vessel, substance):
                 pour()
 
         def done(way: Way) -> None:
             way()
-            if not self._has(wanted, vessel, substance):
+            if not self._has_fact(wanted, vessel, substance):
                 raise NoWayError(f"{vessel} does not hold enough {substance}")
 
-        taps = [] if self._has(p.fixed, vessel) else self._taps(substance)
+        taps = [] if self._has_fact(p.fixed, vessel) else self._taps(substance)
         fills: list[Way] = [partial(self._fill, vessel, tap) for tap in taps]
         ways: list[Way] = [pour, *fills, make] if self._holders(substance) else [*fills, make, pour]
         self._first_of((partial(done, way) for way in ways), f"{substance} cannot be brought into {vessel}")
@@ -274,7 +278,7 @@ class Ways(SceneFactReader):
     def _cover(self, name: str, substance: str) -> None:
         """Cover an object with a substance."""
         self._put_with("APPLY", self._supply(substance, name), name)
-        if not self._has(p.has_cover, name, substance):
+        if not self._has_fact(p.has_cover, name, substance):
             raise NoWayError(f"{name} is not covered with {substance}")
 
     def _uncover(self, name: str, substance: str) -> None:
@@ -283,11 +287,11 @@ class Ways(SceneFactReader):
             (tool, manner)
             for manner in (p.removes_dry, p.removes_running, p.removes_soaked)
             for tool in self._find_sources_of(manner, substance)
-            if tool != name and self._is("real", tool) and not self._has(p.fixed, tool)
+            if tool != name and self._is("real", tool) and not self._has_fact(p.fixed, tool)
         ]
         dirty = [each for each in tools if self._was_dirty(each[0])]
         ways = [partial(self._wipe, name, substance, *each) for each in tools if each not in dirty]
-        if not self._has(p.fixed, name):
+        if not self._has_fact(p.fixed, name):
             ways += [
                 partial(self._wash, name, substance, machine) for machine in self._find_objects_with(p.washer)
             ]
@@ -322,23 +326,25 @@ class Ways(SceneFactReader):
 
     def _wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
         solvents = self._find_targets_of(p.dissolved_by, substance)
-        if manner is p.removes_soaked and not any(self._has(p.soaked_with, tool, each) for each in solvents):
+        if manner is p.removes_soaked and not any(
+            self._has_fact(p.soaked_with, tool, each) for each in solvents
+        ):
             self._with_solvent(substance, partial(self._soak, tool))
         self._get(tool)
         if manner is p.removes_running:
             self._switch_on(tool, tool)
         self._reach(name, tool)
-        if self._has(p.held, name):
+        if self._has_fact(p.held, name):
             self._do("RELEASE", name)
         self._do("WIPE", name, tool)
 
     def _wash(self, name: str, substance: str, machine: str) -> None:
-        if not self._has(p.washes_off, machine, substance):
+        if not self._has_fact(p.washes_off, machine, substance):
             self._with_solvent(substance, partial(self._have_in, machine))
         self._run_closed("WASH", name, machine)
 
     def _rinse(self, name: str, substance: str, sink: str) -> None:
-        if not self._has(p.washes_off, sink, substance):
+        if not self._has_fact(p.washes_off, sink, substance):
             self._with_solvent(substance, partial(self._cover, name))
         self._get(name)
         self._switch_on(sink, name)
@@ -357,7 +363,7 @@ class Ways(SceneFactReader):
         def under(source: str) -> None:
             self._get(name)
             self._reach(source, name)
-            if self._has(p.fixed, source) and not self._has(p.has_in, source, substance):
+            if self._has_fact(p.fixed, source) and not self._has_fact(p.has_in, source, substance):
                 self._switch_on(source, name)
             self._do("SOAK", name, source)
 
@@ -368,7 +374,7 @@ class Ways(SceneFactReader):
         sources = [partial(under, source) for source in dict.fromkeys((*self._taps(substance), *near))]
         ways: tuple[Way, ...] = (*sources, lambda: under(self._supply(substance, name)), water)
         self._first_of(ways, f"{name} cannot be soaked with {substance}")
-        if not self._has(p.soaked_with, name, substance):
+        if not self._has_fact(p.soaked_with, name, substance):
             raise NoWayError(f"{name} is not soaked with {substance}")
 
     # Heat and cold.
@@ -376,20 +382,20 @@ class Ways(SceneFactReader):
     def _expose(self, operator: str, name: str, source: str) -> None:
         """Expose an object to a working source of heat or cold."""
         if not self._is("exposed_to", name, source):
-            if self._has(p.works_inside, source):
+            if self._has_fact(p.works_inside, source):
                 self._put_into(name, source)
             else:
                 self._put_with("PLACE_ONTOP", name, source)
-        if self._has(p.works_closed, source):
+        if self._has_fact(p.works_closed, source):
             self._shut(source)
-        if self._has(p.works_on, source):
+        if self._has_fact(p.works_on, source):
             self._switch_on(source)
         self._do(operator, name, source)
 
     def _heat(self, name: str, sources: Sequence[str]) -> None:
         """Heat an object with one of some sources; sources that cannot be moved come first."""
-        able = [source for source in sources if not self._has(p.lighter, source)]
-        able.sort(key=lambda source: not self._has(p.fixed, source))
+        able = [source for source in sources if not self._has_fact(p.lighter, source)]
+        able.sort(key=lambda source: not self._has_fact(p.fixed, source))
         self._with_any(partial(self._expose, "HEAT", name), able, f"no source of heat for {name}")
 
     def _thaw(self, name: str) -> None:
