@@ -121,8 +121,9 @@ def read_problem_file(
     """Read the problem in a file, which must belong to the domain.
 
     If the domain is in a file, facts and goals must have arguments of the declared types, and the problem may
-    name no other domain. Otherwise it may name another domain if it fits this domain. An object that the
-    domain declares as a constant of the same type is dropped from the problem.
+    name no other domain. If the domain is in no file, the problem may name another domain, as long as its
+    facts and goals are valid in this domain. An object that the domain declares as a constant of the same
+    type is dropped from the problem.
 
     Args:
         path: the file of the problem.

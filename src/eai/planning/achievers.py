@@ -572,7 +572,8 @@ class _PartlyBoundAchiever:
     ) -> Iterator[FrameBinding]:
         """Yield bindings of all variables of the operator's effect in a state.
 
-        Each binding meets the effect's conditions, except subgoals, which other actions may establish.
+        Each binding meets the conditions of the effect, except those that other actions may establish first
+        (subgoals).
         """
         return (
             generate_complete_bindings(state, self._partial, usable_mask, effort)

@@ -1,8 +1,8 @@
 """Explain how eai-eval 1.0.5 (the paper's package) misreads plans.
 
 The package eai-eval collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` is
-lost, and steps in a model's reasoning count. Explanations list the steps that eai-eval loses or adds, and the
-verdict by the paper's text, ``strict`` (`lossy_reading` in the documentation of the protocols).
+lost, and steps in a model's reasoning count. Explanations list the steps that eai-eval loses or adds. They
+also give the verdict under the protocol ``strict`` (`lossy_reading` in the documentation of the protocols).
 """
 
 from __future__ import annotations

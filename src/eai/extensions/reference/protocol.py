@@ -119,8 +119,8 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
 def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
     """Open the tasks of transition modeling, scored by this protocol (the rules of eai-eval).
 
-    The operators of BEHAVIOR have the names of the data set. ``extract_action_details`` reads a name up to
-    its first hyphen, so eai-eval never finds the operator whose name has a hyphen, even in gold answers.
+    As in eai-eval, one operator of BEHAVIOR, whose name has a hyphen, is found in no answer, not even in gold
+    answers: ``extract_action_details`` reads names only up to the first hyphen.
     """
     from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
     from eai.extensions.reference.operator_rules import PublishedOperatorRules

@@ -248,7 +248,7 @@ class GoalSection:
     write: Callable[[BelievedTask], str]
 
     def replace_goals_in_question(self, question: str, belief: BelievedTask) -> str:
-        """Return a question in which this section states the goals that a model believes.
+        """Return a question whose section has the goals of a `BelievedTask`, such as predicted goals.
 
         Raises:
             InputError: the question does not have this section of goals.
