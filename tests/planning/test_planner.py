@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from by_path import ROOT
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
 from eai.planning.additive_heuristic import AdditiveHeuristic
@@ -168,7 +169,17 @@ def test_a_plan_is_found_if_and_only_if_the_goal_is_reachable(
             assert not reaches([*found.plan[:i], *found.plan[i + 1 :]], goal)
 
 
-BLOCKS = Path(__file__).parents[1] / "pddl" / "domains" / "blocksworld" / "domain.pddl"
+BLOCKS = ROOT / "tests" / "pddl" / "domains" / "blocksworld" / "domain.pddl"
+DEPOT = ROOT / "bench" / "domains" / "depot.pddl"
+
+
+def solve(domain: Path, problem: str, folder: Path, limits: Limits | None = None) -> SearchResult[Action]:
+    """Plan for a problem in PDDL, which is written to a file in a folder."""
+    file = folder / "problem.pddl"
+    file.write_text(problem)
+    benchmark = find_benchmark(f"pddl:{domain},{file}")
+    (task,) = benchmark.tasks(Source()).values()
+    return find_plan(task, Planner(benchmark.domain), limits)
 
 
 def restack(folder: Path, towers: Sequence[Sequence[str]], goal: Sequence[str]) -> SearchResult[Action]:
@@ -179,13 +190,11 @@ def restack(folder: Path, towers: Sequence[Sequence[str]], goal: Sequence[str]) 
         initial += [f"(on {upper} {lower})" for lower, upper in pairwise(tower)]
     conditions = [f"(on {upper} {lower})" for lower, upper in pairwise(goal)]
     Random(0).shuffle(conditions)
-    problem = folder / "problem.pddl"
-    problem.write_text(
+    problem = (
         f"(define (problem tower) (:domain blocksworld) (:objects {' '.join(sorted(goal))})"
         f" (:init {' '.join(initial)}) (:goal (and {' '.join(conditions)})))"
     )
-    benchmark = find_benchmark(f"pddl:{BLOCKS},{problem}")
-    return find_plan(benchmark.tasks(Source())["tower"], Planner(benchmark.domain))
+    return solve(BLOCKS, problem, folder)
 
 
 @pytest.mark.parametrize("size", [8, 16, 24])
@@ -215,22 +224,16 @@ def test_a_goal_that_holds_too_early_is_undone(tmp_path: Path) -> None:
     assert found.states < 20
 
 
-DEPOT = Path(__file__).parents[2] / "bench" / "domains" / "depot.pddl"
-
-
 def test_a_search_returns_to_dead_ends(tmp_path: Path) -> None:
     """The shortest way to free a hoist is to put its crate back. This leads nowhere, so a truck must come."""
-    problem = tmp_path / "problem.pddl"
-    problem.write_text(
+    problem = (
         "(define (problem pile) (:domain depot)"
         " (:objects t - truck h - hoist near far - place s - pallet c0 c1 - crate)"
         " (:init (truck-at t far) (hoist-at h near) (free h) (at s near) (at c0 near) (at c1 near)"
         " (on c0 s) (on c1 c0) (clear c1))"
         " (:goal (on c1 s)))"
     )
-    benchmark = find_benchmark(f"pddl:{DEPOT},{problem}")
-    (task,) = benchmark.tasks(Source()).values()
-    found = find_plan(task, Planner(benchmark.domain), Limits(30, thorough=False))
+    found = solve(DEPOT, problem, tmp_path, Limits(30, thorough=False))
     assert [action.operator for action in found.plan] == [
         *("lift", "drive", "load"),
         *("lift", "load"),

@@ -190,7 +190,7 @@ class _SingleGreedySearch:
         node, rank, actions, excluded = expansion
         if actions is None and not self._thorough:
             return self._return_target_or_queue_node(node, excluded)
-        is_dead_end = actions is not None and not excluded.issuperset(actions)
+        is_dead_end = bool(actions)  # none of them is excluded, because the estimates leave these out
         applicable = self._successors.generate_applicable_actions(node, self._searches.bindings)
         for action in applicable if actions is None else actions:
             if self._is_over:
