@@ -132,9 +132,9 @@ class _RelaxationGraph:
     ) -> dict[int, None]:
         """Return the numbers of the nodes that separate the given actions from the goals, goals first.
 
-        The search follows unreached nodes backwards from the goals. If a condition needs all of its parts,
-        the search continues at one unreached part, otherwise at every part. From a change, it continues at
-        the conditions of the given actions that make the change.
+        The search goes backwards from the goals. If a condition needs all parts, the search continues at one
+        unreached part, otherwise at every part. From a change, it continues at the conditions of the given
+        actions that make the change.
         """
         seen = {self._goal: None}
         queue = [self._goal]

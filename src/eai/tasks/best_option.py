@@ -407,10 +407,10 @@ class _GoalPartCompiler:
         ]
 
     def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
-        """Return the conditions on common atoms that occur in no other part of the goal, as a bit mask.
+        """Return as a bit mask the conditions on common atoms that only the given parts of the goal contain.
 
-        ``mention_counts`` has the number of conditions about each atom in the given parts. If the
-        number for the whole goal is equal, no other part contains the atom.
+        ``mention_counts`` has the number of conditions about each atom in the given parts. If the whole goal
+        has equally many, no other part contains the atom.
         """
         atoms = [
             atom

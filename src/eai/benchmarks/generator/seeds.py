@@ -24,10 +24,10 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import ImpossibleTaskExcess, TaskPairChooser
 
 _MAX_FAILED_SEEDS = 300
-"""Number of seeds in a row without a task, at which generation fails.
+"""Maximum number of seeds in a row without a task. If it is reached, generation fails.
 
-For a split (such as the training set), the number is divided by the smallest share in `SHARES`, because many
-seeds belong to other splits.
+Many seeds belong to other splits (such as the training set). So for a split, the number is divided by the
+smallest share in `SHARES`.
 """
 
 _PAIRS_FACTOR = 4

@@ -69,7 +69,7 @@ class ObjectLocations:
     def make_location_key(self, object_index: int) -> tuple[object, ...]:
         """Return the relations of an object to other objects, and its floor.
 
-        The value changes only if the object or one of these other objects moves.
+        If neither the object nor a related object moves, the value stays equal.
         """
         return (
             self.find_relation_and_carrier(object_index),
@@ -126,7 +126,7 @@ class ObjectLocations:
         return self.find_bottom_of_pile(object_index) in self.hands.values()
 
     def find_bottom_of_pile(self, object_index: int) -> int:
-        """Return the lowest object of the pile that an object is part of."""
+        """Return the lowest object of an object's pile; the object itself if nothing carries it."""
         return [object_index, *(carrier for _, carrier in self.list_relations_and_carriers(object_index))][-1]
 
 

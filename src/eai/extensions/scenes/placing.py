@@ -217,7 +217,7 @@ class Placer:
     ) -> Pose:
         """Return a free pose in one of the areas, or raise InputError.
 
-        If ``within`` (a container) is given, the pose may be on top of the container's contents.
+        ``within`` is a container: the pose may then be on top of its contents.
         """
         size = np.array(self.bodies[object_index].size) / 2
         others = self._owner != object_index

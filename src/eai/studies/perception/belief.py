@@ -37,9 +37,10 @@ def make_scene_graph_vocabulary(benchmark: Benchmark) -> SceneGraphVocabulary:
 
 
 def replace_scenes_of_benchmark(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
-    """Return the benchmark with the scenes of its tasks replaced by scene graphs, which are given by task id.
+    """Return the benchmark with scene graphs in place of the scenes of its tasks.
 
-    Goals that name an object missing from the graph are left out, because no plan can reach them.
+    ``graphs`` maps task ids to scene graphs. Goals about an object that the graph lacks are left out, because
+    no plan can reach them.
     """
     words = make_scene_graph_vocabulary(benchmark)
 
