@@ -42,9 +42,10 @@ def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]
 
 
 def load_ability_variance_between_task_names(domain: str, ability: Ability) -> float:
-    """Return how much a model's ability varies with the name of the task: a variance in squared logits.
+    """Return the variance of a model's ability between groups of tasks, in squared logits; 0 if unknown.
 
-    It is estimated for one ability in one domain; 0 if unknown.
+    A group has all tasks with one name: near copies. The variance was estimated for one kind of questions
+    (``ability``) in one domain.
     """
     return float(
         _load_difficulty_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0)
@@ -81,9 +82,9 @@ def estimate_ability(
     Args:
         scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        name_by_task: name of each task. Near copies share a name, so their scores depend on each other, which
-            makes the standard error larger. Its square grows by ``variance`` times the concentration of the
-            information on few names: 1 for a single name, 1/n for n names with equal Fisher information
+        name_by_task: name of each task. Near copies share a name, so their scores depend on each other.
+            Therefore ``variance`` times a concentration is added to the square of the standard error. The
+            concentration is 1 for a single name, and 1/n for n names with equal Fisher information
             (`_compute_information_concentration`).
         variance: variance of one model's ability between groups of tasks with one name, in squared logits
             (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
@@ -122,10 +123,10 @@ def _compute_information_concentration(
 def choose_next_tasks(
     number: int, asked: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> tuple[str, ...]:
-    """Return the ids of the most informative tasks to ask next; fewer than ``number`` if fewer are left.
+    """Return the ids of the most informative tasks to ask next.
 
     Args:
-        number: number of tasks to return.
+        number: maximum number of tasks to return.
         asked: scores of the tasks that were already asked.
         difficulties: difficulties of all tasks that may be asked.
         names: name of each task. Near copies share a name.

@@ -46,7 +46,8 @@ def prepare_adaptive_runs(
 ) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
     """Return suites (abilities of benchmarks) with known difficulties, and a function that runs such a suite.
 
-    The function asks a model the tasks that tell most about its ability (`request_informative_tasks`).
+    The function asks a model the tasks that tell most about its ability
+    (`request_informative_tasks`).
 
     Args:
         suites: the suites that the user asks for.
@@ -80,8 +81,8 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
 
     Returns:
         the difficulty by task, in logits from the mean ability of the models used (empty if unknown); the
-        variance of a model's ability between groups of tasks with one name, in squared logits; a phrase that
-        names these models.
+        variance of a model's ability between groups of tasks, in squared logits; a phrase that names these
+        models. A group has all tasks with one name, which near copies share.
 
     Raises:
         InputError: the folder has too few runs of the suite.
@@ -126,13 +127,14 @@ def request_informative_tasks(
     suite: Suite,
     target: float,
 ) -> tuple[SuiteResult, str]:
-    """Ask the most informative tasks until the standard error of the ability is at most ``target``.
+    """Ask the most informative tasks until the standard error of the model's ability is at most ``target``.
 
-    Every round is a run of all tasks chosen so far. Tasks with answers are not asked again, so an interrupted
-    run resumes. Rounds end early if a task cannot be answered, or if no task is left.
+    The model's ability is a number in logits (`estimate_ability`). It is no `Ability`, which is a kind of
+    questions. Every round is a run of all tasks chosen so far. Tasks with answers are not asked again, so an
+    interrupted run resumes. Rounds end early if a task cannot be answered, or if no task is left.
 
     Args:
-        difficulties_by_suite: the results of `_estimate_difficulties`, by domain and ability.
+        difficulties_by_suite: the results of `_estimate_difficulties`, by domain and kind of questions.
         ask: a function that asks a model the questions (prompts by task id) and scores the answers.
         prompts: the questions of all tasks that may be asked, by task id.
         suite: the suite.

@@ -232,12 +232,13 @@ def _to_int_or_rounded(number: float) -> float:
     ),
 )
 def _make_suite_measurement_quality_table(suites: _ScoredSuites) -> Iterator[Row]:
-    """Suites as tests.
+    """Suites as tests of models.
 
     saturated: tasks that all models solve, or all but one; unsolved: tasks that no model solves; negative:
-    tasks on which better models do worse; alpha: Cronbach's alpha over models. The last two columns are the
-    probability that a prediction is higher for a held-out right answer than for a held-out wrong answer. The
-    first predicts by ability and difficulty, the second by the model's mean alone.
+    tasks on which better models do worse; alpha: Cronbach's alpha over models. The last two columns rate
+    predictions of held-out answers: the probability that a prediction is higher for a right answer than for
+    a wrong answer. held_out_rasch: predictions from ability and difficulty; held_out_mean: predictions from
+    the model's mean score only.
     """
     for suite, (_, scores) in suites.items():
         models, solved, alpha = (

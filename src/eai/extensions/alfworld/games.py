@@ -40,7 +40,7 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 FILE = "game.tw-pddl"
-"""Name of the file of a game."""
+"""Name of the file with a game: its rules in PDDL, its task, and the grammar of its commands."""
 
 _TEMPLATE = re.compile(r'\baction\s+(\w+)\s*\{\s*template\s*::\s*"([^"]*)"')
 _PARAMETER_LIST = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
@@ -49,7 +49,11 @@ _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
 _COMMAND_LIKE = re.compile(r"[a-z]+(?: +[a-z/]+)*(?: +\d+)(?: +[a-z/]+| +\d+)*")
 """Regular expression for a command: lower-case words with a number, such as ``go to fridge 1``."""
 _MAX_WORDS_AROUND, _MAX_WORDS = 3, 6
-"""Maximum number of words before or after a command, and in a line that only begins like a command."""
+"""Limits for lines that count as an attempt to write a command, in words.
+
+The first limit is for the words on each side of a command, if words precede it. The second limit is for a
+line that begins like a command but has no complete command.
+"""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
 _PARAMETER = re.compile(r"\{(\w+)\}")
@@ -320,8 +324,8 @@ def _quantify_effect(
 
     Args:
         effect: the effect of an action.
-        groups: the conditions of the action on removed parameters. Conditions that share a removed parameter
-            are in one group.
+        groups: the conditions of the action on removed parameters. Conditions that share a removed
+            parameter are in one group.
         bound_parameters: the removed parameters, by name.
     """
     names = m.find_effect_variables(effect)
