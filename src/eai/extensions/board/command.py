@@ -1,4 +1,4 @@
-"""Commands that publish results and tasks: boards, challenge archives, catalogue files."""
+"""Commands that publish results and tasks: leaderboards, submissions to a challenge, metadata files."""
 
 from __future__ import annotations
 
@@ -116,8 +116,8 @@ def results(
     files = make_files_to_publish(about, summaries)
     if not files:
         raise InputError(
-            f"{about}: no model named in this file answered all tasks of a suite; "
-            "give runs that answer all tasks, or name their models in the file"
+            f"{about}: no model named in this file answered all tasks of a suite in the given records; "
+            "give records of complete runs, or name the models of these records in this file"
         )
     with raise_write_errors_as_input_errors(out):
         write_files_atomically({out / name: content for name, content in files.items()})

@@ -251,7 +251,10 @@ def _read_leaderboard_season(folder: Path) -> tuple[Benchmark | None, str]:
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
         for problem in find_contradictions_to_seed_secret(folder, chosen.split, chosen.secret or None):
-            raise InputError(f"{folder}: expected the files that the season announced, but {problem}")
+            raise InputError(
+                f"{folder}: expected the task file and the secret that {MANIFEST} announces, but {problem}; "
+                "restore the announced ones"
+            )
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:
             state = f"over: its secret is revealed, and {entry['tasks']} tasks follow from it"

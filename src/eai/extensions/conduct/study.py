@@ -37,7 +37,10 @@ A longer reason counts as a guess, because it could name all facts.
 """
 
 _MAX_OTHER_NAMES = 2
-"""Maximum number of names in the reason of a refusal that do not belong to the missing fact."""
+"""Maximum number of names in the reason of a refusal, without the names in the missing fact.
+
+A reason with more names counts as a guess.
+"""
 
 
 SHUT_EVERYTHING_BASELINE = "(shut everything at the end)"

@@ -208,9 +208,10 @@ class _ObfuscatedWording(SuiteWording):
 
 
 def _convert_alternatives_to_conditional_effects(operator: Operator) -> Operator:
-    """Return an equivalent operator with conditional effects, but no alternatives and no description.
+    """Return an equivalent operator whose alternatives are replaced by conditional effects.
 
-    An alternative is another way to act, which is attempted under a condition.
+    An alternative is another way to act. It is attempted if its condition holds. The operator's description
+    is dropped, because the prompts state formal rules only.
     """
     tried = [f.And(attempt.conditions) for attempt in operator.alternatives]
     effects = [

@@ -95,11 +95,11 @@ RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
 def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
     """Public and fresh tasks.
 
-    public, fresh: success in percent of all public and of all fresh tasks. public_alike, fresh_alike: success
-    on similar tasks only, which have about equal plan lengths, numbers and kinds of goals; fresh tasks are
-    weighted like public tasks. difference: fresh_alike minus public_alike in percentage points, with 95 %
-    intervals. For the intervals, public tasks of one name count as one unit, and each fresh task counts as
-    one unit.
+    Fresh tasks are generated, and their answers are not public. public, fresh: success in percent of all
+    public and of all fresh tasks. public_alike, fresh_alike: success on similar tasks only, which have about
+    equal plan lengths, numbers and kinds of goals. Fresh tasks get weights, so that each group of similar
+    tasks weighs as much as its public tasks. difference: fresh_alike minus public_alike in percentage points,
+    with 95 % intervals. For the intervals, all tasks with one name count as one unit.
     """
     for model, suite, public, fresh in pairs:
         placed = [list(_assign_strata(records)) for records in (public, fresh)]
@@ -128,9 +128,10 @@ def _find_bin(number: int, bounds: Sequence[int]) -> int:
 
 
 def _analyze_contamination(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
-    """Compare each run on a benchmark with the model's runs on task files of the benchmark's world.
+    """Compare each run on a benchmark with the same model's runs on generated tasks of the same world.
 
-    Task files are named after their benchmark: `lamps-tasks` after `lamps`.
+    A model may know answers to the benchmark's public tasks, but not to generated tasks. Files of generated
+    tasks are named after their benchmark: `lamps-tasks` after `lamps`.
 
     Raises:
         InputError: no model has runs on a benchmark and on such a task file.
@@ -138,7 +139,9 @@ def _analyze_contamination(records: StudyRecords, chosen: Options) -> Iterator[A
     pairs = list(_pair_public_with_fresh_runs(list(records.read_runs())))
     if not pairs:
         raise InputError(
-            "contamination needs runs of a model on a benchmark and on generated tasks of its world"
+            "contamination needs runs of one model on a benchmark, such as lamps, and on a file of generated "
+            "tasks whose name begins with the benchmark's name, such as lamps-tasks; generate tasks with "
+            "eai generate, and run the model on both"
         )
     yield Analysis([make_contamination_table(pairs)], remarks=_REMARKS)
 
