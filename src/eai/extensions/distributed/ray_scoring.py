@@ -93,7 +93,7 @@ class RayScoring(Scoring):
     def _wait_for_workers(self) -> list[WorkerProcess]:
         """Wait until an actor has a result, dies or begins to run.
 
-        Return the running actors that have a result or died.
+        Return the actors that have a result or died. The list is empty if an actor only began to run.
         """
         by_promise = {_get_actor(worker).reference_to_wait_for: worker for worker in self._workers}
         by_promise.pop(None, None)
@@ -211,7 +211,11 @@ class _BatchActor:
     """A process on a node of the cluster that applies functions to batches."""
 
     def start(self, folder: str) -> None:
-        """Enter the folder of the caller's process, so that a relative path names the caller's file."""
+        """Make ``folder`` the working folder of this process, if this machine has the folder.
+
+        It is the working folder of the process that made this actor. Then a relative path names the same file
+        in both processes.
+        """
         with suppress(OSError):  # a machine of the cluster may lack the folder
             os.chdir(folder)
 

@@ -219,9 +219,10 @@ def _write_world_server_command(benchmark_reference: str, task_id: str) -> str:
 
 
 def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
-    """Return the name under which `eai` opens a benchmark with only some tasks, and the files that it needs.
+    """Return the reference by which `eai` opens a benchmark beside copies of its files, and these copies.
 
-    A benchmark that is part of `eai` keeps its name and needs no files.
+    A copy of a task file has only the given tasks. PDDL files are copied whole. A registered benchmark keeps
+    its name and needs no files.
     """
     kind, _, location = reference.partition(":")
     if kind == PDDL:
