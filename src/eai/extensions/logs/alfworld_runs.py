@@ -261,8 +261,8 @@ def _translate_steps_to_commands(
 
     Old versions of the game read ``put X in/on Y``, and new versions read ``move X to Y`` instead. An empty
     text stands for a command that the log's game could not read. None stands for a step that the replay
-    skips, because the step changed nothing: an accepted step without effect, or such a command if the log
-    does not show which version its game has.
+    skips, because the step changed nothing. Such a step was accepted, but has no effect. Or it is a put or
+    move command that was not accepted, in a log without an accepted one to show the version of its game.
     """
     puts = {step.action[0].lower() for step in steps if step.accepted and _PUT.fullmatch(step.action)}
     notation, objects = CommandNotation(task, benchmark), range(len(task.scene.objects))
@@ -277,7 +277,7 @@ def _translate_steps_to_commands(
             yield "" if step.action.startswith(">") else step.action
         elif step.action[0].lower() in puts:
             yield form.format(*filter(None, put.groups()))
-        else:  # a game that accepted the other word could not read this word
+        else:  # if the log's game accepted the other word, put or move, it could not read this command
             yield "" if puts else None
 
 

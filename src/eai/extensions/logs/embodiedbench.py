@@ -208,9 +208,10 @@ def _find_plan_error(reply: str | None) -> FaultKind | None:
 def _find_error_kind(step_index: int, steps: Sequence[LoggedStep]) -> FaultKind | None:
     """Return the kind of error of a failed step; None if its feedback leaves the kind uncertain.
 
-    A successful pick shows that the hand was empty before and full after. So if a later step fails because
-    the hand is empty or full, the actions are in wrong order. EB-Habitat says that the hand is full also if
-    the object does not exist. The object exists if the feedback has "currently holding", or if the same
+    A successful pick shows that the hand was empty before it and full after it. If a later step needs an
+    empty or a full hand and fails, the hand had this state at an earlier time: the actions are in wrong
+    order. Without a successful pick, a failed place lacks a step. EB-Habitat says that the hand is full also
+    if the object does not exist. The object exists if the feedback has "currently holding", or if the same
     action succeeds at another step.
     """
     step = steps[step_index]

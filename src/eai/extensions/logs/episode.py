@@ -16,8 +16,9 @@ CANNOT_TELL = "cannot tell"
 class EpisodeOutcome(str, Enum):
     """The results of an episode. The values are the texts in tables.
 
-    `WON` and `GOAL_UNMET` are verdicts of the log's own grader, about the log's own world. `NOT_REPRODUCED`
-    means that the grader's replay did not reproduce the episode. `NOT_GRADED` means that there is no verdict.
+    `WON` and `GOAL_UNMET` are verdicts of the project that wrote the log: of its grader, in its world. `eai`
+    does not score logged episodes. `NOT_REPRODUCED` means that the grader's replay did not reproduce the
+    episode. `NOT_GRADED` means that there is no verdict.
     """
 
     WON = "won"

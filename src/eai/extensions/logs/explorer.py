@@ -12,7 +12,7 @@ NO_AGENT = "agent not named"
 
 
 def describe_episode(episode: LoggedEpisode) -> Iterator[str]:
-    """Yield lines on the first error, the goal, the end, unknown properties and the last message."""
+    """Yield lines on the first error, goal conditions met, the end, missing data and the last message."""
     error = episode.index_of_first_error
     if error is not None:
         yield f"first error: action {error + 1}, {name_result(episode.steps[error])}"

@@ -52,10 +52,10 @@ class LogReader:
 
 @cache
 def list_readers() -> tuple[LogReader, ...]:
-    """Return all registered readers.
+    """Return the readers of all forms of logs that packages register as entry points.
 
     Raises:
-        InputError: an entry point does not lead to a reader.
+        InputError: an entry point does not lead to a `LogReader`.
     """
     readers = {name: point.load() for name, point in get_entry_points(GROUP).items()}
     for name, reader in readers.items():

@@ -1,4 +1,4 @@
-"""Replay logged actions in a task, to prove the kinds of errors and the progress of an episode."""
+"""Replay logged actions in a task, which shows the kinds of errors and the progress of an episode."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.world.fault import FaultKind
 
 
 class _ReplayWorld:
-    """A world in which logged actions are tried, and a test of the task's goals."""
+    """Executes logged commands in the world of a task, and measures how many goal conditions hold."""
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self._world = Episode(benchmark.domain, task.initial)

@@ -61,7 +61,7 @@ def explain_log(
     film: Path | None,
     as_json: bool,
 ) -> None:
-    """Print the episodes of a log as a list, or one episode step by step, and the form of the log.
+    """Print the episodes of a log as a list, or one episode step by step. Then describe the log.
 
     Args:
         path: the log, or a folder with logs only.
@@ -70,7 +70,7 @@ def explain_log(
         kind: the kind of an episode's first error; None for all episodes.
         agent: name of the agent; None for all agents.
         limit: maximum number of listed episodes; 0 for all.
-        film: None, because logs have no films.
+        film: file of a film that the user wants; must be None, because logs have no films.
         as_json: whether to print all values of the episodes as JSON.
 
     Raises:

@@ -37,7 +37,7 @@ _FILE_ONLY = ("ending", "unseen", "best_action", "end", "repeats", "seconds", "c
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
 _TERMINAL_COLUMNS_OF_SAME_NAMED_TASKS = ("task", "outcomes", "hidden", "plan")
-"""Columns of the table `twins` in the terminal. The table has benchmark tasks named like logged tasks."""
+"""Columns of the table `twins` in the terminal. A twin is a benchmark task with the name of a logged task."""
 
 _MAX_WORDS_CHARACTERS = 200
 """Maximum number of characters of an agent's words in a table."""
@@ -54,7 +54,7 @@ class _EpisodeLogOptions(Options):
 
     Attributes:
         tasks: A benchmark with the tasks of the logs, such as alfworld:FOLDER. Logged actions are replayed in
-            these tasks. The table twins describes each of these tasks that has the name of a logged task.
+            these tasks. For each task name in the logs, the table twins describes the benchmark's task.
     """
 
     tasks: str = ""
@@ -131,8 +131,8 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
     first_error: the first action that the world rejected, counted from 1; kind: the kind of this error; best:
     the largest percentage of the goal's conditions that held at once; best_action: the first action after
     which best was reached; end: the percentage at the end; unseen: kinds of goal objects that no observation
-    names; repeats: how often the most frequent action had the same reply; words: the agent's last words, or
-    the last reply. A cell is empty if the log does not show its value.
+    names; repeats: how often the most frequent pair of action and reply occurs; words: the agent's last
+    words, or the last reply. A cell is empty if the log does not show its value.
     """
     for names, episodes in groups.items():
         for episode in episodes:

@@ -29,11 +29,11 @@ def make_table_of_same_named_tasks(
 ) -> Iterator[Row]:
     """Logged tasks for which the benchmark has a task of the same name (twin), by length of its plan.
 
-    outcomes: the logged outcomes. All other columns describe the benchmark's task, which is a symbolic model
-    and may differ from a task of a robot. labels: words for its goals, such as ordered; plan: number of steps
-    in the shortest known plan; operators: actions of the gold plan; hidden: objects of the gold plan that
-    cannot be seen at the start; conditions: number of conditions in the goals; at_start: number of conditions
-    that hold at the start; reason: why the benchmark's task has no plan.
+    outcomes: outcomes in the logs. All other columns describe the twin, which is a symbolic model and may
+    differ from the logged task. labels: kinds of its goals, such as transport or ordered; plan: number of
+    steps in the shortest known plan; operators: actions of the gold plan; hidden: objects of the gold plan
+    that cannot be seen at the start; conditions: number of conditions in the goals; at_start: number of
+    conditions that hold at the start; reason: why the twin has no plan.
     """
     by_task = group_pairs((episode.task, episode) for episode in episodes if episode.task in tasks)
     rows = [
