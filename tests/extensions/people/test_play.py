@@ -139,9 +139,9 @@ def test_the_same_command_resumes_within_a_task_and_after_it(play: Playing, out:
 @pytest.mark.parametrize(
     ("answer", "why"),
     [
-        ("DONE", "both: the answer file has another episode, by a model or under other settings or data"),
-        ('{"turns": 3}', "both: the saved answer cannot be read as an episode: turns: expected"),
-        ('{"turns": [{"said": "GO(shed)", "told": "0"}]}', "both: the answer file has another episode"),
+        ("DONE", "both: the file --out has an episode that cannot be resumed: a model played it, or it had"),
+        ('{"turns": 3}', "both: the answer in the file --out cannot be read as an episode: turns: expected"),
+        ('{"turns": [{"said": "GO(shed)", "told": "0"}]}', "both: the file --out has an episode that cannot"),
     ],
 )
 def test_an_answer_that_is_no_episode_of_a_person_is_not_played_on(
@@ -157,7 +157,7 @@ def test_an_answer_that_is_no_episode_of_a_person_is_not_played_on(
 def test_another_setting_is_another_episode(play: Playing, out: Path) -> None:
     options = ("--with", "observe=full", "--with", "agent.feedback=facts")
     assert play(WON[0], more=options).status == 0
-    assert "under other settings" in play(WON[1]).err
+    assert "it had other settings" in play(WON[1]).err
     assert play(WON[1], more=options).status == 0
     assert said(out) == [*WON[:2]]
 

@@ -196,7 +196,7 @@ def serve_page(
         port: Port number; 0 for any free port.
         tasks: The tasks that are not over.
         total: Number of all tasks, with those that are over.
-        save: Saves an episode; called after each line.
+        save: Saves an episode; called after each line that the person enters.
         ready: Function that is called with the address of the page as soon as browsers can open the page.
 
     Raises:

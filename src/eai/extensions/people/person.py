@@ -60,15 +60,16 @@ def begin_or_resume_episode(
     saved = read_episode(saved_episode)
     if not isinstance(saved, EpisodeAnswer):
         raise InputError(
-            f"{game_setup.task.id}: the saved answer cannot be read as an episode: {saved.reason}"
+            f"{game_setup.task.id}: the answer in the file --out cannot be read as an episode: "
+            f"{saved.reason}; give another file as --out, or remove this answer"
         )
     play = RecordedGame(game_setup, seed, 1, harness=saved.harness)
     observations = [play.play_command(turn.said) for turn in saved.turns]
     is_same = (saved.rules, saved.seed, saved.turns) == (game_setup.rules, seed, tuple(play.turns))
     if not is_same or saved.harness not in (HARNESS, PROMPTED):
         raise InputError(
-            f"{game_setup.task.id}: the answer file has another episode, by a model or under other settings "
-            "or data; give the settings of this episode, or another file as --out"
+            f"{game_setup.task.id}: the file --out has an episode that cannot be resumed: a model played it, "
+            "or it had other settings or data; give the settings of this episode, or another file as --out"
         )
     return play, observations
 

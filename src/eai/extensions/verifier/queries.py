@@ -33,7 +33,10 @@ from eai.world.episode import Episode
 
 
 def check_plan(benchmark: str, task: str, plan: str) -> Mapping[str, Json]:
-    """Judge whether a plan can be executed and reaches all goals. The result has the fields of a record."""
+    """Judge whether a plan can be executed and reaches all goals.
+
+    The result has the fields that a verdict has in ``records.jsonl``, such as ``success``.
+    """
     return verdict_to_record_fields(_open_suite(benchmark).score(task, plan))
 
 
@@ -84,7 +87,10 @@ def predict_effects(benchmark: str, task: str, action: str, after: str = "") -> 
     if failure is not None:
         report = report_steps(scorer.task, scorer.domain, episode.trajectory)[-1]
         number = len(episode.trajectory.steps)
-        raise InputError(f"after: step {number}, {report.action}, is impossible: {report.reason}")
+        raise InputError(
+            f"after: expected a plan that can be executed, but step {number}, {report.action}, "
+            f"is impossible: {report.reason}"
+        )
     episode.act(actions[0])
     return dataclass_to_json(report_steps(scorer.task, scorer.domain, episode.trajectory)[-1])
 
@@ -112,7 +118,10 @@ def _refuse_python_reference(reference: str) -> None:
     unknown = [prefix for prefix in prefixes if prefix not in get_entry_points(OPENERS)]
     if unknown:
         expected = "expected a benchmark's name, task files, or pddl:DOMAIN.pddl,PROBLEMS"
-        raise InputError(f"benchmark: {reference!r}: {expected}; Python objects are refused: they run code")
+        raise InputError(
+            f"benchmark: {reference!r}: {expected}; "
+            "Python objects are refused, such as MODULE:NAME, because importing their module runs code"
+        )
     if is_path_of_task_files(name) and prefixes[-1:] not in (["pddl"], ["alfworld"]):
         _refuse_python_reference(open_task_files(Path(name)).base)
 

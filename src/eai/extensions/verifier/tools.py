@@ -54,8 +54,8 @@ class _VerifierTools:
     async def call_tool(self, name: str, arguments: Mapping[str, object]) -> str:
         """Return the result of a call as JSON.
 
-        If a process ends that has answered earlier calls, a new process answers the call, because the
-        earlier calls may have used the memory.
+        A process answers many calls, so earlier calls may have used its memory. If it ends without an answer,
+        a new process answers the call.
 
         Raises:
             InputError: the call is invalid, or needs too much time or memory.
