@@ -215,7 +215,7 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        # this search skips names with an attempt number, so it may raise; then rglob finds the first attempts
+        # this search ignores files with an attempt number; if it finds no other files, it raises
         with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))

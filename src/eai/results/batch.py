@@ -1,4 +1,4 @@
-"""Scores many answers, in this process or in several processes, and makes records of missing answers."""
+"""Scores many answers, in this process or in several processes. Missing answers get records, too."""
 
 from __future__ import annotations
 

@@ -78,17 +78,17 @@ _PSEUDO_UNITS = 2
 
 @dataclass(frozen=True, slots=True)
 class _RateWithErrorsOfUnits:
-    """An estimated rate, or difference of rates, with the error that each unit contributes to it.
+    """An estimated rate, or difference of rates, with the residual (error) that each unit adds to it.
 
-    A unit is a task, or a group of near copies of a task. With few units the variance would be too small.
-    Therefore it also counts two pseudo-units: imagined units of mean size, each right with probability 1/2.
+    A unit is a task, or a group of near copies of a task. Few units make the variance too small. Therefore
+    two pseudo-units add to the variance: imagined units of mean size, each right with probability 1/2.
 
     Attributes:
-        value: the estimate, as a fraction of 1.
-        centre: the estimate with two more units, one of them right and one wrong.
-        errors_of_units: mapping from each unit to the error that it contributes; these errors sum to 0.
-        errors_of_pseudo_units: the errors that one pseudo-unit may contribute, all equally likely. For a rate
-            there are two: one if the unit is right, one if it is wrong.
+        value: the estimate from the real units, as a fraction of 1.
+        centre: the estimate from the real units and two pseudo-units, one of them right and one wrong.
+        errors_of_units: mapping from each real unit to the residual that it adds; the residuals sum to 0.
+        errors_of_pseudo_units: the residuals that one pseudo-unit may add, all equally likely.
+            For a rate there are two: one if the pseudo-unit is right, one if it is wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
@@ -100,15 +100,16 @@ class _RateWithErrorsOfUnits:
 
     @property
     def observed_variance(self) -> float:
-        """Variance of the estimate from its units alone, without the two pseudo-units."""
+        """Variance of the estimate from the real units, without the two pseudo-units (imagined units)."""
         return sum(added * added for added in self.errors_of_units.values())
 
     @property
     def variance(self) -> float:
         """Variance of the estimate, never zero.
 
-        It is the jackknife variance over the units, plus the variance of the two pseudo-units. The
-        pseudo-units keep it above zero even if all tasks are right, or all wrong.
+        It is the jackknife variance over the real units, plus the variance from the two pseudo-units.
+        Pseudo-units are imagined units, each right with probability 1/2. They keep the variance above zero
+        even if all tasks are right, or all wrong.
         """
         left_out = (
             added / (1 - self.weights[unit])
@@ -131,7 +132,7 @@ class _RateWithErrorsOfUnits:
 def compute_rate_with_errors_of_units(
     shares_by_unit: Mapping[str, Share],
 ) -> _RateWithErrorsOfUnits | None:
-    """Return a rate with the error that each unit contributes, or None if the denominator is zero.
+    """Return a rate with the residual that each unit adds, or None if the denominator is zero.
 
     A unit is a task, or a group of near copies of a task.
 
@@ -156,10 +157,10 @@ def compute_rate_with_errors_of_units(
 def compute_weighted_mean_of_rates(
     weighted_rates: Sequence[tuple[float, _RateWithErrorsOfUnits]],
 ) -> _RateWithErrorsOfUnits:
-    """Return the weighted mean of rates of the same tasks, with the error that each unit contributes.
+    """Return the weighted mean of rates of the same tasks, with the residual that each unit adds.
 
-    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorsOfUnits`) is either
-    right in all rates or wrong in all rates.
+    A unit is a task, or a group of near copies of a task. A pseudo-unit is an imagined unit
+    (`_RateWithErrorsOfUnits`). It is taken to be right in all rates or wrong in all rates.
 
     Args:
         weighted_rates: for each rate, its weight and the result of
@@ -180,11 +181,11 @@ def compute_weighted_mean_of_rates(
 def compute_difference_with_errors_of_units(
     first: _RateWithErrorsOfUnits, second: _RateWithErrorsOfUnits
 ) -> _RateWithErrorsOfUnits:
-    """Return the second rate minus the first, with the error that each unit contributes.
+    """Return the second rate minus the first, with the residual that each unit adds.
 
-    A unit is a task, or a group of near copies of a task. A pseudo-unit (`_RateWithErrorsOfUnits`) may be
-    right in both rates, only in the first, only in the second, or in neither. So it may contribute four
-    different errors.
+    A unit is a task, or a group of near copies of a task. A pseudo-unit is an imagined unit
+    (`_RateWithErrorsOfUnits`). It may be right in both rates, only in the first, only in the
+    second, or in neither. These four cases are equally likely.
     """
     return _RateWithErrorsOfUnits(
         second.value - first.value,
@@ -406,12 +407,13 @@ class _IntervalInputs(NamedTuple):
 
     Attributes:
         value: the estimate, as a fraction of 1.
-        variance: variance of the estimate, pseudo-units included (`_RateWithErrorsOfUnits`). For Wilson's
-            interval it is divided by the variance of one yes-or-no answer. The quotient is 1 divided by the
-            effective number of units.
-        observed: variance of the estimate from the tasks or names alone, without pseudo-units.
+        variance: variance of the estimate, with the pseudo-units of
+            `_RateWithErrorsOfUnits`. For Wilson's interval it is 1 divided by the effective
+            number of units (`_make_wilson_interval_inputs`).
+        observed: variance of the estimate without pseudo-units.
         quantile: distance from the estimate to each bound, in standard errors.
-        units: number of units, tasks or names, from which the variance is computed.
+        units: number of real units from which the variance is computed. Each unit is a task, or each unit is
+            a name with all its tasks.
     """
 
     value: float
@@ -433,10 +435,10 @@ def _make_confidence_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalI
 
 
 def _make_wilson_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInputs:
-    """Return the inputs of Wilson's interval; `variance` is 1 divided by the effective number of units.
+    """Return the inputs of Wilson's interval; their `variance` is 1 divided by the effective number of units.
 
-    A unit is a task or a group of near copies. The effective number is the variance of one yes-or-no answer,
-    divided by the variance of the estimate.
+    A unit is a task or a group of near copies. Independent yes-or-no answers with this effective number would
+    give the estimate its variance: the variance of one answer, divided by the number.
     """
     inputs = _make_confidence_interval_inputs(rate)
     return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))

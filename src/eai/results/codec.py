@@ -113,7 +113,8 @@ def experiment_to_json(
 
     Args:
         experiment: the run's options of studies and of the agent.
-        study_summaries: mapping from the name of a study to the values that it reports on the answer.
+        study_summaries: for each study, values that a record stores about its question, such as the number of
+            errors in the scene that the question states; empty for the summary of a run.
     """
     study: dict[str, Json] = {}
     for name, choice in experiment.study_settings_in_label_order.items():

@@ -2,8 +2,8 @@
 
 Randomisation tests exchange, unit by unit, the answers of the two runs with even chance. If the runs are
 equally good, their difference is distributed like the differences after such exchanges. A unit is a task, or
-all tasks of one name, which near copies of a task share. With tasks as units and a yes or no from each, the
-test is McNemar's.
+all tasks with one name, because near copies of a task have the same name. With tasks as units and a yes or no
+from each, the test is McNemar's.
 """
 
 from __future__ import annotations

@@ -107,17 +107,19 @@ SUBGOALS = "subgoals"
 
 @dataclass(frozen=True, slots=True)
 class ModelBeliefsInPrompts:
-    """A model's beliefs on tasks: goals that it stated, or scenes that it perceived.
+    """Beliefs: goals or scenes that questions state instead of the goals and scenes of their tasks.
 
-    Questions state the beliefs instead of the true goals and scenes.
+    The goals come from an earlier answer of a model. The scenes were perceived by a model, or by a simulation
+    with errors, or they are true scenes in another format, such as pictures.
 
     Attributes:
         beliefs: mapping from each task to the belief that its question states.
         experiment: the options of a run with these questions, as records store them.
         missing_reason: reason why tasks without a belief have no question.
-        metadata: mapping from each task to the metadata of its question, for built-in models.
-        summaries: for each task, a mapping from names of studies (variations of questions) to values that
-            records store on the task's belief, such as its number of errors.
+        metadata: mapping from each task to metadata of its question, such as the earlier answer. They are not
+            part of the question, but built-in models read them.
+        summaries: for each task, values about its belief, such as its number of errors, by the name of the
+            study (variation of questions) that computed them. Records store these values.
         perceive_changed_scene: function that simulates how a changed scene is perceived; None if questions
             describe the scene without errors.
     """
@@ -130,12 +132,12 @@ class ModelBeliefsInPrompts:
     perceive_changed_scene: ScenePerception | None = None
 
     def copy_with_goals_of(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
-        """Return a copy that keeps its scenes and has the goals of ``goal_beliefs``.
+        """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
 
-        Only tasks with both a scene and goals remain.
+        Tasks that one of the two objects lacks are left out.
 
         Raises:
-            InputError: the original and ``goal_beliefs`` have different values of one option of the run.
+            InputError: this object and ``goal_beliefs`` have different values of one option of the run.
         """
         shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
         return ModelBeliefsInPrompts(
@@ -194,7 +196,7 @@ def add_experiment_and_stated_beliefs(
 ) -> Record:
     """Return the record with the options of its run.
 
-    If the question stated beliefs of a model (`ModelBeliefsInPrompts`), the record also gets the values that
+    If the question stated beliefs (`ModelBeliefsInPrompts`), the record also gets the values that
     studies report on the beliefs, such as the number of errors in a scene.
     """
     return (
@@ -441,12 +443,16 @@ def _choose_majority_answers(model_answers: ModelAnswers, ability: Ability) -> d
 def select_item_with_majority_answer(
     items: Sequence[T], answers: Sequence[str], epochs: int, ability: Ability
 ) -> T | None:
-    """Return the item whose answer is chosen by `find_majority_index`, or None if missing answers win.
+    """Return the item whose answer is chosen by `find_majority_index`.
+
+    Missing answers and answers that cannot be read are failed attempts. If failed attempts are most frequent,
+    return the first item with such an answer, or None if all of these answers are missing.
 
     Args:
         items: the items to choose from, such as samples of a log.
         answers: the answer of each item.
-        epochs: number of answers that were requested. The missing answers come after the others.
+        epochs: number of answers that were requested. Missing answers count as the last ones: if meanings are
+            equally frequent, the meaning of the first answer wins.
         ability: the ability.
     """
     missing = [None] * (epochs - len(answers))

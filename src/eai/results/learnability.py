@@ -29,7 +29,10 @@ from eai.results.reward import Reward
 from eai.tasks.source import Source, TaskSet
 
 _RANDOM_SEED = "0 1 1"
-"""Start of the random draws: seed, epoch and attempt, as for the first answers of `eai/random` in a run."""
+"""Seed of the random answers: the default seed 0, epoch 1 and attempt 1.
+
+So they equal the first answers that the built-in model `eai/random` gives in a run.
+"""
 
 
 class _TrivialBaselineRewards(NamedTuple):

@@ -276,7 +276,7 @@ class SuiteIdentity(NamedTuple):
 
 
 def group_by_suite(lines: Iterable[L]) -> dict[SuiteIdentity, list[L]]:
-    """Return a mapping from each suite (`SuiteIdentity`) to its table lines, ordered by first occurrence."""
+    """Return a mapping from each suite to its table lines, ordered by first occurrence."""
     return group_pairs((SuiteIdentity(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
@@ -300,7 +300,10 @@ def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str]
 
 
 def compute_contribution_to_main_score(answer: AnswerLine) -> Share:
-    """Return an answer's contribution to its ability's main score: success, or F1 if there is no success."""
+    """Return an answer's contribution to its ability's main score.
+
+    The main score is success, or F1 if the ability has no success metric. Excluded answers add nothing.
+    """
     if answer.success is not None:
         return Share(int(answer.success), 1)
     if answer.hits is None or answer.extras is None or answer.misses is None:
@@ -326,7 +329,7 @@ def compute_goal_share(answer: AnswerLine) -> Share:
 
 
 def make_task_contribution(line: TidyTableLine, share: Share) -> TaskContribution:
-    """Return the contribution of a table line's task to a rate, with the given numerator and denominator."""
+    """Return a contribution to a rate: the task of a table line, and the share (numerator, denominator)."""
     return TaskContribution(line.task, line.name, share)
 
 

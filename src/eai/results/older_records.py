@@ -54,10 +54,11 @@ def read_older_experiment(named_options: Mapping[str, str], replanning: Replanni
 
 
 def read_older_study_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return the values in an older record that the studies ``pipeline`` and ``perception`` reported.
+    """Return the summaries of the studies ``pipeline`` and ``perception`` in an older record.
 
-    In these studies, a model first states the goals or the scene of a question. The result is a mapping from
-    the name of each study to its values, as newer records have it.
+    In these studies, a model first states the goals or the scene of a question. The summary of a study has
+    values about them, such as the number of errors. The result maps the study's name to its summary, like the
+    attribute ``summaries`` of a `Record`.
     """
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}

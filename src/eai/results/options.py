@@ -19,8 +19,8 @@ class ScoringOptions(Options):
             (as published).
         planner: The judge of operators: full (built-in search, then Fast Downward), built_in, fast_downward,
             none, or auto: full where Fast Downward is installed, else built_in.
-        planner_seconds: CPU seconds that Fast Downward may take for one problem (records say so); the
-            benchmark's if not given.
+        planner_seconds: CPU seconds that Fast Downward may take for one problem; the benchmark's limit if not
+            given. Records state another limit than the benchmark's.
         planner_memory: MiB of memory for all planners together; all memory of the machine if not given.
         workers: Number of processes.
         explanations: Put a step-by-step explanation into every record.

@@ -62,13 +62,14 @@ class _PaperProtocolAndTables:
 
     Attributes:
         protocol: name of the rules under which our metrics can be compared with the paper's numbers.
-        tables: mapping from each table of our reports to the names of the paper's tables with the same
-            columns. If several of these tables have a rate for a cell, the first table counts.
+        tables: mapping from each table of our reports to the names of the paper's tables of all 18 models
+            with the same columns. If several of the paper's tables have a cell, the first table counts.
         others: mapping from the name of each further table of the paper to our table with the same columns.
-        same_quantity: names in ``others`` of tables that repeat numbers of the paper's tables in ``tables``.
-            Notes list the repeated numbers that differ.
-        other_tasks: names in ``others`` of tables that cannot be compared with runs, because they are about
-            other tasks.
+            Further tables have only some models, or other kinds of questions.
+        same_quantity: those further tables whose numbers repeat numbers of the tables of all models. Notes
+            list the repeated numbers that differ.
+        other_tasks: those further tables that cannot be compared with runs, because they have other tasks, or
+            because possible actions fail.
     """
 
     protocol: str

@@ -73,8 +73,9 @@ def _read_complete_lines(file: Path) -> Iterator[bytes]:
 
 
 def publish_records(partial_file: Path, file: Path, totals: RunTotals) -> None:
-    """Put complete records into their final place; the records of a whole run get their summary.
+    """Copy the complete records of a partial file to their final file.
 
+    If they are the records of a whole run (in the file `RECORDS`), also write ``summary.json`` beside them.
     The partial file is kept until `remove_partial_files`.
 
     Raises:

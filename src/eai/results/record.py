@@ -109,7 +109,10 @@ class Record:
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
-        """Return the record with further options of its run. They replace its options of the same study."""
+        """Return this record with further options of its run.
+
+        If the record already has options of a study, further options of this study replace all of them.
+        """
         if experiment == Experiment():
             return self
         return replace(self, experiment=(self.experiment or Experiment()).replace_study_settings(experiment))

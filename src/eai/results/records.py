@@ -172,7 +172,13 @@ _OPTIONAL_FIELDS = frozenset({"planner", "run", "by_attempt"})
 def format_summary(
     totals: RunTotals, run: Mapping[str, Json], rates_by_attempt: Sequence[Mapping[str, Rate]]
 ) -> str:
-    """Return the content of ``summary.json``: a run's rates, its field ``run``, and its rates by attempt."""
+    """Return the content of ``summary.json``.
+
+    Args:
+        totals: the totals of the run's records.
+        run: the value of the field ``run``, such as the used tokens and the missing answers.
+        rates_by_attempt: the rates with at most 1, 2, ... attempts at each task; empty for a single attempt.
+    """
     first, errata = totals.first_record, totals.errata
     fields: dict[str, Json] = {
         "protocol": first.protocol.value,

@@ -94,7 +94,10 @@ class ResponseFile:
         return {response.task_id for response in self.responses}
 
     def read_rows(self) -> Iterator[ResponseRow]:
-        """Yield the answers in order; answers kept in a file as rows that `read_response` parses."""
+        """Yield the answers in order.
+
+        If tasks may have several answers, yield rows of the file, which `read_response` parses.
+        """
         return (
             self.responses.read_rows()
             if isinstance(self.responses, _AnswersKeptInFile)
@@ -262,7 +265,7 @@ def _make_response_file(
     *,
     has_samples: bool,
 ) -> ResponseFile:
-    """Return the answers in the rows of a file. Answers with sample numbers stay in the file.
+    """Return the answers in the rows of a file. Answers with sample numbers are not kept in memory.
 
     Raises:
         InputError: a sample number is wrong, or a row repeats an answer's task and sample number.

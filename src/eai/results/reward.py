@@ -143,7 +143,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 
 def can_earn_reward(ability: Ability) -> bool:
-    """Whether answers of an ability can earn a reward: its verdicts define `compute_reward_inputs`."""
+    """Whether answers of an ability can earn a reward: its verdicts override `compute_reward_inputs`."""
     return get_declaration(ability).verdict.compute_reward_inputs is not Verdict.compute_reward_inputs
 
 
@@ -308,9 +308,9 @@ def open_reward(task: TaskReference, shaping: Shaping | str) -> Reward:
 
 @cache
 def open_reward_suite(benchmark: str, ability: Ability) -> Suite:
-    """Return a suite (an ability in a benchmark) for rewards, opened once and without a planner.
+    """Return a suite (an ability in a benchmark) for computing rewards, which uses no planner.
 
-    The benchmark is named as in `TaskReference`.
+    Later calls return the same suite. The benchmark is named as in `TaskReference`.
 
     Raises:
         InputError: there is no such suite.
@@ -325,7 +325,10 @@ def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
 
 
 def _drop_planner_that_tests_operators(suite: Suite) -> Suite:
-    """Leave the planner out of a suite of transition modeling. It would test an answer's operators."""
+    """Return a suite of transition modeling without the planner, which would test an answer's operators.
+
+    Other suites stay as they are.
+    """
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 

@@ -31,7 +31,7 @@ from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 
 _LOG_FILE = "inspect.json"
-"""Name of the file beside records that states which log of Inspect has their samples."""
+"""Name of a file beside records. It names the log of Inspect that has the samples of these records."""
 
 
 LogSamples: TypeAlias = tuple[str | Mapping[str, str], int | Mapping[str, int]]

@@ -48,7 +48,10 @@ class Estimate:
 
     @classmethod
     def from_cases(cls, contributions: TaskContributions) -> Estimate:
-        """Return a rate in percent; in its interval, near copies (tasks with equal `name`) are one unit."""
+        """Return a rate in percent with its interval. The interval counts near copies of a task as one unit.
+
+        Near copies are the tasks with the same `name`.
+        """
         rate, certainty = (
             compute_rate(contribution.share for contribution in contributions),
             compute_rate_intervals(contributions),

@@ -151,9 +151,9 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
 
 
 def _group_rows_to_show_by_heading(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
-    """Return the rows to show by their heading (suite and model).
+    """Return the rows to show, grouped by heading: the suite and the model of a row.
 
-    If the table has rows on all models together, rows on one model are left out.
+    If the table has rows about all models together (`ALL_MODELS`), only these rows are shown.
     """
     rows = table.row_dicts()
     if any(row.get(MODEL) == ALL_MODELS for row in rows):

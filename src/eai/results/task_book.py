@@ -27,7 +27,7 @@ from eai.world.state import State
 
 
 class TaskLookup:
-    """Features of a benchmark's tasks and reasons for wrong goals, each computed when it is first needed."""
+    """Finds features of a benchmark's tasks, and reasons why goals in answers are wrong. Caches results."""
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self._benchmark, self._domain = benchmark, benchmark.domain

@@ -139,7 +139,9 @@ def add_answer_details_to_attempts(
 
 @dataclass(frozen=True)
 class SuiteConversations:
-    """Conversations in which a model has several attempts at each task of a suite; made by `open_trials`.
+    """Begins conversations in which a model has several attempts at a task of a suite.
+
+    The function `open_trials` makes this object.
 
     Attributes:
         suite: the suite, adapted to the model's answers (`Suite.choose_suite_for_answers`).
@@ -245,9 +247,9 @@ def open_trials(
 ) -> SuiteConversations:
     """Return the object that begins trials (series of attempts) at some tasks of a suite.
 
-    Some protocols (scoring rules) tell from all answers of a model whether plans name objects with ids. But a
-    trial executes each answer before the next one is known. Therefore these protocols look at the example
-    answers in the questions.
+    Some protocols (scoring rules) find out from all answers of a model whether its plans name objects with
+    ids. But a trial executes each answer before the next one is known. Therefore these protocols look at the
+    questions instead, which contain example answers.
 
     Raises:
         InputError: the answers of the suite are not plans.

@@ -109,7 +109,10 @@ def _pickle_error(error: Exception) -> bytes:
 
 @lru_cache(maxsize=8)
 def unpickle_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
-    """Unpickle a function that works on batches. Cached, as a second copy would reopen its tasks."""
+    """Unpickle a function that works on batches.
+
+    The result is cached, because unpickling the function again would load its tasks again.
+    """
     work_function: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
     return work_function
 
@@ -340,7 +343,10 @@ class WorkerPool:
 
 
 def _remove_folder(folder: TemporaryDirectory[str]) -> None:
-    """Remove a folder into which a planner may write until it notices that its worker was killed."""
+    """Remove the folder of temporary files of killed workers, with some retries.
+
+    A planner that a killed worker has started may still write into the folder until it ends.
+    """
     end = time.monotonic() + CLEANING_SECONDS
     folder.cleanup()
     while Path(folder.name).exists() and time.monotonic() < end:
