@@ -94,7 +94,7 @@ def test_the_annotated_final_state_takes_precedence() -> None:
         (replace(CUP, script=()), "cup: the task has no plan, so it is no demonstration"),
         (
             shown("bad", "GO shelf; LIGHT shelf"),
-            "bad: step 2 of the plan cannot be executed; expected a plan that can be executed",
+            "bad: step 2 of the plan cannot be executed; goals are derived from executed plans",
         ),
     ],
 )
@@ -194,7 +194,10 @@ def test_commands_make_candidates() -> None:
         ("add lit({brigt})", "'brigt' is no property; did you mean bright?"),
         ("add do LIHT", "'LIHT' is no action; did you mean LIGHT?"),
         ("add bright(lamp)", "'bright' is no changing predicate of 1"),
-        ("add do LIGHT or lit(lamp)", "an entry cannot mix actions with states and relations"),
+        (
+            "add do LIGHT or lit(lamp)",
+            "an action cannot be an alternative to a state or relation; list it alone",
+        ),
     ],
 )
 def test_a_wrong_command_is_reported_and_changes_nothing(command: str, why: str) -> None:
@@ -218,7 +221,7 @@ def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
         ("without = [", "Invalid value"),
         ("witout = []", "witout: unknown; did you mean without?"),
         ('[title."T"]\ncandidates = [[["lit(lamp"]]]', "title 'T': 'lit(lamp': expected a pattern"),
-        ('[title."T"]\ncandidates = [[[]]]', "title 'T': an entry is empty"),
+        ('[title."T"]\ncandidates = [[[]]]', "title 'T': candidates: a list of patterns is empty"),
         (
             '[title."T"]\ncandidates = [["lit(lamp)"]]',
             "candidates.0.0: expected a list, found 'lit(lamp)'",

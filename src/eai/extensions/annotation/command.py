@@ -118,13 +118,13 @@ def show_demonstration_changes(
 ) -> None:
     """Print the changes of each demonstration: all facts of changed objects, and new relations.
 
-    With --count, print how many demonstrations of a title share each pattern. Patterns name objects by class;
-    in relations, one object may be given by its properties.
+    With --count, print how many changes in the demonstrations of a title fit each pattern. A pattern names
+    objects by class. In a pattern of a relation, the properties of one object may replace its class.
 
     Example: eai data annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
 
     Options:
-        count: Count the patterns that the demonstrations of a title share instead.
+        count: Instead, count the changes that fit each pattern, for each title.
         everything: With --count, also print rare patterns.
     """
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
@@ -176,11 +176,12 @@ def choose_goal_patterns(
     demonstrations: Demonstrations = None,
     data: DataFolder = None,
 ) -> None:
-    """Choose the meaning of a task title: keep or drop the changes that its demonstrations share.
+    """Choose the goals of a task title: keep or drop the changes that its demonstrations share.
 
-    These changes are listed first.
-    Commands are read from standard input, one per line, so they can also come from a file. Every decision is
-    saved at once; the same command resumes after an interruption.
+    The changes are listed first, as patterns such as ON(lamp). A pattern that you keep becomes a goal of
+    tasks with this title; a pattern that you drop does not. Commands are read from standard input, one per
+    line, so they can also come from a file. Every decision is saved at once; the same command resumes after
+    an interruption.
 
     Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
 
@@ -283,18 +284,18 @@ def print_goals(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Print each task's goals that follow from the decisions about its title, or write a task file with them.
+    """Derive each task's goals from the decisions about its title: print the goals, or write a task file.
 
-    `eai data annotate choose` writes the decisions. A candidate is a possible meaning of a title. A
-    demonstration that meets no candidate of its title is left out of the data set. With --check, exit status
-    2 if the goals of a task do not follow.
+    `eai data annotate choose` writes the decisions. They list candidates: possible meanings of a title. A
+    task gets the goals of the first candidate that its demonstration meets. If the demonstration meets no
+    candidate, the task is left out. With --check, exit status 2 if goals in the data set differ.
 
     Example: eai data annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
 
     Options:
         out: Write the tasks with these goals: FILE.jsonl.
         assigned: Instead, print the candidates that demonstrations meet.
-        checked: Instead, print every task whose goals do not follow.
+        checked: Instead, print every task whose goals in the data set differ.
     """
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data)
     annotations = _annotate_demonstrations(benchmark, titles, decisions)

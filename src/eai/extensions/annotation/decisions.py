@@ -1,8 +1,8 @@
-"""Make, save and apply decisions about the goals that a task title means.
+"""Make, save and apply a user's decisions about the goals of all tasks that share a title.
 
-A demonstration is a plan that the data set records for a task with the title. A pattern is a change that
-demonstrations share. A user decides which patterns the title means. The decisions are in a TOML file, which
-people may also edit by hand:
+A demonstration is a plan that the data set records for a task with the title. A pattern is a kind of change,
+such as ``ON(lamp)``, that demonstrations make. A user decides which patterns the title requires as goals. The
+decisions are in a TOML file, which people may also edit by hand:
 
     without = ["NEXT_TO"]
 
@@ -15,10 +15,11 @@ people may also edit by hand:
       ],
     ]
 
-Patterns of the predicates in ``without`` are not counted. The title does not ask for patterns in ``dropped``.
-A candidate is a possible meaning of a task title: a list of entries. An entry is a list of patterns, of which
-one must be met. Patterns name an object by its class or by all its properties: ``ON(washing_machine)`` is a
-state, ``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH`` an action.
+Patterns of the predicates in ``without`` are not counted. The title does not require patterns in ``dropped``.
+A candidate is a possible meaning of the title: a list of entries, which must all be met. An entry is a list
+of alternative patterns; at least one of them must be met. The example has one candidate with two entries.
+Patterns name an object by its class or by all its properties: ``ON(washing_machine)`` is a state,
+``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH`` an action.
 """
 
 from __future__ import annotations
@@ -218,7 +219,7 @@ def _find_final_state_of_demonstration(task: Task, domain: Domain) -> State:
         step = len(done.executed_actions) + 1
         raise InputError(
             f"{task.id}: step {step} of the plan cannot be executed; "
-            "expected a plan that can be executed, from which goals are derived"
+            "goals are derived from executed plans, so correct or leave out this plan"
         )
     return done.final_state
 
@@ -246,8 +247,8 @@ def count_patterns(
 ) -> Counter[GoalPattern]:
     """Return how many changes in all demonstrations (recorded plans) fit each pattern, such as ``ON(lamp)``.
 
-    First come states and relations that name objects by class, then relations that describe one of both
-    objects by its properties. The agent is always named by its class.
+    The result first lists states and relations whose objects are all named by class. Then it lists relations
+    again, with the properties of one object in place of its class. The agent is always named by its class.
 
     Args:
         differences: the changes of the demonstrations of one task title.
@@ -278,10 +279,11 @@ def _generalize_fact(
 
 
 GoalTemplate: TypeAlias = tuple[AlternativePatterns, ...]
-"""One possible meaning of a task title, as a template of goals: lists of patterns such as ``ON(lamp)``.
+"""One possible meaning of a task title: a tuple of entries, which must all be met.
 
-A demonstration (a recorded plan) meets the template if its changes fit at least one pattern of each entry.
-Entries that are actions must be met in the order in which the template lists them.
+An entry is a tuple of alternative patterns. A demonstration (a recorded plan) meets an entry of states and
+relations, such as ``ON(lamp)``, if one of its changes fits one of the patterns. It meets an entry of actions
+if it contains one of the actions. Entries of actions must be met in the order of the template.
 """
 
 
@@ -339,12 +341,12 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 @dataclass(frozen=True, slots=True)
 class GoalDecisions:
-    """A user's decisions about the goals that one task title stands for.
+    """A user's decisions about the goals of all tasks with one title.
 
     Attributes:
-        candidates: possible meanings, in the order in which they are tried.
-        dropped: patterns of changes that recorded plans for the title share, but for which the title does not
-            ask.
+        candidates: possible meanings of the title, in the order in which they are tried.
+        dropped: patterns, such as ``ON(lamp)``, that fit changes in recorded plans for the title, but that
+            the title does not require.
     """
 
     candidates: tuple[GoalTemplate, ...] = ()
@@ -352,17 +354,17 @@ class GoalDecisions:
 
     @property
     def kept_and_dropped_patterns(self) -> frozenset[GoalPattern]:
-        """All patterns (changes that recorded plans share) that the user kept or dropped for the title."""
+        """All patterns, such as ``ON(lamp)``, that the user kept or dropped for the task title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
 class _GoalDecisionTable(Options):
-    """Decisions about one task title, as a table in a TOML file.
+    """A user's decisions about one task title (`GoalDecisions`), as a table in a TOML file.
 
     Attributes:
         candidates: possible meanings of the title, in the order in which they are tried.
-        dropped: patterns that are no part of the meaning.
+        dropped: patterns that the title does not require.
     """
 
     candidates: tuple[tuple[tuple[str, ...], ...], ...] = ()
@@ -370,7 +372,7 @@ class _GoalDecisionTable(Options):
 
 
 class _GoalDecisionFile(Options):
-    """The content of a TOML file of decisions about the meaning of task titles.
+    """The content of a TOML file of a user's decisions about task titles.
 
     Attributes:
         without: names of predicates. Changes of their facts are not counted in recorded plans.
@@ -387,8 +389,8 @@ def read_uncounted_predicates_and_decisions(
     """Read from a TOML file which goals a user chose for tasks with the same title.
 
     Returns:
-        The names of predicates that are left out when goals are counted in demonstrations, and the decisions
-        by task title. Both are empty if the file does not exist.
+        The names of the predicates whose patterns are not counted, and the user's decisions by task title.
+        Both are empty if the file does not exist.
 
     Raises:
         InputError: the file does not hold decisions. The message names the faulty key.
@@ -408,16 +410,18 @@ def read_uncounted_predicates_and_decisions(
 def _parse_alternative_patterns(texts: Sequence[str]) -> AlternativePatterns:
     patterns = tuple(map(parse_pattern, texts))
     if not patterns:
-        raise InputError("an entry is empty; expected at least one pattern")
+        raise InputError("candidates: a list of patterns is empty; expected at least one pattern")
     if len({pattern.is_action for pattern in patterns}) > 1:
-        raise InputError(f"{' or '.join(texts)}: an entry cannot mix actions with states and relations")
+        raise InputError(
+            f"{' or '.join(texts)}: an action cannot be an alternative to a state or relation; list it alone"
+        )
     return patterns
 
 
 def write_goal_decisions(
     path: Path, uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, GoalDecisions]
 ) -> None:
-    """Write the decisions about the goals that task titles mean, as a TOML file.
+    """Write a user's decisions about the goals of task titles to a TOML file.
 
     An interruption leaves either the old or the new content.
 
@@ -430,7 +434,7 @@ def write_goal_decisions(
 def format_goal_decisions(
     uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, GoalDecisions]
 ) -> str:
-    """Return the text of a TOML file: decisions about the goals that task titles mean, one entry a line."""
+    """Return a user's decisions about the goals of task titles as TOML, with one line for each entry."""
     lines = [f"without = {_format_strings(uncounted_predicates)}"]
     for name, chosen in decisions_by_title.items():
         lines += [
@@ -504,9 +508,10 @@ class DemonstratedPatterns:
 def apply_user_command_to_decisions(
     command: str, decisions: GoalDecisions, listing: DemonstratedPatterns
 ) -> GoalDecisions:
-    """Return a user's decisions about a task title, after one more command of the user.
+    """Return a user's decisions about the goals of a task title, changed by one more command of the user.
 
-    The commands keep or drop patterns (changes, see `HELP`). The caller handles ``undo`` and ``done``.
+    The commands keep or drop patterns, such as ``ON(lamp)`` (see `HELP`). The caller handles ``undo`` and
+    ``done``.
 
     Raises:
         InputError: the command is unknown or malformed.
@@ -585,8 +590,8 @@ def _add_conditions_to_last_candidate(
 ) -> GoalDecisions:
     """Return a user's decisions about a task title, with more conditions in the last candidate.
 
-    A candidate is a possible meaning of the title. Each condition is a list of alternative patterns (forms of
-    goal, such as ``ON(lamp)``).
+    A candidate is a possible meaning of the title. If the decisions have no candidate, the conditions make
+    the first one. Each condition is a tuple of alternative patterns, such as ``ON(lamp)``.
     """
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *conditions)))
@@ -617,9 +622,10 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def annotate_demonstrations(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, GoalDecisions]
 ) -> Iterator[Annotation]:
-    """Yield each demonstration's changes, and its goals by the decisions about the meaning of its title.
+    """Yield each demonstration's changes, the index of the first candidate that it meets, and its goals.
 
-    A demonstration is a recorded plan. Demonstrations of one title come together.
+    A demonstration is a recorded plan. A candidate is a possible meaning of its task title, from the
+    decisions about this title. Demonstrations of one title come together.
 
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.

@@ -43,7 +43,7 @@ class SampledProblem:
         domain: the planning domain with its operators, in PDDL.
         text: the problem, in PDDL.
         outcome: the planner's outcome.
-        draws: number of times that conditions were drawn.
+        draws: number of times that conditions of the goal were drawn at random; the last draw was used.
         source: the parts of the task from which the problem was exported to PDDL; None if the data set
             provides the problem.
     """
@@ -65,10 +65,11 @@ def make_problem(
     conditions: int,
     seed: int,
 ) -> SampledProblem | None:
-    """Return a planning problem whose goal is a random part of one way to meet a task's goal.
+    """Return a planning problem whose goal consists of random ground conditions of a task's goal.
 
-    Conditions that the planner cannot reach are drawn again. If all draws fail, the last problem is returned
-    with its outcome. The result is None if the task's goal has no conditions.
+    If the task's goal can be met in several ways, one way is drawn, and then some of its conditions. If the
+    planner cannot reach these conditions, everything is drawn again. If all draws fail, the last problem is
+    returned with its outcome. The result is None if the task's goal has no conditions.
 
     Args:
         task: the task with its goal and initial state.
