@@ -37,9 +37,10 @@ candidates. The requirement is chosen at random.
 """
 
 _PATH_OPERATOR_PROBABILITY = 0.2
-"""Probability that each operator of the task's path (its executable actions) is kept in a draw.
+"""Probability that an operator of the task's path (its executable actions) is kept for a `WHY_NOT` question.
 
-A question of kind `WHY_NOT` uses a kept operator, or any operator if no operator was kept.
+The question is about an action of one operator, drawn from the kept operators. If no operator was kept, it is
+drawn from all operators with several requirements.
 """
 
 _NO_EFFECT_PROBABILITY = 0.3
@@ -81,8 +82,8 @@ def make_question_about_action_that_changes_fact(
 ) -> QuestionContent | None:
     """Ask which single action makes a false fact true or a true fact false.
 
-    Return None if no possible action is found, the random action changes nothing, or there are too many
-    actions to try.
+    A possible action is drawn, and the fact is drawn from its changes. Return None if no possible action is
+    found, the drawn action changes nothing, or there are too many actions to try.
     """
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -110,8 +111,8 @@ def make_question_about_action_with_given_changes(
 ) -> QuestionContent | None:
     """Ask which single action changed exactly the facts that the question lists.
 
-    Return None if no possible action is found, the random action changes nothing, or there are too many
-    actions to try.
+    A possible action is drawn, and the question lists its changes. Return None if no possible action is
+    found, the drawn action changes nothing, or there are too many actions to try.
     """
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -188,7 +189,7 @@ def make_why_not_question(
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # choosing a drawn action instead would favour requirements that are often unmet
+    one = rng.choice(seen)  # drawing an action first would favour requirements that many actions do not meet
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)

@@ -60,7 +60,10 @@ _MAX_STATES = 150
 """Maximum number of states to which the actions listed in a question lead. Beyond it, no question is made."""
 
 _MAX_STATE_GRAPHS = 4
-"""Maximum number of state graphs for the questions about one task: one for each list of actions."""
+"""Maximum number of state graphs for the questions about one task.
+
+A state graph holds all states to which some drawn actions lead (`StateGraph`). A question lists the actions.
+"""
 
 _MAX_FACTS_PER_ANSWER = 4
 """Maximum number of reachable facts in a question, and maximum number of unreachable facts."""

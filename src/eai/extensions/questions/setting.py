@@ -66,8 +66,9 @@ class QuestionSetting:
         path: actions that can be executed in order from the start of the task.
         states: the states along the path, from the start to the state after the last action.
         seed: seed of the random choices that all questions about the task share.
-        state_graphs: graphs of all states to which a set of drawn actions leads, by the number of the set.
-            None stands for a set of too few actions, or for too many states. Filled when needed.
+        state_graphs: for each set of drawn actions, the graph of all states to which the actions lead, or
+            None if there are too few actions or too many states. The keys number the sets. Filled when
+            needed.
     """
 
     task: Task
@@ -373,7 +374,7 @@ class QuestionContent:
         right: texts that can be the right choice. Texts that readers are least likely to believe come
             first.
         wrong: texts that can be a wrong choice. Texts that readers are most likely to believe come first.
-        answer: the gold answers in open form.
+        answer: the gold answers if the question is asked in open form, without choices.
         accept: whether an answer must name all gold answers, or only one.
         values: further values that the templates of prompts insert, by the name of the field.
         formulas: formulas of goals in the prompt, which then also shows facts with their predicates.

@@ -45,23 +45,27 @@ _CUE_WEIGHT = 12
 """Amount by which a wrong statement lowers the balance of each of its cues.
 
 A cue is a mark by which a shortcut chooses a statement, such as the greatest length. The balance of a cue is
-a counter, which is above 0 if statements with the cue were right more often than chance predicts. A right
-statement raises it by this amount for each wrong choice of its question. If right choices are random, the
-balance therefore stays at 0 on average. If two statements have the same mark, each causes half the change.
+a counter, which is above 0 if statements with the cue were right more often than chance predicts. In a
+question with four choices, a wrong statement lowers the balance by 12, and the right statement raises it by
+3 x 12. So if right choices are random, the balance stays at 0 on average. If several statements share a mark
+such as the greatest length, they share the amount.
 """
 
 _TOLERATED_BIAS = 6
-"""Tolerated bias towards shortcuts in the first questions.
+"""Tolerated bias towards shortcuts in the first `_QUESTIONS_PER_TOLERANCE` questions of a kind and form.
 
-The bias is the sum of the squared balances of all cues (see `_CUE_WEIGHT`). Its unit here is the square of
-the balance that one right statement gives to a cue.
+The bias is the sum of the squared balances of all cues (see `_CUE_WEIGHT`). Here, 1 stands for the bias that
+a single right statement with a single cue causes.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
-"""Number of questions after which the tolerated bias grows by 1, in the unit of `_TOLERATED_BIAS`."""
+"""Number of questions after which the tolerated bias towards shortcuts (`_TOLERATED_BIAS`) grows by 1."""
 
 _MAX_OCCURRENCES = 5
-"""Number at which shortcuts stop counting how often a statement's names occur in the question's text."""
+"""Maximum count of occurrences of a statement's names in the text of a yes-no question.
+
+The shortcut ``text`` (see `SHORTCUTS`) compares statements by this count; larger counts are treated alike.
+"""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
@@ -107,9 +111,9 @@ def make_feature_reader(
     Args:
         question_text: the text of the question without the statements.
         initial_facts: texts of the facts that hold before the actions.
-        labels: the labels of statements that are no facts or actions, by the text of the statement. The label
-            of every other statement is its operator or predicate. The shortcut ``operator`` (see
-            `SHORTCUTS`) treats statements with equal labels alike.
+        labels: the labels of statements such as ``step 3``, by the text of the statement. A statement without
+            an entry is a fact or an action; its label is its predicate or operator. The shortcut ``operator``
+            (see `SHORTCUTS`) treats statements with equal labels alike.
     """
     mentioned = Counter(_NAME_PATTERN.findall(question_text))
 
@@ -143,15 +147,18 @@ class ClosedQuestion(NamedTuple):
 
 
 _SurfaceCue: TypeAlias = tuple[str, str]
-"""A cue, the mark by which a shortcut chooses a statement: the shortcut's name, and a text for the mark."""
+"""A cue: a mark of a statement, such as the greatest length, by which a shortcut chooses the statement.
+
+The first text is the name of the shortcut (see `SHORTCUTS`), the second describes the mark.
+"""
 
 
 class SurfaceCueCounts:
-    """Counts how often statements that shortcuts choose were right, in earlier questions of a kind and form.
+    """Counts, for each cue, how often statements with the cue were right in earlier questions.
 
-    A shortcut is a rule that answers without knowledge of the world. A cue is a mark by which a shortcut
-    chooses, such as the greatest length. The balance of a cue is 0 if statements with it are right as often
-    as random guesses.
+    A cue is a mark of a statement, such as the greatest length. A shortcut is a rule that answers without
+    knowledge of the world: it chooses a statement by its cues. The balance of a cue is 0 if statements with
+    the cue are right as often as random guesses. The questions have one kind and form.
     """
 
     def __init__(self) -> None:
@@ -165,9 +172,10 @@ class SurfaceCueCounts:
     def compute_shortcut_bias_above_limit(self, question: ClosedQuestion) -> int:
         """Return by how much the shortcut bias would exceed the tolerated bias if a question were added.
 
-        Return 0 if it would not exceed the tolerated bias, or if the question does not raise the bias. The
-        bias is the sum of the squared balances of all cues (see `_CUE_WEIGHT`). It is 0 if statements with
-        each cue are right exactly as often as chance predicts.
+        Return 0 if it would not exceed the tolerated bias, or if the question does not raise the bias. A cue
+        is a mark of a statement, such as the greatest length. Its balance is 0 if statements with the cue are
+        right as often as chance predicts (see `_CUE_WEIGHT`). The bias is the sum of the squared balances of
+        all cues.
         """
         step = self._compute_change_of_shortcut_bias(question)
         if step <= 0:
@@ -277,7 +285,8 @@ def _compute_balance_changes_by_cue(
 ) -> dict[_SurfaceCue, int]:
     """Return by how much a question changes the balance of each cue (see `_CUE_WEIGHT`).
 
-    If the right choice is random, the expected change is 0.
+    A cue is a mark of a statement, such as the greatest length. A right statement raises the balances of its
+    cues, and a wrong statement lowers them. If the right choice is random, the expected change is 0.
     """
     weights: dict[_SurfaceCue, int] = {}
     for position, statement_cues in enumerate(cues_of_each_statement):
@@ -416,7 +425,10 @@ def compute_answer_entropy(
 
 
 def _get_class_of_gold_answer(question: Question) -> tuple[str, ...]:
-    """Return the class of equal gold answers: the whole answer, or the first word of a plan's outcome."""
+    """Return a key for counting gold answers: the whole answer, or only its first word.
+
+    The first word is enough for the outcome of a plan in open form: ``works``, ``goal`` or ``step``.
+    """
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,
         QuestionKind.VALIDATION,

@@ -70,18 +70,22 @@ _MAX_FAILURES = 5
 """Number of failures in a row after which no more questions of a kind and form are tried."""
 
 _MAX_TURNS_PER_BATCH = 8
-"""Maximum number of questions of one kind and form that a worker writes before it returns them."""
+"""Maximum number of turns in a batch. In each turn, a worker tries to write a question of one kind and form.
+
+The worker returns the questions at the end of the batch.
+"""
 
 _ANSWER_BLOCKS = 16
-"""Number of blocks in the order of right answers. A block is a random order of all letters.
+"""Number of blocks in the order in which right answers follow each other.
 
-After the last block, the order begins again.
+A block is a random order of the letters of all choices, A to D. After the last block, the first one follows.
 """
 
 _GROUPS = tuple([(kind, form) for form in QuestionForm for kind in QuestionKind])
 """All pairs of a kind of question and a form of answer. The questions of one pair are a group.
 
-Each group begins at another task. The index of the pair in this tuple determines the task.
+All groups take the tasks in one random order. Each group begins at a different position of this order, which
+is proportional to the index of the pair in this tuple.
 """
 
 _NEED_RULES = frozenset(
@@ -195,8 +199,9 @@ class QuestionGenerator:
             forms: the forms of answer.
             number: number of questions, spread evenly over kinds and forms.
             seed: seed of all random choices.
-            rules: whether prompts state the rules of actions. Without rules, questions about numbered
-                requirements are left out. All other questions keep their id.
+            rules: whether prompts state the rules of actions. Without rules, questions that refer to
+                requirements of actions by number are left out (`_NEED_RULES`). All other questions have the
+                same ids with rules and without.
             pool: worker processes that write the questions; None if this process writes them.
             report: is called with the number of questions so far.
         """
@@ -320,9 +325,10 @@ class QuestionGenerator:
     def _write_question_and_prompt_without_action_rules(
         self, draft: _QuestionDraft, group: _QuestionGroupProgress, number: int
     ) -> tuple[Question, str | None]:
-        """Return the question that a draft becomes, and its prompt without the rules of actions.
+        """Return the question made from a draft, and a second prompt, which omits the rules of actions.
 
-        This prompt is None if the question needs the rules.
+        A draft is a question before it is put into words. The second prompt is None if the question refers to
+        requirements in the rules by number.
         """
         setting, item, posed = draft
         form, shown = group.form, [] if posed is None else posed.shown
