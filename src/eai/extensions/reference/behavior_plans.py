@@ -51,7 +51,11 @@ class BehaviorActionSequencingScorer(ActionSequencingScorer):
         super().__init__(task, domain, _BehaviorPlanNotation(), make_behavior_goal_test(task))
 
     def assess(self, text: str) -> Assessment:
-        """Return eai-eval's verdict. The explanation also has the verdict by the paper's text (`strict`)."""
+        """Return the verdict on an answer by eai-eval (the paper's package), with an explanation.
+
+        If the protocol `strict` (the paper's text) reads other steps in the answer, the explanation also has
+        the verdict by `strict`.
+        """
         return add_notes_on_strict_protocol(
             super().assess(text), text, self.notation, self._make_scorer_of_strict_protocol
         )

@@ -140,7 +140,8 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 def make_placing_inside_floor_fail(operator: Operator) -> Operator:
     """Make placing an object inside a floor fail with an uncategorised error, because eai-eval aborts there.
 
-    Actions that pour contents no longer check for a floor. See ``evolving_graph.py``, ``place_inside``.
+    The check for a floor is removed from all other actions, which transfer contents into an object. See
+    ``evolving_graph.py``, ``place_inside``.
     """
     if o.NO_INSIDE not in operator.checks:
         return operator
@@ -165,7 +166,10 @@ def make_transfer_of_contents_fail(operator: Operator) -> Operator:
 
 
 def make_operators_that_transfer_one_object() -> Iterator[Operator]:
-    """Yield operators that move only the first object in a container: eai-eval aborts after this move."""
+    """Yield operators that move only the first object out of a held container, because eai-eval aborts then.
+
+    They compute the state in which eai-eval leaves the world (`find_state_left_by_aborted_action`).
+    """
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
         moved = Let(o.C, first & ~p.floor(X), (*o.make_effects_of_leaving_support(o.C), Add(place(o.C, X))))

@@ -234,8 +234,9 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners that find actions for the literals of an answer, in order.
 
-        A planner is for one literal, or for two successive literals that one action makes true. It is paired
-        with the index of its first literal. Subgoals that are actions or need no action get no planner.
+        Usually, a planner makes one literal true. If one action can make two successive literals true, they
+        share a planner. Each planner is paired with the index of its first literal. Subgoals that are actions
+        or need no action get no planner.
         """
         atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []

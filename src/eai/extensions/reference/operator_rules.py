@@ -158,7 +158,11 @@ class PublishedOperatorRules(OperatorScoringRules):
     read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
-        """Return the judgement on an answer. An answer with eai-eval's format error excludes its task."""
+        """Return the judgement on an answer.
+
+        If eai-eval cannot look for operators in the answer (its format error), the judgement excludes the
+        task from all statistics.
+        """
         written = extract_operators_like_published_code(text)
         if written is None:
             return OperatorJudgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)

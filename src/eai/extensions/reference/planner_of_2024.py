@@ -95,8 +95,9 @@ def _remove_exists_of_new_variables(
 
 @dataclass(slots=True)
 class _VariableBinder:
-    """Replaces the parts of conditions and effects that contain unbound variables.
+    """Replaces literals and effects that contain unbound variables.
 
+    A literal of a condition becomes false, a deletion vanishes, and an addition adds `UNBOUND_ADDED` instead.
     ``refused`` collects the names of unbound variables inside a ``forall`` of a condition. The planner
     refuses an operator that has such a variable.
     """

@@ -2,7 +2,8 @@
 
 The package eai-eval collects all text that looks like a step and ignores the rest. So ``"STANDUP": []`` is
 lost, and steps in a model's reasoning count. Explanations list the steps that eai-eval loses or adds. They
-also give the verdict under the protocol ``strict`` (`lossy_reading` in the documentation of the protocols).
+also give the verdict under the protocol ``strict``, which follows the paper's text. The documentation of the
+protocols calls this difference `lossy_reading`.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def add_notes_on_strict_protocol(
     notation: PlanNotation,
     make_strict_scorer: Callable[[], ActionSequencingScorer],
 ) -> Assessment:
-    """Return the assessment, with notes in its explanation if the protocol ``strict`` reads other steps.
+    """Return the assessment; its explanation has notes if eai-eval and ``strict`` read different steps.
 
     The protocol ``strict`` follows the paper's text. The notes list the steps that differ, and state the
     verdict by ``strict``. The explanation is computed on request.

@@ -255,7 +255,8 @@ def remove_errors_of_successful_attempts(
 ) -> Sequence[PlanVerdict]:
     """Return the verdicts on a task's attempts, without the errors of successful attempts.
 
-    The last possible attempt keeps its errors.
+    A plan that reaches all goals is a success even if a later action fails. As in the paper's script, the
+    error of such a plan counts only in the last possible attempt, after all ``replans`` further attempts.
     """
     return [*map(_remove_errors_if_successful, verdicts[:replans]), *verdicts[replans:]]
 

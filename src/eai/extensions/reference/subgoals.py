@@ -104,9 +104,10 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         """
 
     def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:
-        """Return a program (list of instructions) that makes the literals true in order.
+        """Return a program (list of instructions) with which the search makes the literals true in order.
 
-        Each instruction executes the plans for one or several literals, even if these hold already.
+        Each instruction calls a planner, which returns plans (lists of actions) for one or several literals.
+        The search executes these plans even if the literals hold already.
         """
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners_with_first_literal_index(literals)):
@@ -159,7 +160,8 @@ class _EaiEvalCrashError(Exception):
 def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
     """Return a planner for a subgoal at which eai-eval (the paper's package) raises an exception.
 
-    A search that reaches the subgoal ends, and the answer is rejected for the given reason.
+    The planner finds no plans, but raises an error when the search calls it. The error ends the search, and
+    the answer is rejected for the given reason.
     """
 
     def stop_search(state: State) -> SubgoalPlans:
@@ -200,8 +202,8 @@ def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) ->
 def _has_partly_temporal_conjunction(formula: f.Formula, signature: Signature) -> bool:
     """Whether the first error in a formula's text is an ``and`` with ``then`` in only some of its operands.
 
-    The first error can also be an unknown name. Errors have the order in which their subformulas end in the
-    text.
+    The result is False if an atom with an unknown predicate comes first. The subformula that ends first in
+    the text comes first.
     """
     temporal = find_temporal_subformula_ids(formula)
     if not temporal:

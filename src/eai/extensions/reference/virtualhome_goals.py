@@ -66,8 +66,8 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
 
     Defects of eai-eval:
 
-    * a name means the relevant object of its class with the largest id (eai-eval takes the last object
-      of a set in hash order; for all published counts, the two objects are the same);
+    * a name means one relevant object of its class: in eai-eval, the last object of a set in hash order. Here
+      it is the object with the largest id, which gives the same published counts;
     * predictions with an unknown name and ill-formed entries are not counted;
     * several predictions can meet one action goal, which may make the number of false negatives negative;
     * in an unreadable answer, no goal counts as missing.
@@ -97,7 +97,10 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         )
 
     def score_missing_answer(self) -> GoalVerdict:
-        """Return a verdict in which all goals are missing: eai-eval ignores only unreadable answers."""
+        """Return a verdict in which all goals of the task count as missing.
+
+        In eai-eval, goals are missing if there is no answer, but not if an answer is unreadable.
+        """
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
@@ -166,7 +169,8 @@ def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
     """Return the goals in a section of an answer, without duplicates and empty entries.
 
     Raises:
-        TypeError: eai-eval crashes on a value that it cannot iterate, index, measure or look up.
+        TypeError: a value cannot be iterated, indexed, measured or looked up. On such a value, eai-eval
+            crashes, too.
     """
     unique = {_make_hashable(value): value for value in values}
     names = FIELDS[kind]
@@ -186,11 +190,11 @@ def _make_hashable(value: Any) -> object:
 
 
 def _read_field(field: str, value: Any) -> str:
-    """Return a field of a goal as text. A value of another type becomes JSON text, which is no name or state.
+    """Return a field of a goal as text. A value that is no string becomes JSON text, which matches no goal.
 
     Raises:
-        TypeError: the value is no string (field ``action``) or unhashable (fields for names). eai-eval
-            crashes on these values.
+        TypeError: the value of the field ``action`` is no string, or the value of a field for names cannot be
+            hashed. On these values, eai-eval crashes, too.
     """
     if isinstance(value, str):
         return value

@@ -197,10 +197,10 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
         """Return the verdict on an executed plan.
 
-        If eai-eval's summary of many answers counts the plan differently, the verdict also has these counts.
-        The summary counts every action that was not needed as an error. It also requires action goals in the
-        order of the data set. When eai-eval judges a single plan, action goals have this order only by
-        chance.
+        The package eai-eval judges each plan by itself, and again in a summary of all answers. If the summary
+        counts other errors or goals, the verdict has these counts in ``counted``. The summary counts every
+        action that was not needed as an error. It requires action goals in the order of the data set. When
+        eai-eval judges a plan by itself, action goals have this order only by chance.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
@@ -225,8 +225,8 @@ def _are_all_objects_named_by_class(plan: WrittenPlan, actions: Sequence[Action]
     """Whether a plan names every object by its class. The data set's plan always does so.
 
     eai-eval compares the texts of plans, so a plan with other names differs from the data set's plan. For
-    instance, ``["food", "egg_1003"]`` names the same object as ``["food_egg", "1003"]``, but with another
-    text.
+    instance, ``["food", "egg_1003"]`` and ``["food_egg", "1003"]`` name the same object, but only the second
+    begins with its class.
     """
     return all(
         not isinstance(word, ObjectWithId) or word.name == scene.objects[index].category
@@ -260,14 +260,14 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     """
     if len(text) > MAX_ANSWER_CHARACTERS:
         return TOO_LONG
-    # No step follows the last list. Removing the text after this list makes the search faster.
+    # Every step ends with a list. Removing the text after the last list makes the search for steps faster.
     text = text[: text.rfind(_LIST_END) + 1]
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))
     if not written:
         return Unreadable("no step was found")
     try:
-        # JSON strings contain no line break, so no string of one list can go on into the next list.
+        # Each list is on its own line. JSON strings contain no line break, so no string spans two lists.
         lists = json.loads("[" + ",\n".join([arguments for _, arguments in written]) + "]")
     except (ValueError, RecursionError):
         return LIST_IS_NOT_JSON

@@ -190,11 +190,11 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 def replace_wrong_order_condition(operator: Operator, check: Check) -> Check:
     """Replace the condition that eai-eval looks for in earlier states to find a wrong order.
 
-    A failed action comes in the wrong order if its failed condition held in an earlier state. For some failed
-    conditions, eai-eval looks for another condition (`SEARCHED_CONDITIONS`), such as the relation ``next_to``
-    instead of nearness. If an object is in a closed container, eai-eval looks for a state in which the
-    object, instead of the container, is open. A condition that is never true means that the failure never
-    counts as wrong order. See ``execution.py``, ``update_missing_precond``.
+    Usually, this is the condition that failed: if it held in an earlier state, the action comes in the wrong
+    order. For some failed conditions, eai-eval looks for another condition (`SEARCHED_CONDITIONS`). One
+    example is ``next_to`` instead of nearness. If an object is in a closed container, eai-eval looks for a
+    state in which the object, instead of the container, is open. If the other condition is never true, the
+    failure never counts as wrong order. See ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
@@ -212,17 +212,22 @@ def report_unplugged_device_as_additional_step(operator: Operator, check: Check)
 
 @_apply_to_all_checks
 def report_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Make the opening of a running device an additional step, not a missing step (``OpenExecutor``)."""
+    """Make the opening of a running device, which fails, an additional step instead of a missing step.
+
+    See ``execution.py``, ``OpenExecutor``.
+    """
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
 @_apply_to_all_checks
 def report_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Make it an additional step, not an affordance error, to change a state that an object does not have.
+    """Remove the check that an object has a state that can change, such as open or closed.
 
-    For example, an object that is neither open nor closed cannot be opened. The check that the object has one
-    of both states is removed (None), so the later check that the object is closed fails. All other checks are
-    returned unchanged. See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
+    None removes a check; other checks are returned unchanged. For example, an object that is neither open nor
+    closed cannot be opened. The declared domain checks that the object is open or closed, and reports an
+    affordance error. Without this check, a later check fails: that the object is closed. It reports an
+    additional step, as eai-eval does. See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``,
+    ``PlugExecutor``.
     """
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
 
@@ -237,9 +242,10 @@ def report_second_grab_as_additional_step(operator: Operator, check: Check) -> C
 def report_repeated_sitting_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Make sitting down an additional step if the character already sits anywhere; the same for lying down.
 
-    `NOT_SEATED` and `NOT_IN_BED` are replaced by checks that fail on any seat or bed. `NOT_SEATED_ELSEWHERE`
-    and `NOT_IN_BED_ELSEWHERE` are no longer needed and are removed (None). See ``SitExecutor`` and
-    ``LieExecutor``.
+    The declared domain has two checks for sitting. `NOT_SEATED` fails if the character sits on the same seat,
+    which is an additional step. `NOT_SEATED_ELSEWHERE` fails if it sits on another seat, which is a missing
+    step. Here the first check fails in both cases, and the second is removed (None). `NOT_IN_BED` and
+    `NOT_IN_BED_ELSEWHERE` change in the same way. See ``SitExecutor`` and ``LieExecutor``.
     """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None

@@ -140,9 +140,9 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
         """Whether eai-eval raises an exception because of a fault. A fault is a failed check of an action.
 
         One cause of an exception is that eai-eval cannot determine which step is missing, such as before SIT
-        if no seat is free (``checkers.py``, ``check_missing_preconds``). Plans have no such exceptions:
-        release 1.0.5 checks plans by other code (``simulation/evolving_graph/checker.py``), which reports a
-        missing step.
+        if no seat is free (``checkers.py``, ``check_missing_preconds``). These exceptions occur only for
+        answers that are subgoals. Other code of release 1.0.5 checks answers that are plans
+        (``simulation/evolving_graph/checker.py``); it reports a missing step.
         """
         return super().raises_exception_in_eai_eval(fault) or fault.check.history_conditions == (FALSE,)
 
@@ -163,9 +163,10 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _make_planners_with_first_literal_index(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return pairs: the index of each literal, and the planner of the literal.
+        """Return a planner for each literal of an answer, paired with the index of the literal.
 
-        If eai-eval cannot translate a literal into actions, the planner of the literal ends the search.
+        A planner returns plans that make its literal true. If eai-eval cannot translate a literal into
+        actions, the planner of the literal ends the search, and the answer is rejected.
         """
         return [(number, self._make_planner(literal)) for number, literal in enumerate(literals)]
 
@@ -181,14 +182,15 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             return lambda state: SubgoalPlans(make_plans_for_action(*action, state))
         atom = self.lexicon.to_literal(literal)
         if atom is None:
-            raise AssertionError(f"expected an atom about objects of the task, found {format_ltl(literal)}")
+            raise AssertionError(f"{format_ltl(literal)}: the domain has no such predicate and objects")
         return lambda state: SubgoalPlans(list_plans_for_atom(atom.predicate, atom.arguments, state))
 
 
 class _UnorderedGoalTest(GoalTest):
-    """A test of action goals in which the order of actions does not matter (``my_scene_evaluate``).
+    """A test of action goals that ignores the order in which a plan executes actions (``my_scene_evaluate``).
 
-    Goals after the first unmet goal do not count.
+    A goal is met if the plan contains one of its actions anywhere. The task's goals have an order: goals
+    after the first unmet goal do not count.
     """
 
     def _find_indices_of_met_action_goals(
