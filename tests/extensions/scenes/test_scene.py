@@ -82,7 +82,9 @@ def test_a_thing_without_a_body_is_refused() -> None:
     from eai.world.state import Scene
 
     strange = Scene(SCENE.vocabulary, {"floor_kitchen": "floor.n.01", "unicorn_1": "unicorn.n.01"})
-    with pytest.raises(InputError, match=r"unicorn_1: kinds.txt has no body for the kind unicorn"):
+    with pytest.raises(
+        InputError, match=r"unicorn_1: objects of the kind unicorn have no three-dimensional shape"
+    ):
         MujocoScene(task_of(strange.state(["floor(floor_kitchen)"])))
 
 

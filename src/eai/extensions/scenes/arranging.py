@@ -84,10 +84,10 @@ def place_remaining_objects(
 
 
 def _map_first_joining_object_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
-    """Return the first object that lies over an object of another room, with the floors of both rooms.
+    """Return the first object under which an object of another room stands, with the floors of both rooms.
 
     The result maps the upper object to two floors: that of its own room, then that of the lower object's
-    room. The result is empty if no object lies over an object of another room.
+    room. The result is empty if there is no such object.
     """
     rooms = [
         (roof, (locations.find_room(roof), locations.find_room(object_index)))
@@ -199,9 +199,9 @@ def _place_rooms_and_furniture(
 
     Args:
         bodies: the body of each object.
-        furniture_by_floor: the furniture of each room, by the floor of the room.
+        furniture_by_floor: the furniture of each room. The key is the object that is the room's floor.
         floors_of_joining_objects: the objects that stand in two rooms, each with the floors of both rooms. No
-            wall is built between these rooms, whose floors are neighbours in ``furniture_by_floor``.
+            wall separates these two rooms, which must follow each other in ``furniture_by_floor``.
     """
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}

@@ -90,9 +90,10 @@ def find_body_kind(object_name: str, category: str) -> str:
 
 @cache
 def find_body(kind: str) -> Body | None:
-    """Return the body of a kind of object, or None if the table of kinds lacks it.
+    """Return the shape of a kind of object, or None if the table of kinds lacks the kind.
 
-    The prefix `HALF_PREFIX` of a kind means half of a sliced object. Its body is cut in half.
+    A kind with the prefix `HALF_PREFIX` is half of a sliced object. It has the left half of the object's
+    shape.
     """
     if kind.startswith(HALF_PREFIX):
         whole = find_body(kind.removeprefix(HALF_PREFIX))

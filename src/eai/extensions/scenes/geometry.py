@@ -22,7 +22,10 @@ _HORIZONTAL_REACH, _VERTICAL_REACH = 1.0, 5.0
 """Maximum lengths, in metres, of the horizontal and vertical rays that test how two objects lie."""
 
 _AXIS_PAIR_COUNT = 5
-"""Number of pairs of perpendicular axes for horizontal rays. The pairs are rotated by 0 to 90 degrees."""
+"""Number of pairs of perpendicular horizontal axes. The pairs are rotated by 0 to 90 degrees.
+
+Rays along these axes test whether an object is inside or next to another object.
+"""
 
 _MAX_DISTANCE_SHARE = 1 / 6
 """Maximum distance between the boxes of two neighbours, as a share of the mean side length of both boxes."""

@@ -182,7 +182,8 @@ def _require_body(scene_object: WorldObject) -> Body:
     body = find_body(kind)
     if body is None:
         raise InputError(
-            f"{scene_object.name}: kinds.txt has no body for the kind {kind}; choose another task"
+            f"{scene_object.name}: objects of the kind {kind} have no three-dimensional shape; "
+            "choose another task"
         )
     return body
 

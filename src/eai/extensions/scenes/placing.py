@@ -29,7 +29,11 @@ _Rotation: TypeAlias = tuple[float, float, float, float]
 """Rotation of a body: a quaternion, its real part first."""
 
 _AreaWithBoxes: TypeAlias = tuple[Box, Array, Array]
-"""A box in which an object may be placed, and low and high corners of all boxes that overlap it."""
+"""An area in which an object may be placed, and the low and high corners of its obstacles.
+
+The area and the obstacles are boxes. Obstacles are parts of other objects that overlap the area or nearly
+touch it.
+"""
 
 
 class Pose(NamedTuple):
@@ -51,10 +55,10 @@ class Pose(NamedTuple):
         )
 
     def to_scene_box(self, local: Box, turn: float = 0.0) -> Box:
-        """Return the axis-aligned box in the scene around a box of the body.
+        """Return the axis-aligned box in the scene that encloses one box of a body with this pose.
 
         Args:
-            local: the box, relative to the middle of the body.
+            local: the box of the body, relative to the middle of the body.
             turn: rotation of this box about its own upright axis, in radians.
         """
         axes = self.rotation_matrix
@@ -142,7 +146,10 @@ class Placer:
         return self._find_free_pose(object_index, areas, FLAT, f"on {self.names[support]}")
 
     def _widen_area_for_large_object(self, object_index: int, area: Box) -> Box:
-        """Widen an area by at most 40 % if an object is larger than the area. The object then juts out."""
+        """Widen an area that is too small for an object, so that the object may jut out.
+
+        A side is not widened if it lacks 40 % or more of its length.
+        """
         size, sides = np.sort(self.bodies[object_index].size[:2]), np.ptp(area, 0)[:2]
         lacking = size[np.argsort(np.argsort(sides))] + 2.5 * _SETTLING_GAP - sides
         juts = np.append(np.where((lacking > 0) & (lacking < 0.4 * sides), lacking / 2, 0.0), 0.0)

@@ -56,8 +56,8 @@ def write_mujoco_model(
 
     Args:
         placer: the bodies with their poses.
-        locations: the objects of the state. Only the lamp of the room with most objects casts shadows,
-            because shadows take most of the rendering time.
+        locations: the locations of the objects in a state. They determine the room with most objects, whose
+            lamp alone casts shadows, because shadows take most of the rendering time.
         rooms: the box of each room.
         position_of_unplaced_objects: location of objects without a pose, and of objects that may appear
             later.
@@ -209,8 +209,8 @@ class MujocoScene:
         mujoco: the MuJoCo module.
         model: the MuJoCo model.
         data: the MuJoCo data: the poses and contacts of the model.
-        bodies: the MuJoCo body of each object.
-        geoms: the MuJoCo geoms (shapes) of each object, one for each part.
+        mujoco_body_of_object: the MuJoCo body of each object.
+        mujoco_geoms_of_object: the MuJoCo geoms (shapes) of each object, one for each part.
 
     Raises:
         InputError: the scene cannot be arranged. The message says why.

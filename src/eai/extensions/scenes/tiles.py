@@ -103,7 +103,11 @@ def _compute_nesting_depth(
 
 
 def _write_object_names_and_relation_lines(facts: Sequence[SceneGraphFact]) -> Iterator[tuple[str, str]]:
-    """Yield for each relation the name of its first object, and a text line for this object's rectangle."""
+    """Yield pairs of an object's name and a text line for the object's rectangle in a diagram.
+
+    A line has a predicate, an arrow and all objects to which the object has this relation. A mutual relation
+    is in the rectangle of only one of its objects.
+    """
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:
