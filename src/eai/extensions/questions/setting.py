@@ -1,7 +1,8 @@
 """The material of questions: a task in a small scene, the rules of its domain, and a path of actions.
 
-Rules are the requirements and effects of actions, in words and formulas, as the domain declares them. A
-`QuestionContent` is the content of a question before its form is chosen: yes or no, multiple choice, or open.
+Rules are the requirements and effects of actions, in words and formulas, as the domain declares them.
+A `QuestionContent` is the content of a question before its form is chosen.
+A form is yes or no, multiple choice, or open.
 """
 
 from __future__ import annotations

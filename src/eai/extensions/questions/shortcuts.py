@@ -328,8 +328,9 @@ def draw_closed_question(
         turn: a number that selects the right letter, or whether yes or no is right.
 
     Returns:
-        the result of `SurfaceCueCounts.compute_shortcut_bias_above_limit` for the best draw, 0 if its bias is
-        tolerated, and the question of this draw. None if there are too few right or wrong texts.
+        the result of `SurfaceCueCounts.compute_shortcut_bias_above_limit` for the best draw, and the
+        question of this draw. The result is 0 if the bias is tolerated. None if there are too few right or
+        wrong texts.
     """
     is_right, position = turn % 2 == 0, turn % len(LETTERS)
     candidates = item.right if is_right else item.wrong

@@ -1,7 +1,7 @@
 """Rewrite planning problems so that a current planner judges them as the tolerant planner of 2024 did.
 
 The published planner success rates come from a translator that accepted undefined names. `read_operator` and
-`make_task_for_current_planner` rewrite a domain that contains operators of an answer, so that any standard
+`make_task_for_current_planner` rewrite a domain that contains operators of an answer. Then any standard
 planner gives the published verdict. They refuse operators that every version of the planner refuses. The
 rules:
 

@@ -31,7 +31,7 @@ _WALL_CABINET_HEIGHT, _WINDOW_HEIGHT = 1.42, 0.9
 def arrange_objects(
     locations: ObjectLocations, names: Sequence[str], seed: str
 ) -> tuple[Placer, Mapping[int, Box]]:
-    """Return the poses of a state's objects (in a `Placer`), and a mapping from each floor to its room's box.
+    """Return poses of objects, in the `Placer`, and a mapping from each floor to its room's box.
 
     The seed determines all random draws.
 
@@ -200,8 +200,8 @@ def _place_rooms_and_furniture(
     Args:
         bodies: the body of each object.
         furniture_by_floor: the furniture of each room. The key is the object that is the room's floor.
-        floors_of_joining_objects: the objects that stand in two rooms, each with the floors of both rooms. No
-            wall separates these two rooms, which must follow each other in ``furniture_by_floor``.
+        floors_of_joining_objects: the floors of both rooms, for each object that stands in two rooms.
+            No wall separates these two rooms, which must follow each other in ``furniture_by_floor``.
     """
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}
