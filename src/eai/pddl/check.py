@@ -26,7 +26,7 @@ class PddlViolationKind(str, Enum):
     UNSUPPORTED = "unsupported"
     """Valid PDDL that this package does not read: ``either``, numbers, preferences."""
     CONDITION_IN_EFFECT = "condition_in_effect"
-    """``or``, ``exists``, ``imply``, ``=`` or the negation of a compound in place of an effect."""
+    """A condition in place of an effect: ``or``, ``exists``, ``imply``, ``=``, or ``not`` of a non-atom."""
     EFFECT_IN_CONDITION = "effect_in_condition"
     """A conditional effect (``when``) in place of a condition."""
     UNKNOWN_PREDICATE = "unknown_predicate"
@@ -70,7 +70,8 @@ class PddlFinding:
 
     Attributes:
         offence: the kind of the violation.
-        name: the wrong name (predicate, type, variable, constant), or the text that was expected instead.
+        name: the wrong name (predicate, type, variable, constant). For a kind of violation that makes the
+            text unreadable, the text that was expected there.
         place: the location of the violation in words: the operator and its part.
     """
 
@@ -80,7 +81,7 @@ class PddlFinding:
 
     @property
     def description(self) -> str:
-        """The wrong name; if the text is unreadable, "expected" followed by the expected text."""
+        """The finding in words: the wrong name, or "expected" and the expected text in an unreadable text."""
         return f"expected {self.name}" if self.offence.makes_text_unreadable else self.name
 
 

@@ -206,8 +206,8 @@ def export_problems(
 ) -> tuple[ExportedProblem, ...]:
     """Export several problems that share one domain.
 
-    If an action is not needed, the engine of this package reports an additional step, and continues without
-    the action's effects. In PDDL the action is not applicable.
+    The engine of this package skips a step that is not needed (an additional step), and continues the plan.
+    In the exported PDDL, such a step is not applicable.
 
     Args:
         domain: the domain.

@@ -432,9 +432,9 @@ class GroundProblem:
         return self.add_true_disjunctions(state | (~state & self._every_atom) << self.atoms)
 
     def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
-        """Return a set of literals, plus the literal of each disjunction that is true in the set."""
+        """Return literals, and the literals that stand for the disjunctions that these literals make true."""
         self._looks.used += self._effort
-        choices = self._choices.values()  # in order of creation: disjuncts can be earlier disjunctions
+        choices = self._choices.values()  # inner disjunctions were created first, so they become true first
         for literal, _, simple, compound in choices:
             if not literals & literal and (
                 simple & literals or any(not option & ~literals for option in compound)
@@ -488,7 +488,7 @@ class GroundProblem:
 
 
 def estimate_cost_of_condition_lookup(condition_count: int) -> int:
-    """Return the cost of finding all conditions that contain one literal, as a number of tests."""
+    """Return the cost in looks of finding all conditions that need a given literal, by their number."""
     return 1 + condition_count // 2_000
 
 

@@ -218,7 +218,7 @@ class _OrderedEffectsConverter:
         terms |= still_open
         later = self._make_condition_that_deletion_is_later(addition.position, deletion.position, terms)
         undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
-        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # addition and deletion never coincide
+        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # their conditions exclude each other
             return f.FALSE
         for variable in reversed(still_open.values()):
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)

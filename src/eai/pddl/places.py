@@ -74,7 +74,7 @@ def _list_names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
 
 
 def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: DeclaredNames) -> Iterator[int]:
-    """Yield the offsets in a section at which the mistake of a finding stands, in the order of the text."""
+    """Yield the offsets in a PDDL section at which the violation of a finding occurs, outer lists first."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)

@@ -98,9 +98,10 @@ class Relaxation:
         ]
 
     def find_relaxed_plan(self, state: StateMask, true_literals: LiteralMask) -> _RelaxedPlan | None:
-        """Return a relaxed plan from a state with given literals, or None if there is no relaxed plan.
+        """Return a relaxed plan from a state to the goal, or None if there is no relaxed plan.
 
-        Without a relaxed plan there is no plan at all.
+        Without a relaxed plan there is no plan at all. ``true_literals`` are the literals that the state
+        makes true (`GroundProblem.find_state_literals`).
         """
         again = self._find_goal_atoms_lost_later(state)
         goal = self._problem.goal | again << self._again
@@ -213,7 +214,7 @@ def _map_goals_to_destroyed_goals(problem: GroundProblem) -> dict[int, int]:
 _ActionNumber: TypeAlias = int
 
 _LookaheadPoint: TypeAlias = tuple[int, StateMask, LiteralMask]
-"""A point to which a lookahead may return: the number of actions so far, the state, and its literals."""
+"""A point to which a lookahead may return: number of actions so far, state, and its true literals."""
 
 
 class _MissingGoalCounts(NamedTuple):
@@ -291,10 +292,11 @@ class _RelaxedPlanFollower:
         return True
 
     def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
-        """Make several literals true at once. Return whether all of them are true then.
+        """Add actions after which several literals are true together. Return whether this is possible.
 
-        `_make_literal_true` treats each false literal, with the same ``depth``. The first attempt begins with
-        the literals that are reached latest. If it fails, a second attempt treats these literals last.
+        `_make_literal_true` adds the actions for each false literal, with the same ``depth``. The first
+        attempt begins with the literals that relaxed planning reaches last. If the attempt fails, a second
+        attempt treats these literals last. If both attempts fail, all these actions are undone.
         """
         start_point = self._get_current_lookahead_point()
         for last in (False, True):
@@ -309,11 +311,11 @@ class _RelaxedPlanFollower:
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
-        """Apply the first rule of relaxed planning that makes a literal true, if the rule is possible.
+        """Apply the first rule (effect of an action) that makes a literal true, if the rule is possible.
 
-        A rule is an effect of an action. Only rules of steps before ``depth`` count; the first step is 0. If
-        ``depth`` is 0 or less, the literal was true at the start and has been lost. Then rules of step 0
-        count, except if ``depth`` is `-_MAX_REPEAT_DEPTH`.
+        The steps of relaxed planning are numbered from 0. A rule is tried only if its step is before
+        ``depth``. If ``depth`` is 0 or negative, the literal was true at the start and has been lost. Then
+        rules of step 0 are tried, until ``depth`` has fallen to `-_MAX_REPEAT_DEPTH`.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):
