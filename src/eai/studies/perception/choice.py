@@ -18,7 +18,7 @@ from eai.studies.variation import VariationOptions
 from eai.tasks.options import Arguments, WebAddress
 
 STUDY = "perception"
-"""Name of this study; its key in records, for its options (such as the scene's format) and results."""
+"""Name of this study. Records store its options (such as the scene's format) and results by this name."""
 
 SceneFormat: TypeAlias = Literal[
     "text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"
@@ -66,9 +66,9 @@ class SceneOptions(VariationOptions):
             options.
 
     Attributes:
-        scene: How questions show the scene: text, image, both, predicted (as a second model lists it), noisy
-            (with seeded errors), rendered (with bodies), numbered (with a number at each object) or pointed
-            (with a pixel of each object).
+        scene: How questions show the scene: text, image, both, predicted (facts that a second model lists),
+            noisy (facts with seeded errors), rendered (pictures of 3D bodies), numbered (rendered, with a
+            number at each object) or pointed (rendered, with a pixel of each object).
         context: How much more a list of facts describes, if the scene is text or both: none, some or many
             other objects, and states that do not hold.
         images: A folder with your own pictures; their file names begin with the id of the task. Without it,
@@ -141,7 +141,7 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.options_label}"
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None: the stage of the run that obtains the scenes stores the study's options in records."""
+        """Return None. Records get these options with the scenes (`ModelBeliefsInPrompts.experiment`)."""
         return None
 
     @property
@@ -186,7 +186,7 @@ class SceneOptions(VariationOptions):
             if ability not in possible:
                 raise InputError(
                     f"perception.scene {self.scene}: questions of {ability.value} describe no scene; "
-                    f"choose one of {', '.join([ability.value for ability in possible])}"
+                    f"choose one of the abilities {', '.join([ability.value for ability in possible])}"
                 )
         return [ability for ability in possible if ability in (requested or SCENE_ABILITIES)]
 

@@ -35,11 +35,12 @@ if TYPE_CHECKING:
 def make_perception_rate_contributions(perceived: PerceptionErrors) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
-    The rates ``predicate_error`` and ``object_error`` are the paper's: the share of missing or misplaced
-    facts in all described facts, and the share of invented names in all names. Missing facts are a share of
-    the true facts, and misplaced facts are a share of the true relations. Unnecessary and invented facts are
-    shares of the graph's facts, and `unseen` is a share of the true objects. The last rates are precision,
-    recall and F1 of facts. This project chose the denominators, because the paper gives none.
+    Two rates are from the paper. ``predicate_error`` is the share of true facts that the graph lacks or
+    misplaces. ``object_error`` is the share of invented names in the graph's names. Of the other rates,
+    ``missing`` is a share of the true facts, and ``misplaced`` of the true relations. ``unnecessary`` and
+    ``invented`` are shares of the graph's facts, and ``unseen`` is a share of the true objects. The last
+    rates are precision, recall and F1 of facts. This project chose the denominators, because the paper gives
+    none.
     """
     lost = perceived.missing + perceived.misplaced
     return {

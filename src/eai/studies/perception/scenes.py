@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs_with_scene_format(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> ModelBeliefsInPrompts:
-    """Return the scenes that questions state instead of the true scenes, and the scene format for records."""
+    """Combine the scenes that questions show (``beliefs``) with the scene format that records store."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
     return ModelBeliefsInPrompts(beliefs, experiment, lacking, **further_fields)
@@ -89,7 +89,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Mo
 def make_scene_beliefs_without_captioner(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> ModelBeliefsInPrompts:
-    """Return the scenes that questions state, for every scene format but ``predicted``.
+    """Return the scenes that questions show, in any format but ``predicted``, which needs a second model.
 
     Raises:
         InputError: a task has no picture.
@@ -116,7 +116,7 @@ def make_scene_beliefs_without_captioner(
 def _describe_true_scenes(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> dict[str, BelievedTask]:
-    """Return for each task id the description of the true scene in the question: its text, its pictures."""
+    """Return by task id the scenes without errors as questions show them: as text, as pictures, or both."""
     if options.scene == "text":
         said = {
             i: _add_further_facts(INITIAL_PLACEHOLDER, options, task, benchmark, templates)
@@ -290,14 +290,15 @@ def _refuse_published_prompts(options: SceneOptions, library: PromptLibrary, sui
 def collect_scene_beliefs(
     options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return the scenes to state in the questions of a run.
+    """Return the scenes that the questions of a run show.
 
-    The scenes of a domain are made once for all models. If a second model (the captioner) lists the scenes,
-    it is first asked about all tasks of a domain. The questions to other models then state the captioner's
-    lists.
+    The scenes of a domain are made once for all models. For the format ``predicted``, a second model (the
+    captioner) first lists the scenes of all tasks of the run in a domain. The questions to the run's models
+    then state these lists.
 
     Raises:
-        InputError: published prompts cannot describe another scene, or a picture is missing.
+        InputError: the run uses published prompts, which show scenes only in their own format; or a picture
+            is missing.
     """
     _refuse_published_prompts(options, stage.library, suite)
     key = (suite.domain,)

@@ -1,8 +1,8 @@
 """Compare formats of the scene in questions, and measure how errors in a perceived scene lower results.
 
 Answers are grouped by the number and kind of errors in the perceived scene, and by the facts that it lacks.
-Rates of errors are always counted in the perceived scene graphs, even if the user chose the rates of random
-errors.
+Rates of errors are always measured in the perceived scene graphs. If errors were drawn at random, these rates
+can differ from the rates that the user chose.
 Intervals count all answers to tasks of one name as one unit, because tasks recur in runs
 and similar tasks share a name.
 If there is a run with true scenes, it is compared on the same tasks.
@@ -47,12 +47,12 @@ if TYPE_CHECKING:
 
 
 class _PerceptionRunOptions(SceneOptions):
-    """Options for the scene in the questions of a run, and the stage of the run that obtains the scenes."""
+    """Options for the scene in a run's questions. They also make the stage that obtains these scenes."""
 
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that obtains the scenes for a run's questions."""
+        """Return the stage that obtains the scenes (its beliefs) for a run's questions."""
         # Only runs import this module.
         from eai.studies.perception.scenes import collect_scene_beliefs
 
@@ -239,10 +239,11 @@ def _estimate_error_rates(tasks: _TasksWithPerceptionErrors) -> list[Estimate]:
 def _make_metric_by_error_rate_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
-    Answers of all runs are grouped by the predicate error rate of the scene graph in their question: 0, or
-    more than `above` and at most `up_to` percent. `cases` is the number of answers in the group; a task
-    counts once for each run. `value` is {runs.metric} of these answers. `without_errors` is {runs.metric} if
-    the questions on the same tasks show the true scene. `cost` is the difference in percentage points.
+    Answers of all runs are grouped by the predicate error rate of the scene graph in their question. The rate
+    is 0, or more than `above` and at most `up_to` percent. `cases` is the number of answers in the group; a
+    task counts once for each run. `value` is {runs.metric} of these answers. `without_errors` is
+    {runs.metric} of answers to the same tasks whose questions show the true scene. `cost` is
+    `without_errors` minus `value`, in percentage points.
     Compare columns, not rows: rows have different tasks, and tasks with few facts are more often in the first
     and last row. Graphs in the row of 0 can have unnecessary facts, and can lack objects without facts.
     """
@@ -332,8 +333,8 @@ class _PerceptionAnalysisOptions(Options):
 def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol (scoring rules).
 
-    If the questions of a run state the true scene as text, its metric is the metric without perception
-    errors. Make this run by ``eai run --set eai``, so that it has the prompts of the other runs.
+    A run whose questions state the true scene as text gives the metric without perception errors. Make such a
+    run by ``eai run --set eai``. This option chooses the prompts of this package, as in the other runs.
 
     Raises:
         InputError: no run records a perceived scene.
