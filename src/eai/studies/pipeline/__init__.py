@@ -1,1 +1,1 @@
-"""Pipelines: questions of one ability, such as planning, state goals that a model gave in earlier answers."""
+"""Pipelines: questions, such as questions for a plan, contain goals from earlier answers of a model."""

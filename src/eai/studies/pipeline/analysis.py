@@ -53,7 +53,7 @@ _GOAL_GROUPS = ("exactly right", "all, and others", "some missing", "no answer")
 """Groups of tasks by the agreement of the goals in their questions with the tasks' goals, best first."""
 
 _GOALS = "goals"
-"""Label of a pipeline whose questions state goals from a model's answers, but no subgoals."""
+"""Label of a pipeline whose questions contain goals from a model's answers, but not subgoals."""
 
 _COMPARED = ("modular", "pipeline", "difference", "p")
 _PAPER = ("paper modular", "paper pipeline")
@@ -179,10 +179,11 @@ class _ModularAndPipelineRuns:
     def _make_goals_table(self) -> Iterator[Row]:
         """Success by the verdict on the stated goals.
 
-        The modular run states the true goals in its questions. The pipeline states goals of a model. Tasks
-        are grouped by the verdict on these goals under protocol strict. The table shows the success of both
-        runs, and the numbers of tasks that only one run solves. Wrong goals, ill-formed goals and goals with
-        unknown names are in the group of other goals.{self._sentence_about_perfect_planner}
+        Questions of the modular run state the true goals; those of the pipeline state goals that a model
+        interpreted. Tasks are grouped by the verdict on the model's goals under protocol strict. The table
+        shows the success of both runs, and the numbers of tasks that only one run solves. Wrong goals,
+        ill-formed goals and goals with unknown names are in the group of other
+        goals.{self._sentence_about_perfect_planner}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)
@@ -225,7 +226,7 @@ class _ModularAndPipelineRuns:
         """Outcomes of the first stage.
 
         In the first stage, a model answers goal interpretation. For each defect of its answers: number of
-        tasks, and success in the pipeline. The other tables count these tasks too.
+        tasks, and success in the pipeline. Tasks with such defects count in the other tables, too.
         """
         records = self._select_common_records(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
@@ -324,8 +325,8 @@ def _estimate_both_rates_and_difference(
 def merge_run_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
     """Merge pairs of a modular run and a pipeline into one pair with all their records.
 
-    The number of the pair is added in front of each task id, so that a task counts once for each pair. Names
-    of tasks do not change.
+    Each task id gets the number of its pair as a prefix, so that a task counts once for each pair. The names
+    of tasks, by which intervals group tasks, do not change.
     """
     numbered = list(enumerate(pairs))
     return _ModularAndPipelineRuns(
@@ -378,8 +379,8 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
     ]
     if not pairs and not chains:
         raise InputError(
-            "no pipeline has a run to compare: also give the records of a run without a pipeline, of the "
-            "same model, domain, ability and protocol"
+            "no pipeline can be compared: also give the records of a run without a pipeline, of the same "
+            "model, domain, ability and protocol"
         )
     for (suite, chain), of_kind in group_pairs(
         ((pair.suite, pair.pipeline_label), pair) for pair in pairs
@@ -397,7 +398,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
 
 def _pair_modular_and_pipeline_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield pairs of a modular run and a pipeline. They differ only in the goals that questions state."""
+    """Yield pairs: a modular run (true goals in questions), and a pipeline that differs only in its goals."""
     plain = {run.key: run for run in runs if not _has_pipeline_options(run)}
     pipelines = [run for run in runs if _has_pipeline_options(run)]
     if not pipelines:

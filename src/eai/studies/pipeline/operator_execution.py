@@ -75,7 +75,7 @@ class _OperatorTesterInWorld:
 
     @staticmethod
     def open_operator_tester(domain: str, source: Source) -> _OperatorTesterInWorld:
-        """Open the suites of a benchmark under the default scoring rules; return a tester of operators."""
+        """Return a tester of operators in answers to a benchmark's tasks, under the default scoring rules."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
         return _OperatorTesterInWorld(
             open_suite(benchmark, ability, source=source),
@@ -164,7 +164,7 @@ class _OperatorTesterInWorld:
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
     def find_outcome_of_gold_operator_test(self, task_id: str) -> OperatorTestOutcome | None:
-        """Return the outcome of the operator test of the data set's own operators.
+        """Return the outcome of planning with the data set's own operators and executing the plan.
 
         The result is None if the task is excluded, or if no planner was run.
         """

@@ -42,7 +42,7 @@ OWN = "own"
 
 
 STUDY = "pipeline"
-"""Key in the records of a run. Its value names the model that gave the goals in the questions."""
+"""Name of this study. Records of a run store by it the model whose answers gave the questions' goals."""
 
 _PLACE = 10
 
@@ -77,15 +77,16 @@ def make_goal_beliefs(
     source: Source,
     perceived_scenes: Mapping[str, BelievedTask] | None = None,
 ) -> ModelBeliefsInPrompts:
-    """Return the goals in a model's answers, for later questions to state, with counts of right goals.
+    """Return the goals in a model's answers, which later questions state in place of the true goals.
 
-    The answers are scored by the default rules.
+    The result also has the counts of right and wrong goals. The answers are scored by the default rules.
 
     Args:
         interpretations: a model's name, and its answers to goal interpretation.
         benchmark: the benchmark.
         source: source of the benchmark's data.
-        perceived_scenes: task id -> the scene whose objects the answer names; by default the true scene.
+        perceived_scenes: task id -> the perceived scene in the question, whose objects the answer names; by
+            default the true scene.
     """
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
@@ -187,13 +188,13 @@ def _read_answers_from_responses(
 def obtain_goals_interpreted_by_model(
     goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> ModelBeliefsInPrompts:
-    """Return a model's goals (answers to goal interpretation), for questions to state as if they were true.
+    """Return the goals in a model's answers, which later questions state in place of the true goals.
 
-    The model is asked, or a file is read, once for each model and domain.
+    The model is asked (goal interpretation), or a file is read, once for each model and domain.
 
     Args:
         goals: `OWN` to ask the model, or the file or folder with its answers.
-        stage: the stage of the run that asks the model, before all other questions.
+        stage: the stage of the run that asks for goals, before the questions that state the goals.
         endpoint: the model.
         suite: the suite whose questions state the goals.
 
@@ -210,8 +211,8 @@ def obtain_goals_interpreted_by_model(
         stage.found_beliefs[key] = make_goal_beliefs(answers, suite.benchmark, suite.source, scenes)
     if not stage.found_beliefs[key].beliefs.keys() & set(stage.task_ids[suite.domain]):
         raise InputError(
-            f"goals {goals}: no task of the run has an answer to goal interpretation; "
-            "choose tasks that the answers cover, or answers to the tasks of the run"
+            f"goals {goals}: found no answer to goal interpretation for any task of the run; "
+            "run tasks that have answers, or give answers for the run's tasks"
         )
     return stage.found_beliefs[key]
 
@@ -279,12 +280,13 @@ def add_subgoals_to_stated_goals(
 def summarize_stated_goals(
     record: Record, suite: Suite, question_metadata: Mapping[str, Any]
 ) -> Mapping[str, Json]:
-    """Return the summary of a question's stated goals and subgoals, to be stored in the record of the answer.
+    """Return the summary of the goals and subgoals that a question stated, for the record of its answer.
 
     Args:
         record: the record of the answer.
         suite: the suite of the question.
-        question_metadata: the metadata of the question, with the answers whose goals and subgoals it stated.
+        question_metadata: the metadata of the question. They include the model's earlier answers, from which
+            the goals and subgoals were taken.
     """
     task_id, models = record.task_id, record.settings_by_study[STUDY].options
     if STATED not in question_metadata:

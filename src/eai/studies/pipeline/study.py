@@ -1,4 +1,4 @@
-"""Study pipelines: questions state goals from a model's answers, instead of the task's goals.
+"""Study pipelines: questions contain goals from a model's earlier answers instead of the task's goals.
 
 Results are compared with results of the same ability with the task's goals.
 """
@@ -56,11 +56,11 @@ class _PipelineOptions(VariationOptions):
 
     @property
     def results_heading(self) -> str:
-        """Heading above the results of a run, which names the source of the goals that questions state."""
+        """Heading above the results of a run. It names the source of the goals in the run's questions."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None: the stage of the run that obtains the goals stores the study's options in records."""
+        """Return None. Records get these options with the goals (`ModelBeliefsInPrompts.experiment`)."""
         return None
 
     @property
