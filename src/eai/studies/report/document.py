@@ -222,7 +222,7 @@ def _list_epoch_successes_with_run_key(summary: RunSummary) -> Iterator[tuple[Ru
 
 
 def _write_protocols_section(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """Yield the section on runs that were scored under every protocol (scoring rules) of the report."""
+    """Yield the section on runs with scores under all protocols (sets of scoring rules) in the report."""
     by_key = {item.key: item for item in runs}
     used = {key.protocol for key in by_key}
     protocols = sorted(

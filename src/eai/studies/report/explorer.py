@@ -93,7 +93,7 @@ class ObjectRectangle:
 SceneDiagrams: TypeAlias = Sequence[Sequence[ObjectRectangle]]
 """Diagrams of the scene: one of the initial state, and one of the state after each tried step.
 
-A diagram is a list of rectangles that lie in no other rectangle.
+A diagram is a list of its outermost rectangles. They contain all other rectangles of the diagram.
 """
 
 
@@ -176,7 +176,7 @@ class ExplorerData:
         lines: Iterable[str],
         steps: Iterable[StepReport],
     ) -> None:
-        """Add an episode in a log of another project.
+        """Add an episode from another project's log to the explorer.
 
         Args:
             domain_protocol_model: domain, protocol and model, as the page shows them.
@@ -184,7 +184,8 @@ class ExplorerData:
             outcome: a key of the argument ``outcomes`` of `ExplorerData`.
             error: kind, number of the step, and reason of the first error; None if the log shows no error.
             lines: sentences about the outcome.
-            steps: the actions. Their outcomes can also be ``accepted`` and ``cannot_tell``.
+            steps: the actions. In addition to the outcomes of `StepReport`, their outcomes can be
+                ``accepted`` and ``cannot_tell``.
         """
         domain, protocol, model = domain_protocol_model
         values: _Row = {
@@ -229,8 +230,8 @@ class ExplorerData:
     def _begin_run(self, names: _RunNames, sort_key: tuple[int | str, ...] = (), log: Json = None) -> None:
         """Add the names of a run (protocol, domain, ability, model), to which the next answers belong.
 
-        Before that, compress the collected answers if they are of another suite, or of `_MAX_RUNS_PER_CHUNK`
-        runs.
+        Before that, compress the answers collected so far if they belong to another suite, or if they are
+        from `_MAX_RUNS_PER_CHUNK` runs.
         """
         if names[:3] != self._suite or len(self._rows_by_run) == _MAX_RUNS_PER_CHUNK:
             self._compress_answers_of_collected_runs()
@@ -263,7 +264,7 @@ class ExplorerData:
         verdict, error = record.verdict, record.verdict.error
         explanation, background = record.explanation or Explanation(), self._background(record.domain)
         fields = _make_ability_fields(record)
-        # if field q has the operators of an answer, the explanation's notes would only repeat them
+        # field q lists the clauses of operators, and the explanation's notes would repeat this list
         notes = () if "q" in fields else explanation.notes
         return _drop_empty_values(
             {
@@ -310,10 +311,10 @@ class ExplorerData:
         return self._find_picture_index("tiles", fields)
 
     def _find_picture_index(self, kind: str, picture: Json) -> int:
-        """Return the index of a picture in its list, to which a new picture is added.
+        """Store a picture unless it is stored already, and return its index in the list of its kind.
 
-        A picture is a scene or an object's rectangle in a scene. Each chunk of the page's data has one list
-        of scenes and one list of rectangles.
+        The kinds are scenes, and rectangles of objects in scenes. The lists start anew with each chunk of the
+        page's data.
         """
         indices = self._pictures[kind]
         return indices.setdefault(_encode_json(picture), len(indices))

@@ -38,11 +38,11 @@ _Results: TypeAlias = Mapping[_Axis, RunSummary]
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw main results of runs of one protocol (scoring rules), without study options, a panel per domain.
+    """Draw the main results of runs under one protocol (scoring rules), one panel per domain.
 
-    Domains with fewer than three metrics are left out; the result is None if none remains. The nine models
-    with the highest means have colours, all others are grey. If there are at most three models, bands show 95
-    % intervals.
+    Runs with options of studies or changed game rules are left out, and so are domains with fewer than three
+    metrics. The result is None if no domain remains. The nine models with the highest means have colours, all
+    others are grey. If there are at most three models, bands show 95 % intervals.
     """
     worlds = {domain: _group_results_by_model(items) for domain, items in _group_by_domain(runs).items()}
     worlds = {domain: models for domain, models in worlds.items() if len(_list_axes(models)) >= _MIN_AXES}

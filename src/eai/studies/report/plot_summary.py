@@ -46,10 +46,10 @@ A group of columns is, for example, the runtime errors. An empty list means all 
 """
 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
-"""Lines of a panel: a mapping from each line to its dots, one dot for each domain.
+"""Lines of a panel, one for each rate of the model, with a dot for each domain.
 
-A line shows one rate of a model. Its key is the heading above the line, and the column of the rate. A dot is
-a table of one domain, and the model's row in that table.
+The key of a line is the heading above the line, and the column that has the rate. The value lists the dots,
+each as the table of a domain and the model's row in this table.
 """
 
 _PAPERS = ("paper", "published")
@@ -104,7 +104,7 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
 def _make_lines_of_summary_panel(
     rows: Sequence[tuple[Ranking, RankedModel]], table_names: Sequence[str], column_groups: Sequence[str]
 ) -> _Lines:
-    """Return the lines of a panel (one line for each rate), made from the named tables of all domains."""
+    """Return the lines of one panel of the page: a line for each rate in the tables with the given names."""
     return group_pairs(
         ((format_ability_title(column.ability) if column.ability else column.group, column), (table, row))
         for name in table_names

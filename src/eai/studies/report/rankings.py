@@ -195,7 +195,7 @@ class Ranking:
     def _make_caption_of_ranking(self) -> str:
         """Return the caption.
 
-        It names the protocol unless all numbers are printed in the paper.
+        It names the protocol (scoring rules), unless all rows are printed in the benchmark's paper.
         """
         title = f"{self.title}, {get_title(self.domain)}"
         if all(row.source == "paper" for row in self.rows):
