@@ -70,9 +70,10 @@ def find_study(name: str) -> Study:
 
 
 def add_study_summaries(record: Record, suite: Suite, question_metadata: Mapping[str, Any]) -> Record:
-    """Return the record of an answer with a summary by each study that varied its run, such as scene errors.
+    """Add a summary to the record of an answer for each study that varied the run, and return the record.
 
-    Summaries that the record already has are kept.
+    Example: the study of perception counts the errors in the scene that the question stated. Summaries that
+    the record already has are kept.
 
     Args:
         record: the record; a record without an answer gets no summaries.

@@ -39,18 +39,20 @@ class Endpoint:
 
 
 AskModel: TypeAlias = "Callable[..., SuiteResult]"
-"""Function that asks a model (an `Endpoint`) prompts of a suite, given by task id, and scores the answers.
+"""Function that asks a model the questions of a suite, and returns the scored answers.
 
-Its further arguments are ``first``, the `StageBeforeQuestions` that obtains goals or scenes for the prompts,
-and ``epochs``, the number of answers per task.
+Its arguments are the model (an `Endpoint`), the prompts by task id, and the suite. Optional arguments are
+``first``, the `StageBeforeQuestions` that obtains goals or scenes for the prompts, and ``epochs``, the number
+of answers per task.
 """
 
 
 @dataclass
 class StageBeforeQuestions:
-    """The stage of a run before its questions. It obtains goals or scenes for the questions to state.
+    """A stage of a run, before the run's questions, that obtains goals or scenes for these questions.
 
-    Such goals and scenes are called beliefs, because they may be wrong.
+    Example: a model first interprets the goals of tasks, and the run's questions then state these goals. Such
+    goals and scenes are called beliefs, because they may be wrong.
 
     Attributes:
         library: source of the prompts.
@@ -75,12 +77,12 @@ class StageBeforeQuestions:
     def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
     ) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
-        """Return a model's prompts by task, and the beliefs (goals or scenes) that they state.
+        """Return prompts for a model by task id, and the beliefs (goals or scenes) that the prompts state.
 
-        Tasks without a belief are left out.
+        The beliefs are from this stage and all earlier stages. Tasks without a belief are left out.
 
         Raises:
-            InputError: a stage obtains no beliefs, or the questions cannot state them.
+            InputError: a stage obtained no beliefs, or the prompts cannot state the beliefs.
         """
         beliefs = self.collect_beliefs(endpoint, suite)
         return beliefs.make_prompts_that_state_beliefs(self.library, suite, task_ids), beliefs
@@ -88,10 +90,11 @@ class StageBeforeQuestions:
     def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
         """Return a model's beliefs from this stage and all earlier stages of the run.
 
-        Beliefs are goals and scenes. The questions of the run state them instead of the true ones.
+        Beliefs are goals and scenes. The run's questions state the beliefs instead of the true goals and
+        scenes.
 
         Raises:
-            InputError: a stage obtains no beliefs, or the questions cannot state them.
+            InputError: a stage obtained no beliefs, or the questions cannot state the beliefs.
         """
         if self.previous is None:
             return self.believe(self, endpoint, suite)
@@ -100,7 +103,7 @@ class StageBeforeQuestions:
 
     @property
     def earliest_stage(self) -> StageBeforeQuestions:
-        """The first stage of the run: this stage, or the earliest of the stages before it."""
+        """The first stage of the run. It is this stage if no stage comes before this stage (`previous`)."""
         return self if self.previous is None else self.previous.earliest_stage
 
     @property
@@ -153,14 +156,14 @@ class VariationOptions(Options):
 
     @property
     def replanning(self) -> ReplanningOptions | None:
-        """The options of replanning; None if a task has one attempt, in which every action works."""
+        """The options of replanning and slips; None for a plain run (one attempt, and every action works)."""
         return None
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
         """Return the options of the study that differ from their defaults, for the records of a run.
 
-        Some studies return None. Either they have nothing to record, or the stage before the questions
-        already records their options (`ModelBeliefsInPrompts.experiment`).
+        A study returns None if it has nothing to record. It also returns None if records get its options
+        together with goals or scenes (`ModelBeliefsInPrompts.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])
@@ -182,7 +185,9 @@ class VariationOptions(Options):
     def make_stage_that_obtains_beliefs(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return the stage that obtains goals or scenes before a run's questions; None if no stage is needed.
+        """Return the stage that obtains goals or scenes (beliefs) for a run's questions, or None.
+
+        The result is None if the study does not change the goals or scenes in questions.
 
         Args:
             library: source of the prompts.
@@ -193,12 +198,13 @@ class VariationOptions(Options):
 
 
 def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptions:
-    """Return the options of all studies that a run combines, as a single `VariationOptions`.
+    """Return the options of all studies that vary one run, as a single `VariationOptions`.
 
-    For a run without a study, the result has no chosen option.
+    A study varies a run if the user chose an option of this study (`option_that_enables_study`). If no study
+    varies the run, the result changes nothing.
 
     Raises:
-        InputError: two studies contradict each other.
+        InputError: two studies cannot be combined.
     """
     chosen = [variation for variation in variations if variation.option_that_enables_study]
     for one, other in permutations(chosen, 2):
@@ -227,14 +233,14 @@ class _OptionsOfCombinedStudies(VariationOptions):
 
     @property
     def results_heading(self) -> str:
-        """Headings of the chosen options of all studies, joined by semicolons."""
+        """Headings of all studies that vary the run, joined by semicolons."""
         return "; ".join(
             [variation.results_heading for variation in self.chosen if variation.results_heading]
         )
 
     @property
     def replanning(self) -> ReplanningOptions | None:
-        """The options of replanning; None if a task has one attempt, in which every action works."""
+        """The options of replanning and slips; None for a plain run (one attempt, and every action works)."""
         return next((choice.replanning for choice in self.chosen if choice.replanning is not None), None)
 
     @property
@@ -256,8 +262,8 @@ class _OptionsOfCombinedStudies(VariationOptions):
         shared = [ability for ability in first if all(ability in abilities for abilities in others)]
         if not shared:
             raise InputError(
-                f"{self.option_that_enables_study}: no ability supports all of these studies; "
-                "give only one of them"
+                f"{self.option_that_enables_study}: no ability supports all of these options together; "
+                "choose only one of them"
             )
         return shared
 
@@ -266,8 +272,8 @@ class _OptionsOfCombinedStudies(VariationOptions):
     ) -> StageBeforeQuestions | None:
         """Return the last stage before the run's questions, or None if no study needs a stage.
 
-        Each stage obtains scenes or goals, which the questions then state. Stages that obtain scenes come
-        first.
+        Each stage obtains scenes or goals (beliefs) for the questions, and is linked to the stage before it
+        (`previous`). Stages that obtain scenes come before stages that obtain goals.
         """
         last: StageBeforeQuestions | None = None
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):

@@ -123,8 +123,8 @@ def make_bin_function(feature: str, values: Iterable[int], width: int) -> Callab
     """Return a function that maps a feature's value to the lowest and the highest value of its bin.
 
     Numbers of annotated steps have bins of the given width. Other features have bins of the smallest width
-    of 1, 2, 5, 10, ... that gives at most eight bins; with a value above 1,000 the bins are 0, 1, 2-9, 10-99,
-    ...
+    of 1, 2, 5, 10, ... that gives at most eight bins. If any value of such a feature is above 1,000, its
+    bins are 0, 1, 2-9, 10-99, ...
     """
     highest = max(values, default=0)
     if feature != STEPS:

@@ -32,7 +32,10 @@ _WIDTH = 0.07
 """Width of a bar, as a share of the distance between columns."""
 
 _MIN_NAMED_PERCENT = 0.3
-"""Minimum percentage of answers with needless steps for a label on the hatched part of a bar."""
+"""Minimum height of the hatched part of a bar for a label, in percent of all answers.
+
+The hatched part stands for the answers with needless steps.
+"""
 
 
 @collect_rows_in_table(
@@ -41,8 +44,8 @@ _MIN_NAMED_PERCENT = 0.3
 def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers, by benchmark and ability.
 
-    Numbers of answers of all models by outcome. `with_additional_steps`: answers with at least one step that
-    was not needed. Such a step does not end a plan: these answers count by their other errors, or as right.
+    Numbers of answers of all models by outcome. `with_additional_steps`: number of these answers with at
+    least one step that was not needed. Such a step is skipped, so it never decides the outcome.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     suites = group_pairs(((line.protocol, line.domain, line.ability), line) for line in counted)

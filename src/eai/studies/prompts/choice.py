@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.abilities.experiment import Experiment, make_settings_with_option
 
 STUDY = "prompts"
-"""Key in the records of a run, under which the name of the run's prompts is stored."""
+"""Name of this study. Records of a run store the name of the run's prompts under this key."""
 
 _PLACE = 40
 

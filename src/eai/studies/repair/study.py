@@ -86,7 +86,7 @@ def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _select_answers_with_known_distance_bounds(
     answers: Sequence[tuple[Record, Repair]],
 ) -> list[tuple[Record, Repair]]:
-    """Return the answers for which bounds of the smallest number of edits are known."""
+    """Return the answers for which bounds of the distance (smallest number of edits to success) are known."""
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
 
@@ -94,8 +94,9 @@ def _select_answers_with_known_distance_bounds(
 def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How many edits it takes.
 
-    Numbers of failed answers by their distance, the smallest number of edits that make an answer right. ties:
-    for answers that a single edit makes right, the median number of different edits that do so.
+    Columns 1 to 5+: numbers of failed answers by their distance, the smallest number of edits that make an
+    answer right. Column ties: for answers of distance 1, the median number of different edits that make the
+    answer right.
     """
     for key, answers in repairs:
         bounded = _select_answers_with_known_distance_bounds(answers)
@@ -110,8 +111,9 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Kinds of edits that make an answer right.
 
-    The table counts answers that a single edit makes right. kinds: the kinds of all such edits (insert,
-    delete and so on). share: percentage of the counted answers with the same outcome.
+    The table counts answers that a single edit makes right. outcome: outcome of the answers. kinds: the kinds
+    of all such edits (insert, delete and so on). share: answers with these kinds, in percent of the counted
+    answers with this outcome.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.kinds]
@@ -132,10 +134,10 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Step that causes a failure.
 
-    answers: failed answers whose plan a single edit makes right. step: answers for which every such edit
-    deletes or replaces the same step, or inserts before it. interval: answers for which every such edit
-    inserts the same action, but at different places. several: all other answers. earlier: of the answers in
-    column step, the percentage whose edited step comes before the failed step.
+    answers: failed answers whose plan a single edit makes right. step: answers for which all these edits
+    concern one step: they delete it, replace it, or insert an action before it. interval: answers for which
+    all these edits insert the same action, at different positions. several: all other answers. earlier: of
+    the answers in column step, the percentage whose edited step comes before the failed step.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]

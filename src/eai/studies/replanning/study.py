@@ -387,7 +387,7 @@ class _ReplanningRunOptions(VariationOptions):
         return options if options.executes_answers_as_episodes else None
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return the options of further attempts and failing actions, for the records of a run."""
+        """Return the settings of replanning as the records of a run store them; None for a plain run."""
         return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
 
@@ -417,8 +417,8 @@ def _analyze_replanning(records: StudyRecords, chosen: _ReplanningAnalysisOption
     runs_of_models = list(group_runs_by_suite_and_model(acting).values())
     if not runs_of_models:
         raise InputError(
-            "found no records of runs with further attempts or slips; eai run "
-            "--with replanning.replans=3 makes some"
+            "found no records of runs with further attempts, or with actions that fail at random (slips); "
+            "make such a run by eai run --with replanning.replans=3"
         )
     for model_runs in runs_of_models:
         key = model_runs[0].key

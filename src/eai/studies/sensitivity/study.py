@@ -97,10 +97,11 @@ def generate_operator_replacement_trials(
 def replace_gold_operators_one_by_one(
     scorer: TransitionModelingScorer, record: Record, replaced: ReplacedPart = "operator"
 ) -> Iterator[OperatorReplacementTrial]:
-    """Yield a trial (the result of planning once) for each operator that a task asks for.
+    """Yield a trial for each operator that a task asks for: planning with the answer's operator.
 
-    An answer that is excluded from all rates has no trials. A missing answer has no operators, so all of its
-    trials fail.
+    All other operators are gold operators. ``replaced`` is the part of the gold operator that the answer
+    replaces. An answer that all rates leave out has no trials. A missing answer has no operators, so all of
+    its trials fail.
     """
     errors = _map_operators_to_errors(record, replaced)
     results = scorer.plan_with_each_operator_of_answer(record.response, replaced)
@@ -120,7 +121,8 @@ def replace_gold_operators_one_by_one(
 def _map_operators_to_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
     """Return a mapping from each operator of an answer to its errors, as texts.
 
-    Only errors in the replaced part (precondition, effect, or both) are listed.
+    ``replaced`` is the part of the gold operator that a trial replaces by the answer's: precondition, effect,
+    or both. Only errors in this part are listed.
     """
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
@@ -169,10 +171,10 @@ def group_cases_by_operator(
 def _group_trials_by_replaced_part(
     trials: Sequence[OperatorReplacementTrial],
 ) -> Iterator[tuple[tuple[str, ...], list[OperatorReplacementTrial], list[str]]]:
-    """Group trials by suite, model and replaced part of the gold operator.
+    """Group trials by suite, model and replaced part of the gold operator (such as its precondition).
 
     Yield for each group the key, the trials, and the names of all operators in trials of the suite. The names
-    are sorted by the success of the trials, lowest first.
+    are sorted by the share of solved trials in the suite, lowest first.
     """
     for suite, lines in group_by_suite(trials).items():
         tried = Counter(trial.operator for trial in lines)
@@ -193,11 +195,11 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Itera
     """Tasks solved with one operator of the model.
 
     solved: percentage of the tasks that a planner solves with the model's operator, out of all tasks that ask
-    for this operator. All other operators come from the data set: those that the task asks for (protocol
-    strict), or all of the benchmark (protocol eai-1.0.5). A missing operator solves no task. replaced: the
-    part that comes from the model: the whole operator, or only its precondition or effect, with parameters
-    from the data set. A task counts in each of its categories. Operators that break most plans come first.
-    Intervals count all tasks of one name as one unit.
+    for this operator. All other operators come from the data set. Under protocol strict they are the
+    operators that the task asks for, under eai-1.0.5 all operators of the benchmark. A missing operator
+    solves no task. replaced: the part that comes from the model: the whole operator, or only its precondition
+    or effect, with parameters from the data set. A task counts in each of its categories. Operators that
+    break most plans come first. Intervals count all tasks of one name as one unit.
     """
     categories = (OVERALL, *(category.value for category in PredicateCategory))
     for key, of_key, order in _group_trials_by_replaced_part(trials):
