@@ -122,9 +122,9 @@ class Relaxation:
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        No more states follow if the budget is exceeded. The atoms in ``atoms_to_regain`` are true at the
-        start, but will be lost and must be made true again. So ``goal`` has a second literal for each such
-        atom. Actions that add the atom make the second literal true.
+        No more states follow if the budget is exceeded. The atoms in ``atoms_to_regain`` are true at
+        the start, but will be lost and must be made true again. So ``goal`` has a second literal for each
+        such atom. Actions that add the atom make the second literal true.
         """
         literals = start_literals
         lacking = [
@@ -294,9 +294,9 @@ class _RelaxedPlanFollower:
     def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
         """Add actions after which several literals are true together. Return whether this is possible.
 
-        `_make_literal_true` adds the actions for each false literal, with the same ``depth``. The first
-        attempt begins with the literals that relaxed planning reaches last. If the attempt fails, a second
-        attempt treats these literals last. If both attempts fail, all these actions are undone.
+        `_make_literal_true` adds the actions for each false literal, with the same ``depth``. The
+        first attempt begins with the literals that relaxed planning reaches last. If the attempt fails, a
+        second attempt treats these literals last. If both attempts fail, all these actions are undone.
         """
         start_point = self._get_current_lookahead_point()
         for last in (False, True):
@@ -314,8 +314,8 @@ class _RelaxedPlanFollower:
         """Apply the first rule (effect of an action) that makes a literal true, if the rule is possible.
 
         The steps of relaxed planning are numbered from 0. A rule is tried only if its step is before
-        ``depth``. If ``depth`` is 0 or negative, the literal was true at the start and has been lost. Then
-        rules of step 0 are tried, until ``depth`` has fallen to `-_MAX_REPEAT_DEPTH`.
+        ``depth``. If ``depth`` is 0 or negative, the literal was true at the start and has been
+        lost. Then rules of step 0 are tried, until ``depth`` has fallen to `-_MAX_REPEAT_DEPTH`.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.find_rules_making_literal_true(literal, fired):

@@ -41,9 +41,9 @@ class Endpoint:
 AskModel: TypeAlias = "Callable[..., SuiteResult]"
 """Function that asks a model the questions of a suite, and returns the scored answers.
 
-Its arguments are the model (an `Endpoint`), the prompts by task id, and the suite. Optional arguments are
-``first``, the `StageBeforeQuestions` that obtains goals or scenes for the prompts, and ``epochs``, the number
-of answers per task.
+Its arguments are the model (see `Endpoint`), the prompts by task id, and the suite. Optional
+arguments are ``first``, the `StageBeforeQuestions` that obtains goals or scenes for the
+prompts, and ``epochs``, the number of answers per task.
 """
 
 

@@ -361,7 +361,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
     Args:
         records: the records (stored verdicts on answers).
-        goals: file or folder with the answers to goal interpretation; None if they are not available.
+        goals: file or folder with answers to goal interpretation; None if they are not available.
         search: whether to search for plans that reach the stated goals.
 
     Raises:
