@@ -3,10 +3,11 @@
 A `GoalLexicon` has the names that answers to a task may use. `write_goals` writes the task's goals with these
 names.
 
-`read_stated_goals` translates an answer into goals of the task's kind, which another question may then state.
-Well-formed goals are kept even if they are wrong. Their unknown names stay as written. Ill-formed goals are
-left out, and an unreadable answer states no goals. The scorer of goal interpretation reads only literals and
-actions. `read_stated_goals` also reads connectives and quantifiers, if the benchmark's answers can have them.
+`read_stated_goals` translates an answer into goals (`eai.tasks.task.Goal`). A question of another ability can
+then state these goals instead of the task's own. Well-formed goals are kept even if they are wrong. Their
+unknown names stay as written. Ill-formed goals are left out, and an unreadable answer states no goals. The
+scorer of goal interpretation reads only literals and actions. `read_stated_goals` also reads connectives and
+quantifiers, if the benchmark's answers can have them.
 """
 
 from __future__ import annotations
@@ -190,8 +191,8 @@ class _GoalToFormulaTranslator:
 
     If several objects of the task have the same name, the name in an answer means the object that the task
     lists last. Plans without object numbers are read in the same way. If an answer repeats a goal about one
-    or two objects, each repetition means the next objects with these names, because the scorer of goal
-    interpretation counts repeated goals.
+    or two objects, each repetition means other objects with the same names, from the last to the first. The
+    reason is that the scorer of goal interpretation counts repeated goals.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -232,7 +233,7 @@ class _GoalToFormulaTranslator:
         """Return the scene's names of the objects that a goal means. Unknown names are kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in stated_goal.names]
         first = tuple([things[0] for things in named])
-        if len(first) > 2:  # goals about three or more objects always mean the first object of each name
+        if len(first) > 2:  # if such a goal is repeated, each repetition means the same objects
             return first
         meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
         self._times[stated_goal] += 1

@@ -242,7 +242,7 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The goal as a `Statement`, which does not tell whether the goal is an action or a literal.
+        """The goal as a `Statement`, which does not store whether the goal is an action or a literal.
 
         An action without objects becomes a name without parentheses.
         """

@@ -143,8 +143,8 @@ def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep |
 def read_text_of_steps(text: str, actions: Collection[str]) -> StepList | None:
     """Return the steps in a string of a JSON answer, one a line. Return None if some line is not a step.
 
-    A line counts as a step only if it has brackets, because its objects may otherwise stand elsewhere in the
-    JSON. The action must be in its declared letter case, because ``open(fridge.97)`` may be a condition.
+    A line without brackets is not a step, because another member of the JSON may name its objects. The action
+    must be in its declared letter case, because ``open(fridge.97)`` may be a condition.
     """
     names = {name.casefold() for name in actions}
     lines = [line.strip() for line in text.splitlines() if line.strip()]
@@ -173,10 +173,10 @@ def read_plan_lines(
 ) -> WrittenPlan | Unreadable | None:
     """Return a plan with one step a line, or None if the text has no step.
 
-    A text that consists of comments is a plan without steps. If several code fences contain plans, the last
-    plan counts. The answer is unreadable if this plan is a single step and an earlier fence has a different
-    step. It is also unreadable if the previous fence has a different plan and no words stand between the two
-    fences.
+    A text that consists of comments is a plan without steps. If several code fences have steps, the last
+    fence with steps has the plan. The answer is unreadable in two cases. First, the plan is a single step,
+    and an earlier fence has a different step. Second, the previous fence with steps has a different plan, and
+    no words stand between the two fences.
 
     Args:
         text: the answer.
@@ -276,7 +276,7 @@ def _split_lines(
 def _find_offset_after_code_fence(line: str, step_of: StepReader) -> int:
     """Return the position after a code fence, the name of its language, and blanks.
 
-    A step after the fence is not taken for the name of a language.
+    If a step follows the fence in the same line, its first word is not taken for the name of a language.
     """
     for pattern in (_FENCE_MARK, _FENCE_WITH_LANGUAGE):
         mark = pattern.match(line)

@@ -133,8 +133,8 @@ class PlanNotation(ABC):
 
         Args:
             text: the answer.
-            actions: names of actions in answers, by which steps outside the plan are recognized; empty if the
-                names are unknown.
+            actions: names of actions in answers; empty if they are unknown. A text outside the plan that has
+                such a name may be a step, and then the answer cannot be read.
         """
 
     def to_operator_name(self, word: str) -> str:
@@ -188,9 +188,11 @@ class JsonPlanNotation(PlanNotation):
     Each step has an action and the names of its objects.
 
     A step is ``{"action": "OPEN", "object": "jar_0"}``. Two objects are separated by a comma or stand in a
-    list. An empty text stands for no object. Repairs are those of `eai.abilities.answer_text`, ``step_form``
-    for a step ``{"OPEN": ["jar_0"]}``, ``action_lines`` for lines of actions, and ``letter_case`` for
-    ``open``.
+    list. An empty text stands for no object.
+
+    Answers in other forms are repaired. The names of repairs are those of `eai.abilities.answer_text`, and
+    three others: ``step_form`` for a step such as ``{"OPEN": ["jar_0"]}``, ``action_lines`` for texts such as
+    ``"OPEN(jar_0)"``, and ``letter_case`` for ``open`` instead of ``OPEN``.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:

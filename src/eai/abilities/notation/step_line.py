@@ -109,8 +109,8 @@ def _describes_step(remark: str, step: WrittenStep, actions: Collection[str]) ->
 def _is_remark(text: str, step: str) -> bool:
     """Whether the text after a step is a remark, and not an object of the step.
 
-    The step must end in ``)``. It may also end in a digit, if the text contains an ordinary word. The text
-    must have no ``(``.
+    The text must have no ``(``. The step must end in ``)``, or it must end in a digit and the text must
+    contain an ordinary word.
     """
     is_sentence = step[-1:].isdigit() and ORDINARY_WORD.search(text) is not None
     return "(" not in text and (step.endswith(")") or is_sentence)

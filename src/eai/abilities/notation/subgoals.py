@@ -48,8 +48,8 @@ _FORMULA_LINE = re.compile(
 _NO_FORMULA_NEIGHBOURS = frozenset({",", ".", ":", "="})
 """Characters that may stand next to the name of an object or variable, but never next to a formula.
 
-A predicate or action without arguments is read as a formula, unless such a character is next to its name:
-``ready`` means ``ready()``.
+The name of a predicate or action without arguments is read as a formula: ``ready`` means ``ready()``. But if
+such a character is next to the name, the name means an object or variable.
 """
 
 
