@@ -63,7 +63,8 @@ class _GoldGoals:
         option_finders: for each goal, a function that takes the mask of the conditions in an answer, and
             returns the option with most stated conditions.
         stated: for each condition, the goal (in canonical form) that an answer writes for the condition.
-        mask_of: mapping from each goal in ``stated`` to the mask of all conditions that it can mean.
+        mask_of: mapping from each goal in ``stated`` to the mask of the conditions that it can mean. It can
+            mean several conditions if objects have the same name in answers.
         mask_of_kind: mapping from the name of each kind of goals to the mask of the conditions of this kind.
     """
 
@@ -83,14 +84,14 @@ class _GoldGoals:
     def choose_best_met_alternatives(self, stated: _ConditionMask) -> list[_ConditionMask]:
         """Return for each goal the bit mask of the option that contains most of the stated conditions.
 
-        An option is a set of conditions that meets the goal. ``stated`` is the bit mask of the conditions
-        that the answer states. The mask of a goal without options is 0.
+        An option is a set of conditions that meets the goal. The mask of a goal without options is 0.
+        ``stated`` is the bit mask of the conditions that the answer states.
         """
         options = [find_option(stated) for find_option in self.option_finders]
         return [0 if option is None else option.conditions for option in options]
 
     def list_conditions_as_goals(self, conditions: _ConditionMask) -> tuple[WrittenGoal, ...]:
-        """Return for each condition of a set the goal by which an answer states it."""
+        """Return for each condition of a set the goal that an answer writes for the condition."""
         return tuple([self.stated[number] for number in iterate_bits(conditions)])
 
     def list_condition_texts(self, conditions: _ConditionMask) -> tuple[str, ...]:

@@ -64,9 +64,10 @@ class GoalVerdict(Verdict):
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
-        """Return the inputs of the reward, or None if the task has no goals. The gain is F1.
+        """Return the inputs of the reward, or None if the task has no goals.
 
-        Ill-formed goals and goals with unknown names count as wrong goals, and are also listed as faults.
+        The gain (`RewardInputs.gain`) is F1 of the goals in the answer. Ill-formed goals and goals with
+        unknown names count as wrong goals, and are also listed as faults.
         """
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
