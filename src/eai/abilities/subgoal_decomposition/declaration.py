@@ -37,11 +37,12 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     An answer that is rejected before its execution counts as one error: ``parsing``, ``hallucination`` or
-    ``argument_number``. If an answer is executed, the error that ended its execution counts, and additional
-    steps count once. If the verdict has `SummaryCounts`, their errors count instead.
+    ``argument_number``. If an answer is executed, the error that ended its execution counts as one. All its
+    additional (needless) steps together also count as one. If the verdict has `SummaryCounts`, their errors
+    count instead.
 
-    The metric ``granularity`` is the number of added actions, divided by the number of subgoals with executed
-    actions. For each subgoal, all executed actions except one are added actions.
+    All executed actions of a subgoal except one are added actions. The metric ``granularity`` is the number
+    of added actions, divided by the number of subgoals with executed actions.
     """
     category = verdict.category
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER

@@ -1,4 +1,4 @@
-"""Programs: the subgoals of an answer as instructions for the search, or the reason why it is rejected."""
+"""Programs: instructions by which a search executes the subgoals of an answer. Also rejections of answers."""
 
 from __future__ import annotations
 
@@ -91,9 +91,9 @@ class SubgoalForkInstruction(NamedTuple):
     The branch with the greatest instruction number is explored first.
 
     Attributes:
-        targets: returns the indices of the next instructions in a state, one for each branch.
+        targets: takes a state, and returns the number of the next instruction of each branch.
         subgoal: number of the subgoal, from 0.
-        effort: cost of finding these indices, in applied actions.
+        effort: cost of a call of ``targets``, as a number of applied actions.
     """
 
     targets: Callable[[State], Sequence[int]]
@@ -104,7 +104,7 @@ class SubgoalForkInstruction(NamedTuple):
 Instruction: TypeAlias = (
     ExecuteSubgoalPlansInstruction | RequireSubgoalInstruction | SubgoalForkInstruction | None
 )
-"""An instruction of a program. None stands for the end of the program, after all subgoals."""
+"""An instruction of a `Program`. None is the instruction that ends the program, after all subgoals."""
 
 Program: TypeAlias = Sequence[Instruction]
 """A sequence of instructions, which run from the last to the first.

@@ -55,9 +55,10 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
-"""Maximum number of literals that one test of a subgoal evaluates.
+"""Maximum number of literals in a subgoal; the literals in a quantifier count once for each object.
 
-It is also the maximum number of literals in all disjuncts of a subgoal together.
+Two numbers may not exceed it: the literals that one test of the subgoal evaluates, and the literals in all
+disjuncts of the subgoal together.
 """
 
 _InstructionNumber: TypeAlias = int
@@ -82,7 +83,7 @@ class _QuantifierRange:
         return tuple(iterate_bits(self._scene.get_category_mask(variable.category)))
 
     def list_relevant_objects(self, variable: f.Variable) -> Sequence[int]:
-        """Return the objects of a variable's class that matter to the task. An ``exists`` tries them all.
+        """Return the task's objects of a variable's class, as values of an ``exists`` variable.
 
         If no object of the class matters to the task, return all objects of the class in the scene.
         """
@@ -164,9 +165,9 @@ def _require_count_within_literal_limit(literal_count: int) -> int:
 
 
 MAX_INSTRUCTIONS = 20_000
-"""Maximum number of instructions of a program.
+"""Maximum number of instructions of a `Program`, compiled from the subgoals of an answer.
 
-Each object that an ambiguous name may mean adds instructions.
+A name that may mean several objects adds instructions for each object.
 """
 
 _LITERALS_PER_ACTION = 100
@@ -326,11 +327,11 @@ class ProgramCompiler:
     def _make_planner_for_reached_subgoal(
         self, disjuncts: tuple[tuple[GroundAtom, ...], ...]
     ) -> SubgoalPlanner:
-        """Return a planner for a subgoal that holds already, which reports the subgoal as needless.
+        """Return a planner for a subgoal that holds already and so is needless.
 
-        The planner returns actions that would make the subgoal true. Each of them fails as an additional
-        (needless) step. If several disjuncts of the subgoal hold, the planner takes the disjunct with the
-        fewest actions.
+        The planner returns actions whose effects are literals of the subgoal. These effects hold already, so
+        each action fails as an additional (needless) step, which is reported. If several disjuncts of the
+        subgoal hold, the planner takes the disjunct with the fewest actions.
         """
         effort = sum(map(len, disjuncts)) // _LITERALS_PER_ACTION
 
@@ -480,8 +481,9 @@ class _SubgoalProgramBuilder:
     ) -> _InstructionNumber:
         """Add instructions that make one disjunct of a condition true, and then test the condition.
 
-        The condition is about one state. A condition that holds already needs no actions. If it is the
-        complete subgoal (``is_whole_subgoal``), it counts as an additional (needless) step.
+        The condition is about one state. A condition that holds already needs no actions. If this condition
+        is the complete subgoal (``is_whole_subgoal``), the subgoal is reported as an additional (needless)
+        step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
         self._extent.compute_bound_on_literals_in_disjuncts(observed)

@@ -164,10 +164,11 @@ class SubgoalRefiner:
     def find_needless_actions_if_literals_hold(
         self, literals: Sequence[GroundAtom], state: State
     ) -> ActionSequence | None:
-        """Return needless actions that would make literals true, or None if a literal does not hold already.
+        """Return actions whose effects are literals that hold already, or None if a literal does not hold.
 
-        A needless action fails as an additional step. For each literal, the result has the first needless
-        action that may make the literal true and releases no object.
+        Each action fails as an additional (needless) step, because its effect holds already. For each
+        literal, the result has the first needless action that may make the literal true and releases no
+        object.
         """
         if not all(self._repertoire.make_literal_test(literal, state.scene)(state) for literal in literals):
             return None
@@ -260,10 +261,10 @@ class SubgoalRefiner:
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, LiteralBits]:
-        """Return a mapping from the actions of operators with a role, such as movement, to 0.
+        """Return a mapping from the actions by operators with a role, such as movement, to 0.
 
-        Each action is on different objects. It only prepares other actions. So 0 is the bit mask of the
-        subgoal's literals that it makes true (`LiteralBits`).
+        No action has the same object twice. The actions only prepare other actions. So 0 is the bit mask of
+        the subgoal's literals that they make true (`LiteralBits`).
         """
         return {
             Action(o.name, arguments): 0

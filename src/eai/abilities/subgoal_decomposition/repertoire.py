@@ -1,9 +1,11 @@
 """An index of a domain's operators: for each operator its role in a search, its conditions and its effects.
 
 The index depends only on the declaration of the domain, so one index serves all scenes. Results about a
-predicate are computed on the first request and cached. Positive and negated literals have separate results,
-and so do literals with equal and with different objects. Threads that compute a result at the same time get
-equal results. A `CandidateAction` is an action in one search.
+predicate are computed on the first request and cached. Results about a literal depend on whether it is
+negated, and on which of its objects are equal. Threads that compute a result at the same time get equal
+results.
+
+The index knows only operators. A `CandidateAction` is an operator with objects, and belongs to one search.
 """
 
 from __future__ import annotations
@@ -82,10 +84,11 @@ class _OperatorForSearch(NamedTuple):
     Attributes:
         operator: the compiled operator.
         role: the operator's role in a search, such as movement.
-        movable: for each check whether movement can change its truth value. An additional last item is about
-            the conditions of the operator's alternatives (`OperatorAlternative`) together.
+        movable: for each check whether movement can change its truth value. One more item at the end says the
+            same of the conditions of the operator's alternatives (`OperatorAlternative`), taken together.
         fixable: for each check whether movement can make the check true and so the action possible. It is
-            False for the alternatives, and for a check whose failure means that the action is needless.
+            False for a check whose failure means that the action is needless. The one more item at the end,
+            for the alternatives, is always False.
         fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
         rest_checks_hold: tests in a state whether all `REST` checks hold. If the operator has alternatives,
@@ -216,15 +219,16 @@ class OperatorIndex:
         """Return a mapping from actions to bit masks of the literals that each action may make true.
 
         The arguments of an action are different objects. They are objects of one literal or, for parameters
-        that the literal does not determine, any of ``other_objects``. Only movement may change the position,
-        the direction and the posture of the agent.
+        that the literal does not determine, any of ``other_objects``. For a literal about the agent, only
+        movements are returned, if there are any.
 
         Args:
             literals: the literals.
             scene: the scene.
             other_objects: objects for parameters that a literal does not determine.
-            possible_in: a state or None. If it is a state, the result has only actions whose `FIXED` checks
-                hold in it, and an action may have the same object twice.
+            possible_in: a state or None. If it is a state, an action may have the same object twice, and the
+                result has only actions whose fixed checks hold in the state. No action can change the result
+                of a fixed check.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
@@ -411,7 +415,7 @@ def _match_effect_to_change(effect: EffectSchema, change: FactChange) -> dict[st
 
 
 def _get_number_of_agent_constant(constant: Constant) -> int | None:
-    """Return the agent's number in an `_OperatorPattern` if a constant names the agent; else None."""
+    """Return the number that stands for the agent in an `_OperatorPattern`; None for other constants."""
     return _AGENT if constant == AGENT else None
 
 
@@ -501,8 +505,8 @@ class CandidateAction(NamedTuple):
     def can_movement_make_action_possible(self, state: State) -> bool:
         """Whether movement of the agent can make all failing checks of the action true.
 
-        Callers must have tested that two kinds of checks hold: the checks that no action can change, and the
-        checks that depend neither on the action's objects nor on the agent's position.
+        Callers must have tested that all `FIXED` and `COMMON` checks hold (`_OperatorCheckKind`).
+        So only the other checks can fail.
         """
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False

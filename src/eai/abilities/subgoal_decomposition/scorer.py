@@ -63,12 +63,13 @@ def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> 
 class SubgoalDecompositionScorer(Scorer):
     """The scorer of the subgoals for one task.
 
-    Two tests come before any action is executed: whether all subgoals of the answer can be read, and whether
-    all names are known. Then a search explores all ways to execute the answer (`explore_program`). Each way
-    is a branch. An answer succeeds if one branch reaches the goal. The parts of the task's temporal goal, or
-    else its action goals, must be met in order. All goals about states must hold at the end, and all goals
-    over time during the execution. The verdict has the errors of the reported branch, and the goals of the
-    branch that reaches most goals. An answer that is not executed reaches no goal.
+    Two tests come before any action is executed: whether all subgoals of the answer can be read, and
+    whether all names are known. Then a search explores all ways to execute the answer
+    (`explore_program`). Each way is a branch. An answer succeeds if one branch reaches the goal. The
+    parts of the task's temporal goal, or else its action goals, must be met in order. All goals about
+    states must hold at the end, and all goals over time during the execution. The verdict has the
+    errors of the reported branch, and the goals of the branch that reaches most goals. An answer that
+    is not executed reaches no goal.
 
     Args:
         task: the task.

@@ -194,9 +194,10 @@ class ExecutionBranch(NamedTuple):
     refined: int = 0
 
     def count_executed_actions(self, subgoal: int) -> int:
-        """Return the number of actions that this branch executed for a subgoal.
+        """Return the number of actions that this branch has executed for its present or next subgoal.
 
-        The number is 0 if the subgoal is not the last subgoal that the branch executed.
+        The branch stores this number only for the subgoal that it executed last. For the next subgoal, it has
+        executed no action yet.
         """
         return self.executed if self.subgoal == subgoal else 0
 
@@ -229,7 +230,7 @@ class ExecutionBranch(NamedTuple):
 
 
 def _get_success_sort_key(branch: ExecutionBranch) -> int:
-    """Return the sort key of a successful branch: fewer errors come first."""
+    """Return the sort key of a branch that reaches the goal: fewer errors (needless steps) come first."""
     return branch.errors
 
 
@@ -243,8 +244,9 @@ def _drop_branches_with_same_future(
 ) -> list[ExecutionBranch]:
     """Return at most two branches of each group that the rest of the search would continue in the same way.
 
-    The two are the best branch of the group if the rest of the search succeeds, and the best if it fails.
-    Fewer branches than `_MIN_BRANCHES_TO_MERGE` are returned unchanged.
+    Two branches of a group can be the best in the end. If the goal is reached, a branch with fewer errors is
+    better (`_get_success_sort_key`). Otherwise `_get_failure_sort_key` decides. Fewer branches than
+    `_MIN_BRANCHES_TO_MERGE` are returned unchanged.
 
     Args:
         branches: the branches, in order.
@@ -268,11 +270,11 @@ def _drop_branches_with_same_future(
 
 
 _PAST_STATES_PER_ACTION = 16
-"""Number of past states in which a test of a subgoal costs as much effort as applying one action."""
+"""Number of past states in which a test of a failed check costs as much effort as one applied action."""
 
 
 _NO_SUBGOAL = -1
-"""Subgoal number that means the end of the program, after all subgoals."""
+"""Number that stands for no subgoal: the subgoal of the instruction that ends a `Program`."""
 
 
 def _mark_branch_as_failed(
@@ -296,9 +298,8 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches to which the search applies an instruction that can make new
-            branches. It drops later branches. All branches that executed the last subgoal are tested for the
-            goal.
+        branches: maximum number of branches that continue at an instruction that can make new branches. All
+            further branches are dropped there. After the last subgoal no branch is dropped.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 
@@ -502,9 +503,10 @@ class _ProgramExploration:
     def _find_index_of_last_satisfying_state(
         self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction
     ) -> int | None:
-        """Return the index of the latest state in which a required subgoal held, or None.
+        """Test a subgoal in the past states of a branch. Return the index of the last state in which it held.
 
-        If a limit of the search is reached during the tests, callers must ignore the index.
+        Return None if it never held. If the search reaches a limit meanwhile, not all states are tested. Then
+        callers must ignore the index.
         """
 
         def is_subgoal_met_or_limit_reached(state: State) -> bool:

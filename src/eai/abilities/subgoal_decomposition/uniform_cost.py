@@ -2,9 +2,10 @@
 
 The search may use actions that may reach the subgoal, and actions that may make such actions possible.
 `refinement` permits these actions in larger and larger sets. Before each action the agent makes the shortest
-movement that the action needs. If no plan is found, the result is the plan that comes nearest to the subgoal,
-with the action that fails. This module shares nodes, open list and loop with `eai.planning.planner`. It is
-separate because a subgoal needs several shortest plans, and the planner returns only one.
+movement that the action needs. If no plan is found, the result is the failed plan that comes nearest to the
+subgoal. It usually ends with an action whose checks fail, which is then the reported fault. This module
+shares nodes, open list and loop with `eai.planning.planner`. It is separate because a subgoal needs several
+shortest plans, and the planner returns only one.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ MAX_PLANS_PER_SUBGOAL = 4
 """Maximum number of plans that a search returns for one subgoal."""
 
 _PARTS_PER_ACTION = 16
-"""Number of literals of a goal whose tests count as one applied action in the effort of a search."""
+"""Number of tests of the goal's literals that cost as much effort as one applied action."""
 
 _MAX_MOVEMENTS = 3
 """Maximum number of movements before one action: to stand up, to go to an object, and to turn to it."""
@@ -46,11 +47,11 @@ class PermittedActions(NamedTuple):
     Parts are the literals of the subgoal; a mask has a bit for each part.
 
     Attributes:
-        achievers: actions that may make parts true.
-        helping: actions that may make achievers possible.
-        moving: movements that themselves may make parts true.
-        movement: movements that prepare other actions.
-        touched: mask of the parts that movement can change.
+        achievers: actions that may make parts true, except those in ``moving``.
+        helping: actions that take or release objects, and so may make achievers possible.
+        moving: movements that may make parts true.
+        movement: movements that may make other actions possible.
+        touched: mask of the parts that the actions in ``movement`` can change.
     """
 
     achievers: Sequence[CandidateAction]
@@ -139,7 +140,7 @@ class _MovementFinder:
     def list_paths(self, state: State) -> Iterable[MovementPath]:
         """Yield the shortest movement path to each state that movement can reach, the shortest path first.
 
-        A path has at most `_MAX_MOVEMENTS` movements, no two by one operator. Paths are explored lazily.
+        A path has at most `_MAX_MOVEMENTS` movements, each by another operator. Paths are explored lazily.
         """
         if state not in self._paths:
             (self._paths[state],) = tee(self._explore_paths(state), 1)
@@ -339,12 +340,14 @@ The action is None if the plan fails only because it is too long.
 def _find_best_failed_plan(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """Return the failed plan that comes nearest to the goal, after all searches failed.
 
-    The plan ends with the failing action after which most literals of the goal would hold. Ties go to the
-    action with the fewest failing checks, then to the shortest plan. `_choose_attempt_to_report` can replace
-    this action by an earlier action that the plan needs and that fails, too.
+    The plan ends with an action whose checks fail. Its effects, if they happened, would make most literals of
+    the goal true. Ties go to the action with the fewest failing checks, then to the shortest plan. If the
+    action needs an earlier action that fails, too, the plan may end with the earlier action
+    (`_choose_attempt_to_report`).
 
-    If no action fails but the plan is too long, no plan is returned. If each literal can be reached, but not
-    all together, the plan leads to the visited state in which most literals hold.
+    If no action fails but the plan is too long, no plan is returned. If no failing action explains the
+    failure, the plan leads to the visited state in which most literals hold. For example, each literal can be
+    reached, but not all together.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
@@ -420,8 +423,8 @@ class _FailedSearch:
         if best is not None:
             return distance, self._choose_attempt_to_report(best)
         first = self._nodes[0]
-        # no plan makes progress: report an action that fails only because all its alternatives fail, or an
-        # action that must come before a failing action
+        # No plan makes progress. Report an action if only its alternatives (`OperatorAlternative`) fail.
+        # Otherwise report an action that must come before a failing action.
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_attempt_to_report(attempt)
@@ -450,9 +453,9 @@ class _FailedSearch:
     def _compute_min_failing_checks(
         self, node: PlanNode, candidate: CandidateAction, failures_unfixable_by_movement: int
     ) -> int:
-        """Return a lower bound of the number of an action's checks that fail after any movement.
+        """Return a lower bound of the number of an action's checks that fail, whichever movement comes first.
 
-        It is at least 1 if an earlier test found no movement that makes the action possible.
+        The bound is at least 1 if the search found no movement that makes the action possible.
         """
         return failures_unfixable_by_movement or int((node.state, candidate.action) in self._out_of_reach)
 
@@ -476,10 +479,10 @@ class _FailedSearch:
         return best
 
     def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
-        """Return the attempt to report as the reason why a plan failed, or None.
+        """Return the failed attempt at an action that is reported as the reason why a plan failed, or None.
 
-        Usually this is the failed attempt. But an action helps if the failed action would fail fewer checks
-        after this action. If all helping actions fail, the attempt of the first is reported instead.
+        Usually this is ``failed_attempt``. But another action helps if ``failed_attempt`` would fail fewer
+        checks after it. If all helping actions fail, the attempt at the first of them is reported instead.
 
         Return None if no check fails, or if a helping action is possible and keeps all true literals of the
         goal true. The plan then fails only because it is too long.

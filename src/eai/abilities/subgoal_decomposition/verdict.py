@@ -29,8 +29,8 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome of the answer.
-        goals_elsewhere: whether the verdict counts the goals of another execution of the subgoals, because
-            the reported execution reaches fewer goals.
+        goals_elsewhere: whether the counted goals are not those of the reported execution. The search
+            executes the subgoals in several ways, and the way that reaches most goals counts.
         errors: kinds of all errors in the reported execution of the subgoals, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.
@@ -57,16 +57,16 @@ class SubgoalVerdict(PlanVerdict):
     def count_faults_by_kind(self) -> Mapping[FaultKind, int]:
         """Return the number of faults by kind.
 
-        The faults are the items of `errors`. If `errors` is empty, the faults are the single fault `error`
-        and the `additional_steps`.
+        The faults are the items of `errors`. If `errors` is empty, the faults are those of `PlanVerdict`:
+        `error` and `additional_steps`.
         """
         return Counter(self.errors) or PlanVerdict.count_faults_by_kind(self)
 
     def compute_reward_inputs(self, goals_at_start: Sequence[bool]) -> RewardInputs | None:
         """Return the inputs of the reward for the executed subgoals, or None if all goals hold at the start.
 
-        One input is the number of actions that the search added to reach subgoals. If the verdict counts the
-        goals of another execution (`goals_elsewhere`), it also takes errors and added actions from there.
+        One input is the number of actions that the search added to reach subgoals. If the goals of another
+        execution count (`goals_elsewhere`), the errors and the added actions of that execution count, too.
         """
         earned = PlanVerdict.compute_reward_inputs(self, goals_at_start)
         if earned is None:
