@@ -42,11 +42,12 @@ from eai.world.fault import FaultKind
 def find_plan_flaw(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> tuple[int, str] | None:
-    """Return why a plan fails if the gold operators execute it, or None if it reaches the goal.
+    """Return why a plan fails with the gold operators, or None if it reaches the goal.
 
-    Steps of the plan name the answer's operators. The parameters of an operator correspond to the gold
-    operator's parameters of the same names. If the answer lacks the name of a gold parameter, parameters
-    correspond by position. A step with another number of objects then cannot be executed.
+    A planner has found the plan with the answer's operators. Each step is executed with the gold operator of
+    the same name. The parameters of an operator correspond to the gold operator's parameters of the same
+    names. If the answer lacks the name of a gold parameter, parameters correspond by position. A step with
+    another number of objects then cannot be executed.
 
     Args:
         task: the task, which asks for the operators of the plan.
@@ -137,8 +138,8 @@ def _solve_if_planning_task(
 ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
 """The part of a gold operator that the answer's operator replaces, for a test of the answer's operator.
 
-If only precondition or effect is replaced, the gold operator keeps its parameters. The replaced part then has
-variables that are not parameters if the answer names its parameters differently.
+If only precondition or effect is replaced, the gold operator keeps its parameters. If the answer names its
+parameters differently, the answer's part then has variables that are not parameters.
 """
 
 

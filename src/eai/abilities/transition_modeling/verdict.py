@@ -180,7 +180,8 @@ All other violations are parsing errors.
 def count_clauses_by_category(verdict: OperatorVerdict) -> dict[str, ConfusionCounts]:
     """Return a mapping from categories to the numbers of right, wrong and missed clauses.
 
-    Preconditions and effects are counted together. Some rules count predicates instead of clauses.
+    Preconditions and effects are counted together. Scoring rules whose `OperatorScoringRules.counts_clauses`
+    is False count predicates instead of clauses.
     """
     counts: dict[str, ConfusionCounts] = {}
     for side in (verdict.counts or {}).values():
