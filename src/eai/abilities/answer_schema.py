@@ -18,7 +18,7 @@ MAX_ENUM_WORDS = 1000
 """Maximum number of words in all enumerations (``enum``) of a schema: OpenAI's limit, the smallest known."""
 
 MAX_SHORT_ENUM_WORDS = 250
-"""Maximum number of words of a short enumeration, whose number of characters providers do not limit."""
+"""Maximum number of words of a short enumeration (``enum``). A longer one has a limit of characters, too."""
 MAX_LONG_ENUM_CHARACTERS = 15_000
 """Maximum number of characters in all words of a long enumeration (more than `MAX_SHORT_ENUM_WORDS`)."""
 

@@ -430,7 +430,7 @@ class _AnswerReader(Generic[T]):
         return None
 
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
-        """Return the values that belong to the answer. All other values are taken for examples.
+        """Return the JSON values that belong to the answer. All other values count as examples in its prose.
 
         Neighbours are values with only separators or item numbers between them. A row of neighbours belongs
         to the answer if one of them names something of the task (`AnswerFormat.is_certain`). If no value

@@ -234,7 +234,7 @@ class AbilityDeclaration(Generic[V]):
 
     @property
     def takes_turns(self) -> bool:
-        """Whether answers are episodes of games."""
+        """Whether an answer is an episode of a game: the model gives commands in several turns."""
         return isinstance(self.interaction, MultiTurnInteraction)
 
     def read_episode_settings(self, answer: str) -> Experiment | None:

@@ -1,4 +1,4 @@
-"""Experiments: the settings that distinguish a run from plain questions, and the label of the settings."""
+"""Experiments: settings of runs that do more than ask one question for each task. Labels of such settings."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ class StudySettings:
     Attributes:
         label: a short text for the name of the run's folder. It must differ if the options differ.
         options: the options of the study by name, as JSON.
-        summary: values that the study computes for one answer, by name; empty in the settings of a run.
+        summary: values that the study computes for one answer, by name. They are stored with this answer.
+            Settings of a run have none.
         label_position: position of the label in the name of a folder for several studies: labels with smaller
             numbers come first. Files list studies in this order, but do not store the number.
 

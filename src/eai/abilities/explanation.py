@@ -52,7 +52,7 @@ SLIP = FaultKind.SLIP.value
 """Outcome of a step that was possible, but had no effect because it slipped."""
 
 SLIPPED = "it was possible, but it did not work"
-"""Reason, in words, why a step that slipped had no effect."""
+"""Reason, in words, why a step that slipped (failed by chance, although it was possible) had no effect."""
 
 
 EXECUTED = "executed"
@@ -66,13 +66,13 @@ class StepReport:
     Attributes:
         action: the action on its objects, as text.
         outcome: `EXECUTED`, ``slip`` (the step was possible, but had no effect), or the kind of the fault.
-        reason: why the step failed, slipped, or lacked some of its alternative effects, in words; otherwise
-            empty.
+        reason: in words, why the step failed or slipped, or why some of its alternatives failed, although it
+            was executed (`eai.world.operator.OperatorAlternative`); otherwise empty.
         earlier: for steps in the wrong order, the earlier step after which the missing condition held.
         added: facts that became true.
         removed: facts that became false.
-        hidden_changes: number of other visible facts that changed, about objects that do not matter to the
-            task.
+        hidden_changes: number of changed facts that prompts may mention, but that are not in ``added`` or
+            ``removed``. For example, facts about objects that do not matter to the task.
         call: the action as a `Statement`.
     """
 
@@ -114,8 +114,8 @@ class GoalPartReport:
         part: the part as text.
         met_after: number, among all steps, of the step after which the part was first met; 0 for the start,
             None if the part was not met. A part cannot be met before the previous part.
-        missing: formulas in the first unmet part that never held; the complete part if each formula held at
-            some time, but never all together.
+        missing: for the first unmet part, its formulas that never held. If each formula held at some time,
+            but never all together, the only item is the complete part.
         met_at: for a part about an action, the number, among all steps, of the action that met the part;
             None for all other parts and for unmet parts.
     """

@@ -1,8 +1,8 @@
 """Label each step of a plan with the change in the distance to the goals.
 
-The distance of a state is the number of actions in a shortest plan from this state. The search for a smallest
-repair finds it, if the plan to repair is empty: the repair inserts all actions of a shortest plan. A search
-that reaches its limit of effort finds only bounds, and the distance is then unknown.
+The distance of a state is the number of actions in a shortest plan from this state to the goals. It is found
+by repairing an empty plan: the smallest repair inserts all actions of a shortest plan. A search that reaches
+its limit of effort finds only bounds. If bounds differ, the distance is unknown.
 """
 
 from __future__ import annotations

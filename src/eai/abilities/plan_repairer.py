@@ -34,7 +34,8 @@ equally many new objects at equally good positions.
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
 """Limits of the search that computes a plan's closeness to success: tried steps per plan step, and in all.
 
-Steps of the plan and of a shortest plan are counted together, and rounded up to a power of 2.
+The first limit is multiplied by a number of plan steps: the steps of the plan plus a lower bound of the steps
+of a shortest plan. This number is first rounded up to a larger power of 2.
 """
 
 _MAX_CACHED_PLANS = 10_000

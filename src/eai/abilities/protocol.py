@@ -105,7 +105,7 @@ PROTOCOL_GROUP = "eai.protocols"
 
 @cache
 def find_protocol_entry_points() -> Mapping[str, EntryPoint]:
-    """Return a mapping from names of protocols (rules for scoring) to entry points; without ``strict``."""
+    """Return a mapping from names of protocols to entry points, without the built-in ``strict``."""
     return get_entry_points(PROTOCOL_GROUP)
 
 

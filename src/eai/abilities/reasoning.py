@@ -26,7 +26,8 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # "analysisWe ..." remains if a tokenizer removed the special tokens
+        # without its special tokens, "<|channel|>analysis<|message|>We ..." becomes "analysisWe ..."
+        r"\Aanalysis(?=[A-Z])",
     ]
 )
 _CLOSING = "|".join(

@@ -112,7 +112,7 @@ def describe_repair(repair: Repair) -> Iterator[str]:
 
 
 def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
-    """Yield a sentence on the step or the missing action that `Repair.blame` names, if it names one."""
+    """Yield a sentence on the step or the missing action in `Repair.blame`, if there is one."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
         where = f"step {repair.blamed + 1}"

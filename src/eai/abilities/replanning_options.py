@@ -97,8 +97,8 @@ class ReplanningOptions:
     def executes_answers_as_episodes(self) -> bool:
         """Whether answers are executed step by step, as in games.
 
-        This is so with several attempts, with slips (possible actions without effect), or if plans end as
-        soon as all goals hold.
+        True with several attempts, with slips (possible actions that by chance have no effect), or if plans
+        end as soon as all goals hold.
         """
         return bool(self.replans or self.slip or self.until == "goal")
 

@@ -181,7 +181,7 @@ def _describe_when_condition_held(
 
 
 def to_statement(action: Action, scene: Scene) -> Statement:
-    """Return an action on objects as a `Statement`."""
+    """Return an action on objects as a `Statement`: its operator and the names of its objects."""
     return Statement(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 
 

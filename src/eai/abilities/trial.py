@@ -31,8 +31,8 @@ class Trial:
         scorer: the scorer of the task.
         options: the number of attempts, the state in which each begins, and the feedback.
         epoch: number of this trial among the repetitions for the same task, from 1.
-        stated: the task with the goals that questions state, which a model may have got wrong; None if
-            questions state the task's own goals.
+        stated: the task with the goals that questions state. A model may have got these
+            wrong. None if questions state the task's own goals.
 
     Attributes:
         attempts: the attempts so far.
@@ -62,7 +62,7 @@ class Trial:
 
     @property
     def task(self) -> Task:
-        """The task with its true scene and goals, which the scorer tests."""
+        """The scorer's task. Questions may show another scene or state other goals than this task."""
         return self.scorer.task
 
     @property
@@ -177,11 +177,13 @@ def _get_operator_names(actions: Sequence[Action]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _GoalsStatedInQuestions:
-    """Goals that questions state instead of the task's own goals. They are tested in the true scene.
+    """Goals that questions state instead of the task's own goals.
+
+    They are tested in the task's scene, even if questions show another scene.
 
     Attributes:
         goals: the stated goals, in order.
-        known_task: the task with those stated goals whose names are all known.
+        known_task: the task with those stated goals that can be tested, because the task has their names.
         test: the test of the goals of `known_task`.
     """
 

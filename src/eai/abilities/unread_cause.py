@@ -60,10 +60,10 @@ _MAX_SEARCHED_CHARACTERS = 4000
 """Maximum number of characters at the end of an answer that are searched for a loop."""
 
 _MIN_REPEATS, _MIN_LOOP = 5, 40
-"""Minimum number of repeats in a loop, and minimum length of a loop, in characters with all repeats."""
+"""Minimum number of repeats in a loop (repeated text), and its minimum length in characters, with repeats."""
 
 _MIN_LOOP_IN_LONG_ANSWER = 1000
-"""Minimum length of a loop, in characters with all repeats, if it fills less than half the answer."""
+"""Minimum length of a loop (repeated text) that fills less than half the answer, counted as `_MIN_LOOP`."""
 
 _MAX_QUOTED = 60
 _MAX_BEFORE_REFUSAL = 200
@@ -158,7 +158,7 @@ def find_repeated_ending(text: str) -> str:
 
 
 def _find_name_of_wrong_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
-    """Return the name of the wrong notation of an answer; None if the notation is right or unknown."""
+    """Return the wrong notation of an answer in words, such as PDDL; None if it is right or unknown."""
     if _OPERATOR.search(body):
         return "PDDL that is not quoted as a text" if _UNQUOTED_LISP.search(body) else None
     if is_json:

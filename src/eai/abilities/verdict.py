@@ -142,16 +142,19 @@ def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bo
 def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share, goal_gain: float) -> float:
     """Return the rise of the share of met conditions, divided by the largest possible rise, from 0 to 1.
 
-    An option is a list of conditions that together satisfy all goals. A task can have several options.
+    An option is a list of conditions that together satisfy all goals. A task can have several options. The
+    share is the number of an option's met conditions, divided by the number of its conditions.
 
-    Return ``goal_gain`` instead if all conditions hold at the start, or if all conditions of an option are
-    met but a goal is missed. For example, the goal is exactly two cups on the table, and there are three.
+    In two cases, return ``goal_gain`` instead: all conditions hold at the start, or all conditions
+    of an option are met but a goal is missed. An example of such a goal: exactly two cups are on
+    the table. It is missed if there are three.
 
     Args:
         conditions_met: number of met conditions and number of all conditions, of the option with the largest
             share of met conditions in the final state. No condition is met if nothing was executed.
         conditions_met_at_start: these two numbers for the initial state.
-        goal_gain: the reached share of the goals that do not hold at the start (`compute_goal_gain`).
+        goal_gain: the reached share of the goals that do not hold at the start
+            (`compute_goal_gain`).
     """
     met, total = conditions_met
     met_at_start, total_at_start = conditions_met_at_start
@@ -198,7 +201,8 @@ def compute_reward_inputs_of_parts(
         right_wrong_missed: numbers of right, wrong and missed parts.
         error: the error that ended the execution or the reading of the answer, or None.
         faults: number of other faults by kind.
-        meaningless_parts: number of ill-formed parts and parts with unknown names, which count as wrong.
+        meaningless_parts: number of ill-formed parts and parts with unknown names. They count
+            as wrong.
     """
     hit, extra, missed = right_wrong_missed
     if not hit + missed:
@@ -245,7 +249,7 @@ class Verdict:
         return None
 
     def find_contradiction(self) -> str | None:
-        """Return a sentence on fields that contradict each other by the rules of `strict`, or None."""
+        """Return a sentence on fields of this verdict that contradict each other by `strict`, or None."""
         return None
 
     @property
@@ -271,7 +275,10 @@ class Verdict:
         )
 
     def is_step_an_action(self, step_index: int) -> bool:
-        """Whether a step of the explanation, counted from 0, is an action that was tried."""
+        """Whether a step of this verdict's `Explanation`, counted from 0, is an action that was tried.
+
+        The explanation of a game also has steps for other commands, such as the command to look.
+        """
         return True
 
     @property
@@ -287,9 +294,9 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class SummaryCounts:
-    """The counts of an answer in tables over many answers.
+    """The counts of an answer in tables over many answers, if they differ from the fields of its verdict.
 
-    A verdict has such counts only if its protocol (scoring rules) counts differently from the verdict.
+    Only some protocols (scoring rules) need such counts. All other verdicts are counted by their own fields.
 
     Attributes:
         success: whether the answer counts as a success.
@@ -445,8 +452,8 @@ def make_rate_contribution_of_answer(share_with_property: bool | float | None) -
     """Return the contribution of one answer to a rate over all answers.
 
     Args:
-        share_with_property: whether the answer has the counted property; a number from 0 to 1 if only a part
-            of the answer has the property.
+        share_with_property: whether the answer has the counted property. A number from 0 to 1 if
+            only a part of the answer has the property.
     """
     if not share_with_property:
         return ZERO_SHARE
@@ -454,7 +461,7 @@ def make_rate_contribution_of_answer(share_with_property: bool | float | None) -
 
 
 def make_confusion_shares(prefix: str, confusion: ConfusionCounts) -> dict[str, Share]:
-    """Return a mapping from metrics to the shares that one answer adds to precision, recall and F1.
+    """Return the numerator and the denominator that one answer adds to precision, recall and F1, by metric.
 
     Each metric is a ratio of two sums over all answers. F1 is ``2 TP / (2 TP + FP + FN)``, the harmonic mean
     of precision and recall.
