@@ -1,9 +1,9 @@
-"""The benchmark BEHAVIOR, and official prompts whose goals come from a model's answer.
+"""The benchmark BEHAVIOR, and the goal section of its official prompts for goals that a model stated.
 
-A published program writes the goals of a model's answer into the goal section of a prompt, one goal a line
-(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). The program does not
-interpret the goals, and neither does this module. If the form of the answer is wrong, lines are therefore
-odd:
+For these prompts, a published program copies the goals from a model's answer to goal interpretation, one goal
+a line (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). The program does
+not interpret the goals, and neither does this module. If the form of the answer is wrong, the copied lines
+therefore differ from the answer:
 
 - Names of predicates are spelt like names of objects: ``next_to`` becomes ``next.to``.
 - A word in place of a condition is split into letters: ``["not", "dusty", "bed.n.01_1"]`` becomes ``not d(u,

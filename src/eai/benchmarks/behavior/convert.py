@@ -138,13 +138,16 @@ def _read_model_category(object_name: str) -> str:
     match = _MODEL.fullmatch(object_name)
     if match is None:
         raise DataError(
-            f"{object_name!r} in a prompt: expected a model and a number, such as `rag_51`; "
+            f"{object_name!r} in a prompt: expected a category of 3D models and a number, such as `rag_51`; "
             "run `eai data fetch --force`"
         )
     return FLOOR if object_name.startswith(f"{FLOOR}_") else match[1]
 
 
 def _get_possible_states(entry: _TaxonomyEntry) -> set[str]:
-    """Return the states that the abilities of a taxonomy entry allow, spelt as in the paper's package."""
+    """Return the states that objects of a category can have, spelt as in the paper's package.
+
+    Each state follows from an ability, such as ``Cooked`` from ``cookable``.
+    """
     states = (state for ability, state in STATE_OF_ABILITY.items() if ability in entry.abilities)
     return {"".join(word.capitalize() for word in state.split("_")) for state in states}

@@ -263,7 +263,10 @@ class BehaviorGoalNotation(JsonGoalNotation):
 
 
 def _map_object_to_instance_names(task: Task) -> Mapping[str, str]:
-    """Return a mapping from object name to instance name; empty if the data set does not have the task."""
+    """Return a mapping from names in actions to names in BDDL, such as ``rag_51`` to ``rag.n.01_1``.
+
+    The mapping is empty if the data set does not have the task.
+    """
     objs = task.record.objects if isinstance(task, BehaviorTask) else ()
     return {obj.name: obj.instance for obj in objs}
 

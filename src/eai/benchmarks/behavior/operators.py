@@ -260,7 +260,7 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
 
 
 def make_hand_actions(hand: _Hand) -> tuple[Operator, ...]:
-    """Return the actions of a hand, in the order of the list in the paper's package."""
+    """Return the actions of one hand, in the order of ``EvalActions`` in the paper's package."""
     ontop, inside, nextto, under, nextto_ontop = make_placing_actions(hand)
     return (
         make_grasp_action(hand),

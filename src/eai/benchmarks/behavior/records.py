@@ -91,8 +91,8 @@ class BehaviorRecord:
         scene: the simulator's scene.
         instruction: the activity in one English sentence.
         objects: objects in the order of the problem file, without the agent.
-        problem: the problem file, which names objects by instance.
-        plan: a human's plan from the data set, as actions with objects. One action is misspelt.
+        problem: the problem file, which uses BDDL names of objects (`BehaviorObject.instance`).
+        plan: a human's plan from the data set, as actions with objects. The data set misspells one action.
         goal_options: for each goal of goal interpretation, all options (sets of conditions that reach the
             goal), in the published order. For three tasks, the options were made from an earlier version of
             the problem file than `problem`.

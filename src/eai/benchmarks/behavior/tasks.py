@@ -1,4 +1,7 @@
-"""BEHAVIOR tasks as states and goals, built from published data and unpublished facts on first use."""
+"""BEHAVIOR tasks as states and goals, built on first use.
+
+They are built from the published files, and from facts that no published file states (module `evidence`).
+"""
 
 from __future__ import annotations
 
