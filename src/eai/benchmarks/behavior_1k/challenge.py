@@ -59,7 +59,10 @@ def load_activity_amendments() -> _ChallengeAmendments:
 
 
 def open_challenge_2026(source: Source | None) -> tuple[Definitions, DataForAmendedDefinitions]:
-    """Return the definitions of the challenge's activities, and facts on amended ones, such as plans."""
+    """Return the definitions of the challenge's activities, and further data for them.
+
+    The data are gold plans, reasons for exclusion, and kinds of objects that bddl 3.6.0 lacks.
+    """
     amendments = load_activity_amendments()
     packed = split_by_activity(open_pack(PACK, source).read_member(ACTIVITIES))
     supplement = DataForAmendedDefinitions(amendments.kinds, read_plans(PLANS_2026), amendments.left_out)

@@ -49,7 +49,7 @@ def _read_definition(name: str, path: Path) -> str:
     text = text.replace(wrong, corrected) if is_corrected else text
     with prefix_errors_with_location(path):
         if not is_corrected:
-            parse_problem(original)  # errors of `original` name a line of the file; `text` is one line
+            parse_problem(original)  # errors in `text`, which has one line, could not name a line of the file
         for problem in _find_errors_in_activity_definition(text):
             raise InputError(problem)
     return text

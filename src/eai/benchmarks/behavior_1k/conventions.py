@@ -113,7 +113,10 @@ class _SubstanceSourceAndFloorWriter(SceneFactReader):
     """Describes the substances that each source gives, and the floor under each object without support."""
 
     def write_substance_source_and_room_floor_lines(self) -> Iterator[str]:
-        """Yield a line for each source of substances (such as a sink) and each floor below objects."""
+        """Yield a line for each source of substances, such as a sink, and for each floor near objects.
+
+        The line of a floor lists the objects that exist, have this floor, and are not in or on an object.
+        """
         for source in self._names:
             given = self._find_targets_of(p.gives, source)
             if given:

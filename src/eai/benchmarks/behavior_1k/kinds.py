@@ -160,7 +160,10 @@ class ObjectKinds:
         return any(ability in owned for ability in abilities)
 
     def get_minimum_temperature(self, synset: str, ability: str) -> float | None:
-        """Return the temperature at which an ability takes effect, or None if the kind lacks the ability."""
+        """Return the minimum temperature for an ability, or None if objects of the kind lack the ability.
+
+        For `cookable`, heat of at least this temperature in degrees Celsius cooks the object.
+        """
         temperature = self._kinds.get(synset, {}).get(ability)
         return None if temperature is None else float(temperature)
 

@@ -400,7 +400,8 @@ def make_emptying_action() -> Operator:
 def make_apply_action() -> Operator:
     """Return the action APPLY (after OmniGibson's object states particle_modifier, ParticleApplier).
 
-    Liquids soak absorbent objects (decision D10 in `docs/behavior-1k.md`).
+    The action covers an object with the substances of a held object, such as a spray bottle. If the substance
+    is a liquid and the object is absorbent, it also soaks the object (decision D10 in `docs/behavior-1k.md`).
     """
     effects = (
         ForEach(S, POURABLE, (Add(p.has_cover(Y, S)), Add(p.present(S)))),

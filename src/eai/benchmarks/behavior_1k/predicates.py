@@ -31,7 +31,7 @@ def _make_predicate_hidden_in_prompts(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
-# Abilities and classes of objects, which follow from their kinds.
+# Abilities and classes of objects. They follow from the kind (synset) of an object.
 fixed, floor, container, fillable = map(_make_ability_predicate, ("fixed", "floor", "container", "fillable"))
 openable, toggleable = map(_make_ability_predicate, ("openable", "toggleable"))
 sliceable, diceable, slicer = map(_make_ability_predicate, ("sliceable", "diceable", "slicer"))
@@ -43,7 +43,8 @@ heat_source, cold_source, flammable = map(
 washer, dryer, sink = map(_make_ability_predicate, ("washer", "dryer", "sink"))
 substance, liquid = map(_make_ability_predicate, ("substance", "liquid"))
 
-# Predicates of facts that state rules of BEHAVIOR-1K. A recipe is an object that prompts do not show.
+# Predicates for rules of BEHAVIOR-1K. Prompts do not list their facts. For each recipe, a scene has an
+# object that stands for the recipe, so that facts can state ingredients and products.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
     _make_predicate_hidden_in_prompts, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
@@ -166,7 +167,10 @@ STORED = {
     "filled": full_of,
     "saturated": soaked_with,
 }
-"""Relation of BDDL -> relation whose facts a state contains; other relations are computed from these."""
+"""Mapping from a relation's name in BDDL to the stored predicate for its facts.
+
+All other relations are computed from stored predicates.
+"""
 
 GOAL_RELATIONS = (
     DefinedPredicate("inside", (X, Y), within.definition, within.values),

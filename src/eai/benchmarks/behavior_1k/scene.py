@@ -277,7 +277,12 @@ class _SceneMaker:
                 self._add_halves_made_by_slicing(kind)
 
     def _add_objects_of_kind(self, kind: str, methods: Sequence[k.ProductionMethod]) -> None:
-        """Add objects of a kind until the scene has as many of them as can exist at one time."""
+        """Add objects of a kind until the scene has the greatest number that a method can make.
+
+        Slicing makes two halves of each whole object. A recipe makes its number of products, but only one
+        object of a substance. All other methods make one object. Without slicing, objects are added only if
+        the scene has no object of the kind.
+        """
         number = 1
         for making in methods:
             if making.by == "slice":
@@ -483,9 +488,9 @@ class _SceneMaker:
     def _yield_ingredient_facts(
         self, recipe_name: str, recipe: k.Recipe, ingredient_kind: str, needed_count: int, *, is_baking: bool
     ) -> _SceneFacts:
-        """Yield facts that state which objects of a kind a recipe takes.
+        """Yield facts that state which objects of a kind (the ingredient) a recipe takes.
 
-        A recipe for baking takes a substance only as a topping or as the base of a topping.
+        A recipe for baking takes a substance only if it is a topping, or if a topping lies on or covers it.
         """
         related = ingredient_kind in recipe.toppings or ingredient_kind in recipe.toppings.values()
         is_substance = self._kinds.has_ability(ingredient_kind, "substance")

@@ -52,10 +52,10 @@ def load_activity_subsets() -> Mapping[str, tuple[str, ...]]:
 
 
 class DataForAmendedDefinitions(NamedTuple):
-    """Facts about definitions of activities that differ from those of bddl 3.6.0.
+    """Data for activities whose definitions differ from those of bddl 3.6.0.
 
     Attributes:
-        kinds: kind that the data lacks -> its abilities, in the form of the file `KINDS`.
+        kinds: kind of objects that bddl 3.6.0 lacks -> its abilities, in the form of the file `KINDS`.
         plans: activity -> gold plan, in the form of the file `PLANS`.
         left_out: activity that scores leave out -> the reason.
     """
@@ -83,8 +83,9 @@ def open_tasks(
 ) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
-    The digest of the tasks covers the data, the plans and the reasons for exclusion. The data leave some
-    points open, so the digest also covers the name of this package's decisions on them (`READING`).
+    The digest of the tasks covers the data, the plans and the reasons for excluding activities. The
+    data leave some rules open. This package decides them, and the digest also covers the name of its
+    decisions (`READING`).
 
     Args:
         english: English sentences for predicates.
