@@ -96,7 +96,10 @@ class DomainOfActionsSeenInPlans:
 
 
 def _make_usual_argument_predicate(operator: str, argument_index: int) -> Predicate:
-    """Return the predicate of objects whose category plans use as the given argument of an operator."""
+    """Return the predicate that marks the usual objects for one argument of an operator.
+
+    An object is usual if a plan uses an object of its category as this argument.
+    """
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
@@ -119,7 +122,10 @@ A relation with a greater mean, such as *near*, does not tell where an object is
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
-"""Weights of the shapes of goals (class names of formulas), if no goal of the data set has a quantifier."""
+"""Shape of a goal (class name of its formula) -> weight for drawing this shape at random.
+
+These weights apply if no goal of the data set has a quantifier. Otherwise, the counts of the data set apply.
+"""
 
 _APPROACH_ROLES = (OperatorRole.TAKES, OperatorRole.MOVEMENT)
 """Roles of operators by which the agent takes or approaches an object without using it."""
@@ -224,8 +230,8 @@ def _compute_pattern_weights_from_plans(
 
     - `_GOAL_WEIGHT` for each goal with this pattern,
     - `_EFFECT_WEIGHT` for each task whose plan has an effect with this pattern,
-    - `_FACT_WEIGHT` if a task has an initial fact with this pattern. This excludes relations that do not
-      state places, because they have too many facts (`_count_facts_above_max_mean_targets`).
+    - `_FACT_WEIGHT` if a task has an initial fact with this pattern. Facts of a relation do not count if the
+      relation has too many facts to state places (`_count_facts_above_max_mean_targets`).
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
@@ -299,10 +305,10 @@ def _find_usual_goals_by_title(
 
 
 def _compute_weights_of_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
-    """Return the weight of each shape of goals (formula class), if the data set has no quantified goals.
+    """Return the weight of each shape of goals (formula class) for drawing goals at random.
 
-    New goals have quantifiers nevertheless (`_WEIGHTS_OF_SHAPES`). The share of goals that ask for actions
-    stays as in the data set.
+    The caller uses these weights only if the data set has no quantified goals. Then `_WEIGHTS_OF_SHAPES`
+    gives new goals quantifiers. The share of goals that ask for actions stays as in the data set.
     """
     states, shares = shape_counts.total() - shape_counts["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
@@ -343,10 +349,10 @@ def _find_fact_patterns(
 def _count_facts_above_max_mean_targets(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return, for each relation, by how many facts it exceeds the maximum for a relation that states places.
+    """Return, for each relation, its number of facts minus the maximum for relations that state places.
 
-    The maximum is `MAX_MEAN_TARGETS` facts for each object that is the first argument of a fact. The number
-    is negative if there are fewer facts.
+    Such a relation, for example *inside*, relates an object to few others. The maximum is `MAX_MEAN_TARGETS`
+    times the number of objects that are the first argument of a fact.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:

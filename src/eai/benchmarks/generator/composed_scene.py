@@ -65,10 +65,11 @@ def compose_scene_from_tasks(
         size: maximum number of objects.
         origins: name of an object -> the object of a task from which it was made. It gets an entry for each
             added object.
-        model_of: returns the model of an object. If it is given, `origins` has all objects of the scene. An
-            object is a place like that in another scene only if it has the same model.
-        limits: category -> maximum number of its objects. An object of a new model is added only below this
-            maximum, or as the first object of its category. A new model is, for example, a second room.
+        model_of: returns the model of an object: the category of its 3D model, or the room of a floor. If it
+            is given, `origins` has all objects of the scene. An object is a place like that in another scene
+            only if it has the same model.
+        limits: category -> maximum number of its objects. An object of a model that the scene lacks is added
+            only below this maximum, or as the first object of its category.
     """
     scene = _ComposedScene(
         reduced_state, prior, rng, size, {} if origins is None else origins, model_of, limits or {}
@@ -86,11 +87,13 @@ def compose_scene_from_tasks(
 def add_relations_of_task_objects(
     state: State, origins: Mapping[str, TaskObject], compare_objects: CompareObjects
 ) -> State:
-    """Return the state with the static facts about objects of different tasks, such as relations of size.
+    """Return the state with the static facts that compare its objects, such as relations of size.
+
+    The objects may come from different tasks, whose states do not compare them.
 
     Args:
         state: the state.
-        origins: name of each object -> the object of a task from which it was made.
+        origins: name of each object of the state -> the object of a task from which it was made.
         compare_objects: returns these facts for objects of tasks.
     """
     scene = state.scene
@@ -107,9 +110,10 @@ class _ComposedScene:
         rng: the random generator.
         size: maximum number of objects.
         origins: name of an object -> the object of a task from which it was made. Added objects get an entry.
-        model_of: returns the model of an object; None to compare objects by their categories.
-        limits: category -> maximum number of its objects. An object of a new model is added only below this
-            maximum, or as the first object of its category.
+        model_of: returns the category of an object's 3D model, or the room of a floor. None to compare
+            objects by their categories.
+        limits: category -> maximum number of its objects. An object of a model that the scene lacks is added
+            only below this maximum, or as the first object of its category.
     """
 
     def __init__(
@@ -166,14 +170,15 @@ class _ComposedScene:
         """Return the index of an object of this scene that corresponds to an object of another scene.
 
         Both have the same category. If this scene has no such object, one is added. Return None if all such
-        objects have the wrong place, or if none can be added.
+        objects differ in place from the other object, or if none can be added.
 
         Args:
             other_task: the task of the other scene.
             other_object: index of the object in the other scene.
-            counterparts: objects of the other scene -> corresponding objects of this scene. The result must
-                have the model of `other_object`. Its place relations to these objects must be those of
-                `other_object` to their originals. None if any object of the category will do.
+            counterparts: objects of the other scene -> corresponding objects of this scene. If the mapping is
+                given, the result must have the model of `other_object`. A place relation between
+                `other_object` and a key must also hold between the result and the key's value. None if any
+                object of the category will do.
         """
         other_state = other_task.initial
         thing = other_state.scene.objects[other_object]
@@ -193,7 +198,7 @@ class _ComposedScene:
             return None
         if alike and len(alike) >= self._limits.get(thing.category, 0):
             return None
-        self._excluded.add(thing.category)  # places may form a circle, such as a curtain in a curtain
+        self._excluded.add(thing.category)  # such objects may be in each other
         places = self._find_equal_places_in_this_scene(other_task, other_object)
         self._excluded.remove(thing.category)
         parts = list(self._list_relations_and_object_parts(other_state, other_object))

@@ -107,9 +107,10 @@ _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
 
 _SHORTEST_RANGE = 3, 8
-"""Lower bounds for the minimum and for the maximum number of steps of a new task's plan.
+"""The lowest range of plan lengths for new tasks: minimum and maximum number of steps.
 
-They apply if new plans must be about as long as the plans of the data set (tier `DATA`).
+The tier `DATA` computes a range from the length of a published plan. Neither of its limits may be lower than
+here.
 """
 
 _USUAL_STEPS = 5
@@ -122,10 +123,13 @@ _PROPOSALS_FOR_HIDDEN = 40
 """Maximum number of random goals that are tried to find a first goal about a hidden object."""
 
 _OFFER_WEIGHT = 2
-"""Number added to the weight of a task of the data set, when the base of a new task is drawn.
+"""Number added to the weight of a published task, for drawing the base task of a new task.
 
-It is added if objects of the task can be hidden. It is added again if tasks of its title need or mention a
-category of objects that plans pick up, and some task has several objects of this category.
+The number is added once for each condition that holds:
+
+- An object of the task can be hidden.
+- Tasks with its title need or mention a category of portable objects, and some task has several objects of
+  this category.
 """
 
 _HIDING_PROBABILITY = 0.7
@@ -142,8 +146,8 @@ class _SceneLimits(NamedTuple):
         least_of_base: minimum number of objects of `base`.
         most_of_base: maximum number of objects of `base`.
         most_objects: maximum number of objects.
-        counts: category -> maximum number of its objects. An object of a new model is added only below this
-            maximum, or as the first object of its category.
+        counts: category -> maximum number of its objects. An object of a model (category of 3D models) that
+            the scene lacks is added only below this maximum, or as the first object of its category.
     """
 
     least_of_base: int
@@ -197,7 +201,8 @@ class _RejectionFinder:
     def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
         """Return digests of a task. A new task with the digests of a public task is rejected as its copy.
 
-        The digest of the initial state is included only if training and test may share goals.
+        Usually the digest of the goals decides alone. If training and test may share goals, the digest of the
+        initial state must be equal, too.
         """
         fingerprint = sets.fingerprint_task(task, self._held_out)
         return fingerprint if self._held_out == "starts" else fingerprint[:1]
@@ -287,11 +292,11 @@ class TaskGenerator:
         self._free_planner = Planner(self.benchmark.domain)
 
     def _compute_draw_weights_of_public_tasks(self) -> Iterator[float]:
-        """Yield the weight of each task of the data set, when the base of a new task is drawn.
+        """Yield the weight of each published task, for drawing the base task of a new task.
 
-        All weights are 1 if the data set has quantified goals. Otherwise, tasks of a title share one weight,
-        so that titles with many tasks are not drawn more often. `_OFFER_WEIGHT` states which tasks weigh
-        more.
+        If no category is countable (`UsualGoals.countable_categories`), all weights are 1. Otherwise, tasks
+        with the same title share one weight, so that titles with many tasks are not drawn more often. Some
+        tasks weigh more (`_OFFER_WEIGHT`).
         """
         several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
@@ -500,11 +505,11 @@ class TaskGenerator:
     def _make_scene(
         self, base: Task, titles: Sequence[str], rng: random.Random
     ) -> tuple[State, frozenset[int], Sequence[str]]:
-        """Return a scene after random actions, the indices of hidden objects, and titles of likely goals.
+        """Return a scene after random actions, the indices of hidden objects, and titles of published tasks.
 
-        The objects come from the data set's task `base`. A composed scene also has objects of other tasks: of
-        one random task for each title after the first. Random actions are undone if the agent then holds
-        another object than before.
+        New goals resemble the goals of published tasks with these titles. The objects come from the data
+        set's task `base`. A composed scene also has objects of one random task for each further title in
+        `titles`. Random actions are undone if the agent then holds an object that it did not hold before.
         """
         rich = self.spec.tier in _RICH_TIERS
         limits = self._draw_scene_limits(base, rng)
@@ -555,11 +560,11 @@ class TaskGenerator:
         return self._usage.make_state(last.scene, last.facts()), hidden, titles
 
     def _draw_scene_limits(self, base: Task, rng: random.Random) -> _SceneLimits:
-        """Return the limits of a scene that is based on a task of the data set.
+        """Return the limits of a scene that is made from the published task `base`.
 
-        If the data set has a function `compare_objects`, a random task of the data set limits the number of
-        objects of each category. In that case, this task and `base` also limit the number of all objects,
-        except in `_RICH_TIERS`.
+        - If the data set has no function `compare_objects`, only the specification and `MIN_OBJECTS` count.
+        - Otherwise, a random published task limits the number of objects of each category.
+        - Except in `_RICH_TIERS`, that task and `base` then limit the number of all objects, too.
         """
         most, number = self.spec.most_objects, len(base.scene.objects)
         if self._compare_objects is None:
@@ -625,15 +630,15 @@ class TaskGenerator:
     ) -> GoalByGoalPlan:
         """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
-        The goals are drawn title by title, until the sequence is long enough. They resemble goals of the data
-        set's tasks with that title. In a composed scene, the first title is used twice: first for a random
-        number of steps, and again after all other titles. If possible, the first goal is about a hidden
-        object.
+        For one title of published tasks after the other, goals are drawn that resemble the goals of tasks
+        with this title. This ends when the sequence is long enough, or when goals of enough titles are
+        reached (`_MAX_THEMES`). In a composed scene, the first title is used twice: first for a random number
+        of steps, and again after all other titles. If possible, the first goal is about a hidden object.
         """
         growing_plan = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
-        # at this length of the sequence, no further title is used
+        # number of actions from which on no goals of a further title are added
         enough = wanted if is_rich else (min_steps + max_steps) // 2
         max_themes = len(titles) if is_rich else _MAX_THEMES
         ending: list[f.Formula] = []

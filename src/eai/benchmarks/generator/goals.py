@@ -40,7 +40,7 @@ class GoalSampler:
     """Draws random goals for one scene, by patterns: literals with categories in place of objects.
 
     Attributes:
-        prior: the usual goals of the benchmark.
+        usual_goals: the usual goals of the benchmark.
         scene: the scene.
         forms: class name of a goal's formula (its shape), such as ``Or`` -> weight. ``Occurs`` is the class
             of goals for actions.
@@ -98,10 +98,11 @@ class GoalSampler:
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
     def draw_agent_goals(self, goals_of_title: UsualGoalsOfTaskTitle, rng: random.Random) -> list[f.Formula]:
-        """Return the goals about the agent of a random task with a given title, for objects of this scene.
+        """Draw a random published task with a given title. Return its goals about the agent for this scene.
 
-        The task is drawn from the data set's tasks whose goals about the agent fit the scene. The result is
-        empty if no task fits, or if the drawn task has no goals about the agent.
+        Random objects of the same categories replace the objects of the task. The task is one whose
+        goals about the agent fit the scene. The result is empty if no task fits, or if the drawn task has no
+        goals about the agent.
         """
         here = _make_ordered_set_of_categories(self.scene)
         fitting = {
@@ -200,8 +201,9 @@ class GoalSampler:
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
-        The category is the first category of the pattern. A second argument of the literal is one random
-        object of the second category. With ``several``, it is sometimes any object of the second category.
+        The category is the first category of the pattern, a literal with categories in place of objects. A
+        second argument of the literal is one random object of the second category. With ``several``, a
+        variable may replace it: the literal then holds if it holds for any object of the second category.
         Return None if a goal cannot quantify over the first category.
         """
         if not pattern.categories:

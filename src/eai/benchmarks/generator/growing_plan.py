@@ -43,9 +43,10 @@ _MIN_STEPS_TO_SHORTEN = 25
 """Minimum number of steps of a plan for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
-"""Maximum number of random reorderings of the solving plan that are tried to find a temporal goal.
+"""Maximum number of times that parts of the solving plan are put into another random order.
 
-Such a plan must reach the task's final goals, but fail the temporal goal.
+A temporal goal is sought that the solving plan fulfils and the reordered plan fails. The reordered plan must
+still reach the task's final goals.
 """
 
 _SortKey: TypeAlias = bool
@@ -73,7 +74,8 @@ class GoalByGoalPlan:
         state: current state.
         start: initial state.
         conditions: reached goals about states, which must stay true.
-        actions: reached goals for actions, in order. Each lists operators; using any suffices.
+        actions: reached goals for actions, in order. Each goal lists operators: an action with one listed
+            operator reaches the goal.
         goals: all reached goals, in order.
         trail: all actions so far.
     """
@@ -161,10 +163,10 @@ def _list_operators_for_action_goal(wanted: f.Formula) -> tuple[str, ...]:
 def make_shortened_plan(
     growing_plan: GoalByGoalPlan, temporal_goal: f.Formula | None = None
 ) -> Sequence[Action]:
-    """Return a short plan for the goals of a growing plan: the growing plan without needless actions.
+    """Return a short plan that reaches the goals that `growing_plan` has reached.
 
-    If that plan is long, return a shorter plan by the planner instead, if there is one. The planner is
-    not used with a temporal goal, because it cannot handle such goals.
+    This is the growing plan without needless actions. If it is still long, it is a shorter plan of the
+    planner, if one is found. The planner is not used with a temporal goal, which it cannot handle.
     """
     planning_goal = PlanningGoal(tuple(growing_plan.conditions), tuple(growing_plan.actions))
     grown = _drop_needless_actions(growing_plan, planning_goal, temporal_goal)
@@ -276,11 +278,12 @@ class TemporalGoalFinder:
     Attributes:
         task: a task with a plan.
         domain: the domain in which plans are executed.
-        listings: for each predicate, an object that lists the facts of this predicate in a state.
+        listings: for each predicate, an object that lists the facts of this predicate in a state. Temporal
+            goals are about such facts.
         proposals: draws random facts, for temporal goals that require a detour.
         rng: the random generator.
-        begin: returns an empty plan in the task's initial state. Goal by goal, actions are added that
-            resemble actions in plans of the data set.
+        begin: returns an empty plan in the task's initial state, to which actions can be added. Its planner
+            uses only actions that resemble actions in plans of the data set.
     """
 
     task: Task
@@ -455,9 +458,10 @@ class TemporalGoalFinder:
         }
 
     def _is_changed_by_usual_plans(self, fact: Fact) -> bool:
-        """Whether plans of the data set may change such a fact.
+        """Whether plans of the data set may change facts of this form.
 
-        This is so for states, and for the places of objects of a category that these plans pick up.
+        They may change every fact about fewer than two objects. They may change a fact about two objects if
+        they pick up objects of the first object's category, or if the data set has no plans.
         """
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2

@@ -72,9 +72,9 @@ class _DifficultyModel:
 
 
 def get_difficulty_model(domain: str) -> _DifficultyModel | None:
-    """Return the difficulty model of a household, or None if the benchmark has no model.
+    """Return the model that estimates the difficulty of a benchmark's tasks, or None if it has no model.
 
-    Only benchmarks for which answers of several models are published have a difficulty model.
+    Only benchmarks for which answers of several language models are published have a difficulty model.
     """
     return _read_difficulty_models().get(domain)
 

@@ -28,7 +28,7 @@ from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
-"""Limits of the search for a plan that hides an object."""
+"""Limits of the search for a plan that puts an object into a container and shuts the container."""
 
 
 def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
@@ -38,7 +38,7 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
 
     - Tasks of the data set usually put such an object into such a container.
     - Plans of the data set pick up such objects, and open such containers.
-    - Tasks with the title of the given task have another usual goal about such an object.
+    - Tasks with the title of the given task have a usual goal about such an object, other than this pattern.
     """
     decisive = find_stored_dependencies(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_visibility_predicates(domain)}
@@ -171,9 +171,9 @@ def add_objects_of_other_tasks(
 ) -> State:
     """Return the scene with additional portable objects of other tasks (guests).
 
-    A guest keeps its states. A guest is put where an object of the scene is, if both are in or on objects of
-    the same categories, such as a table. If `origins` is given, it gets the name of each guest, and the
-    object from which the guest was made.
+    A guest keeps its states. It gets the place of a random object of the scene (its host). In its own task,
+    the guest must be in a place like the host's, such as on a table: relations and categories are equal. If
+    `origins` is given, it gets the name of each guest, and the object from which the guest was made.
     """
     objects, facts = list(reduced_state.scene.objects), list(reduced_state.facts())
     here = {thing.category for thing in objects}
@@ -295,8 +295,8 @@ _MAX_SIMILAR_OBJECTS = 5
 _DRAWS_PER_GUEST = 30
 """Maximum number of random draws from the objects of other tasks, for each object that a scene may still get.
 
-Most drawn objects do not fit: no usual goal (`UsualGoals`) relates them to an object of the scene, or no
-object of the scene has a place of the same kind.
+Most drawn objects do not fit. Either no usual goal (`UsualGoals`) relates them to an object of the scene, or
+no object of the scene has a place like theirs, such as on a table.
 """
 
 
@@ -326,9 +326,9 @@ def find_states_of_object(index: int, state: State) -> Iterator[str]:
 
 
 def make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
-    """Return the given name, or the name with a new number in place of its own.
+    """Return the given name if it is free, or else the name with another number at its end.
 
-    The number is new if an object has the given name, or if some name ends in the number of the given name.
+    The name is free if no object has this name, and no name of an object ends in the same number.
     """
     taken = {number[0] for other in objects if (number := re.search(r"\d+$", other.name))}
     stem = re.sub(r"\d+$", "", name)

@@ -48,9 +48,9 @@ class TaskSeedOutcome:
     """The task made from a seed or the reason for rejection, before comparison with tasks of earlier seeds.
 
     Attributes:
-        outcome: the task, the reason why the seed is rejected, or a function that makes a possible and an
-            impossible task. The function's choice depends on earlier pairs of such tasks: it takes their
-            counts (`ImpossibleTaskExcess`).
+        outcome: the task, the reason why the seed is rejected, or a function that makes a pair of a possible
+            and an impossible task. The function takes counts of the pairs of earlier seeds
+            (`ImpossibleTaskExcess`), because they decide which pair it makes.
         fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before these
             were known.
     """
@@ -65,7 +65,8 @@ class TaskSeedOutcome:
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            impossible_excess: the counts of pairs of earlier seeds. A pair of this seed is added to them.
+            impossible_excess: numbers of impossible minus possible tasks in the pairs of earlier seeds. The
+                pair of this seed is added to these numbers.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY

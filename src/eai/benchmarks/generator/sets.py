@@ -155,7 +155,10 @@ def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: 
 
 
 def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
-    """Return the predicate of a pattern, and its first category other than the agent's, if any."""
+    """Return the predicate of a pattern, and its first category that is not the agent's, if any.
+
+    A pattern is a literal with categories in place of objects.
+    """
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
@@ -181,9 +184,9 @@ def make_shared_plan_detector(
 ) -> Callable[[Task], bool]:
     """Return a function that tells whether a task shares a plan with a task of another split (such as test).
 
-    A plan is shared if the plan of the most similar task of the earlier splits solves the task. A plan is
-    also shared if the task's plan solves a task of a later split. Objects of plans are renamed for these
-    tests.
+    Splits have an order, such as training before test. A plan is shared if the plan of the most similar task
+    of the earlier splits solves the task. A plan is also shared if the task's plan solves a task of a later
+    split. Before a plan is tried in another task, its objects are replaced by objects of that task.
 
     Args:
         domain: the domain of the tasks.
@@ -353,9 +356,9 @@ def find_task_file_of_split(folder: Path, split: str) -> Path | None:
 def find_contradictions_to_seed_secret(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
-    The checks are about the content of the file, the secret, and seeds that must follow from the secret. If
-    the secret is None, only the content is checked. Only making the set again would show whether each seed
-    gives its task.
+    The content of the file and the secret must have the published digests. The seeds of the tasks must follow
+    from the secret. If the secret is None, only the content is checked. Nothing checks whether a seed gives
+    its task: for this, the set must be made again.
 
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.

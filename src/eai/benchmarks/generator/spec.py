@@ -72,7 +72,10 @@ A change that affects only one benchmark raises only its own version.
 
 
 def get_generator_version(benchmark_reference: str) -> int:
-    """Return the version of the task generator for a benchmark, such as `behavior` or `rules:behavior`."""
+    """Return the version of the task generator for a benchmark.
+
+    A variant, such as `rules:behavior` of the benchmark `behavior`, has the version of its benchmark.
+    """
     return _VERSIONS.get(benchmark_reference.rpartition(":")[2], VERSION)
 
 
@@ -135,7 +138,7 @@ class TaskKind(str, Enum):
     PAIRS = "pairs"
     """Makes pairs of tasks. One task of a pair has no plan, because a fact is missing."""
     AMBIGUOUS = "ambiguous"
-    """Makes pairs of tasks. The instruction of one task fits two objects."""
+    """Makes pairs of tasks with one instruction. It fits one object in one task, and two in the other."""
 
     @property
     def has_temporal_goal(self) -> bool:
@@ -218,10 +221,10 @@ class TaskSpecification:
 
     @property
     def sha256(self) -> str:
-        """Digest of all fields that influence tasks. Older versions of the package compute the same digest.
+        """Digest of this specification. Older versions of the package compute the same digest.
 
-        Tasks of the kinds `HAZARDS` and `UNTOLD` have equal digests, because they differ only in whether the
-        instruction mentions the hazards.
+        Specifications that differ only in the kinds `HAZARDS` and `UNTOLD` have equal digests. They give the
+        same tasks, except that instructions for `UNTOLD` do not mention the hazards.
         """
         fields = asdict(self)
         kind = fields.pop("kind")

@@ -57,15 +57,16 @@ _LIMITS = Limits(300)
 ImpossibleTaskExcess: TypeAlias = Counter[tuple[str, str]]
 """Property and category -> number of impossible tasks minus number of possible tasks.
 
-These are the tasks in which an object of this category lacks this property.
+Only tasks count from which a fact was removed that stated this property of an object of this category.
 """
 
 TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskExcess], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
 
-In each task of a pair, one object lacks a property. The object's category must not reveal which task is
-impossible. So the function takes the counts of earlier pairs by category, and adds the new pair to these
-counts. The result is None if every possible pair would unbalance these counts.
+From both tasks, a fact is removed that states a property of an object. Only the impossible task needs its
+removed fact. The object's category must not reveal which task is impossible. So the function takes the counts
+of earlier pairs by category, and adds the new pair to these counts. The result is None if every pair would
+unbalance these counts.
 """
 
 
@@ -77,9 +78,9 @@ class _TaskPairCandidate:
 
     Attributes:
         fact: the fact to remove from the impossible copy. Without this fact, the copy has no plan.
-        same: facts about objects of the same category as in `fact`. One of them is removed from the possible
-            copy.
-        similar: facts about objects of other categories, to be used if `same` is empty.
+        same: facts about objects of the same category as in `fact`. The possible copy lacks one such fact.
+        similar: facts about objects of other categories. If `same` is empty, the possible copy lacks one fact
+            in `similar`.
     """
 
     fact: Fact
@@ -114,9 +115,10 @@ def make_task_pair_chooser(
 ) -> TaskPairChooser:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
-    The function takes the counts of earlier pairs (`ImpossibleTaskExcess`). Candidates are facts without
-    which the task has no plan. The search for candidates stops at a candidate whose pair does not change the
-    counts, because objects of the same category lack the same property in both tasks.
+    The function takes the numbers of impossible minus possible tasks in earlier pairs
+    (`ImpossibleTaskExcess`). Candidates are facts without which the task has no plan. The search for
+    candidates stops if the objects of both tasks have the same category. Such a pair can always be used,
+    because it leaves the numbers unchanged.
 
     Args:
         made: a generated task with a plan.
@@ -342,10 +344,11 @@ def _map_two_names_to_each_other(names: Sequence[str]) -> Mapping[str, str]:
 def _are_goals_reachable_with_both_objects(
     clear_task: Task, ambiguous_task: Task, obj: int, planner: Planner
 ) -> bool:
-    """Whether the tasks are solved by their plans, and the ambiguous task has a plan for either object.
+    """Whether both tasks are solved by their plans, and the ambiguous task has a plan for either object.
 
-    The instruction of the ambiguous task fits `obj` and its copy, the last object of the scene. The plan of
-    the task is about `obj`. A plan must also be found if the copy replaces `obj` in the goals.
+    The instruction of the ambiguous task fits two objects: `obj` and its copy, the last object of the scene.
+    The plan of the task uses `obj`. A plan must also be found for goals in which the copy and `obj` are
+    exchanged.
     """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
     other = replace(ambiguous_task, goals=_exchange_object_names_in_goals(ambiguous_task.goals, names))

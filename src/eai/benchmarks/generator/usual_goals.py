@@ -185,8 +185,8 @@ class UsualGoalsOfTaskTitle:
         categories: categories of objects that some of these tasks need for a goal or plan, or that most of
             these tasks mention or use.
         agent_goal_counts: set of goals about the agent (possibly empty) -> number of tasks with this set.
-        patterns: weights of usual literals about only these categories, in the form of `UsualGoals.patterns`.
-            Literals that an instruction would hardly request are left out.
+        patterns: the part of `UsualGoals.patterns` whose patterns have only these categories. Literals that
+            an instruction would hardly request are left out.
     """
 
     categories: frozenset[str]
@@ -199,8 +199,8 @@ class UsualGoals:
     """The usual goals, places of objects and actions in the tasks of a benchmark.
 
     Attributes:
-        patterns: predicate and truth value -> pattern (a literal of categories) -> weight, which says how
-            often such literals are goals or effects of plans.
+        patterns: predicate and truth value -> pattern -> weight. A pattern is a literal with categories in
+            place of objects. Its weight is greater if such literals are more often goals or effects of plans.
         goal_counts: predicate and truth value -> number of such literals in goals. Literals about the agent
             are not counted.
         themes: title of the data set's tasks -> usual goals of tasks with this title.

@@ -308,8 +308,8 @@ class _InstructionReader:
         opening = next((o for o in (*e.OPENINGS, *e.REQUESTS) if instruction.startswith(f"{o} ")), None)
         if opening is None or not instruction.endswith("."):
             raise InputError(
-                "expected an instruction that begins like a generated one, such as 'Please', and "
-                "ends with a full stop"
+                f"expected an instruction that begins with one of {(*e.OPENINGS, *e.REQUESTS)} and "
+                f"ends with a full stop, found {instruction!r}"
             )
         text = instruction[len(opening) + 1 : -1]
         *clauses, last = text.split(", ") if ", and " in text else text.split(" and ")
@@ -396,7 +396,8 @@ class _InstructionReader:
     ) -> Iterator[f.Formula]:
         """Yield the goal that a sentence, a statement or request, expresses.
 
-        `words` are the words of the sentence for the arguments of the predicate.
+        The sentence matches a sentence pattern of the predicate. `words` are its words for the arguments,
+        such as ``every lamp``.
         """
         named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
