@@ -351,8 +351,8 @@ def _count_facts_above_max_mean_targets(
 ) -> Counter[str]:
     """Return, for each relation, its number of facts minus the maximum for relations that state places.
 
-    Such a relation, for example *inside*, relates an object to few others. The maximum is `MAX_MEAN_TARGETS`
-    times the number of objects that are the first argument of a fact.
+    Such a relation, for example *inside*, relates an object to few others. The maximum is
+    `MAX_MEAN_TARGETS` times the number of objects that are the first argument of a fact.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:

@@ -93,7 +93,7 @@ def add_relations_of_task_objects(
 
     Args:
         state: the state.
-        origins: name of each object of the state -> the object of a task from which it was made.
+        origins: name of each object of the state -> the task's object from which it was made.
         compare_objects: returns these facts for objects of tasks.
     """
     scene = state.scene

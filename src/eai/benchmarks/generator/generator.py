@@ -294,9 +294,9 @@ class TaskGenerator:
     def _compute_draw_weights_of_public_tasks(self) -> Iterator[float]:
         """Yield the weight of each published task, for drawing the base task of a new task.
 
-        If no category is countable (`UsualGoals.countable_categories`), all weights are 1. Otherwise, tasks
-        with the same title share one weight, so that titles with many tasks are not drawn more often. Some
-        tasks weigh more (`_OFFER_WEIGHT`).
+        If no category is countable (`UsualGoals.countable_categories`), all weights are 1. Otherwise,
+        tasks with the same title share one weight, so that titles with many tasks are not drawn more often.
+        Some tasks weigh more (`_OFFER_WEIGHT`).
         """
         several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
@@ -508,8 +508,9 @@ class TaskGenerator:
         """Return a scene after random actions, the indices of hidden objects, and titles of published tasks.
 
         New goals resemble the goals of published tasks with these titles. The objects come from the data
-        set's task `base`. A composed scene also has objects of one random task for each further title in
-        `titles`. Random actions are undone if the agent then holds an object that it did not hold before.
+        set's task `base`. A composed scene also has objects of one random task for each further title
+        in `titles`. Random actions are undone if the agent then holds an object that it did not hold
+        before.
         """
         rich = self.spec.tier in _RICH_TIERS
         limits = self._draw_scene_limits(base, rng)

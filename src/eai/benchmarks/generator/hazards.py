@@ -158,7 +158,7 @@ def add_goals_against_hazards(
     """Return a copy of a task with goals against the hazards (dangers) of its plan, and with a safe plan.
 
     Return None if the plan causes no hazard, or if no safe plan is found. Tasks are also discarded at random.
-    A task is kept with the greatest probability `_HazardGoal.kept` of the hazards that its plan causes.
+    A task is kept with the greatest probability `_HazardGoal.kept` of the hazards of its plan.
 
     Args:
         task: the task. All its goals are about states.

@@ -128,7 +128,8 @@ def make_reduced_scene(
         only_relevant: whether to leave out objects that are not relevant, to make room for the objects that
             `compose_scene_from_tasks` adds.
         required_objects: indices of objects that the scene must contain.
-        min_objects: minimum number of objects, if the task has so many and `leaves_room` is false.
+        min_objects: minimum number of objects, if the task has so many. It does not apply if
+            `leaves_room` is true.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
@@ -239,7 +240,7 @@ def add_similar_portable_objects(
 
 
 def add_copy_of_object(state: State, prior: UsualGoals, original: int, object_at_place: int) -> State:
-    """Return the state with a copy of the object `original`, in the place where `object_at_place` is.
+    """Return the state with a copy of the object `original`, in the place of `object_at_place`.
 
     The copy has the states and static relations of the original, such as its size.
     """
@@ -295,8 +296,8 @@ _MAX_SIMILAR_OBJECTS = 5
 _DRAWS_PER_GUEST = 30
 """Maximum number of random draws from the objects of other tasks, for each object that a scene may still get.
 
-Most drawn objects do not fit. Either no usual goal (`UsualGoals`) relates them to an object of the scene, or
-no object of the scene has a place like theirs, such as on a table.
+Most drawn objects do not fit. Either no usual goal (`UsualGoals`) relates them to an object of the scene,
+or no object of the scene has a place like theirs, such as on a table.
 """
 
 

@@ -29,8 +29,8 @@ def open_generator(
     Args:
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        earlier: task files of the splits (such as the training set) that precede the split of these tasks.
-        later: task files of the splits that follow the split of these tasks.
+        earlier: task files of the splits, such as the training set, that precede the tasks' split.
+        later: task files of the splits that follow the tasks' split.
 
     Raises:
         InputError: a line of a file is not a task, or the benchmark cannot meet the specification.

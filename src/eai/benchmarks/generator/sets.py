@@ -265,7 +265,7 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
 
 
 def find_other_task_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path]:
-    """Return the sets of tasks in a folder that use the benchmark `base`: name of the set -> task file.
+    """Return the sets of tasks in a folder that use the benchmark `base`: set name -> task file.
 
     Empty files and the file `without`, which the caller will write, are left out.
 
