@@ -265,7 +265,11 @@ class _HelpingEditFinder:
     def _find_edits_making_any_change(
         self, plan: EditedPlan, path: PlanPath, fact_changes: ChangeSet, operator_names: frozenset[str]
     ) -> list[HelpingEdits]:
-        """Return edits that may make any of the changes, or execute any of the operators, within the path."""
+        """Return edits of a plan that may make any of the changes of facts, or execute any of the operators.
+
+        The edits are at positions up to the end of ``path``, the first failure of the plan. They include
+        edits that let a step make such a change, or keep a step from undoing the change.
+        """
         helping_edits: list[HelpingEdits] = []
         actions = {
             **self._change_finder.find_actions_making_any_change(fact_changes),
@@ -297,11 +301,11 @@ class _HelpingEditFinder:
     def _find_earlier_changes_for_wanted_changes(
         self, state_number: int, step: Action, wanted_changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes before a step after which it may make more wanted changes, or undo fewer.
+        """Return changes of facts after which a step may make more wanted changes, or undo fewer.
 
-        A step that is not needed is skipped. If the operator of a skipped step is in ``operator_names``, the
-        result includes changes after which the step is executed. The second returned value is whether the
-        step undoes any wanted change.
+        The returned changes come before the step. A step that is not needed is skipped. If the operator of a
+        skipped step is in ``operator_names``, the result includes changes after which the step may be
+        executed. The second returned value is whether the step undoes any wanted change.
         """
         state, executed = (
             self._states.by_number[state_number],

@@ -130,7 +130,7 @@ class EditCost(NamedTuple):
     insertions: int
 
     def count_min_edits_with_inserted_steps(self, inserted_steps: int) -> int:
-        """Return the minimum number of edits of this plan after it gets ``inserted_steps`` more steps."""
+        """Return the minimum number of edits of the original plan with ``inserted_steps`` more insertions."""
         return self.edits + max(0, inserted_steps - self.deletions)
 
 
@@ -159,10 +159,10 @@ def count_edits_or_infinity(plan: EditedPlan | None) -> float:
 
 
 def find_positions_to_delete_without_cost(plan: EditedPlan) -> Iterator[int]:
-    """Yield the positions of unchanged steps that can be deleted without a further edit.
+    """Yield the positions of unchanged steps whose deletion does not raise the number of edits.
 
-    Between such a step and the previous unchanged step, the plan has more insertions than deletions. If the
-    step is deleted, one insertion becomes a replacement.
+    Between such a step and the previous unchanged step, the plan has more insertions than deletions. The
+    deletion and a surplus insertion count as one edit, a replacement.
     """
     surplus = 0
     for position, entry in enumerate(plan):
@@ -215,8 +215,9 @@ def insert_or_delete_step(
 ) -> tuple[EditedPlan, FirstChangedPosition]:
     """Return a plan after one more edit, and the index of the first entry that the edit changed.
 
-    If ``inserted`` is None, the step at ``position`` is deleted: its entry loses its action. Between
-    unchanged steps, entries of inserted steps come before entries of deleted steps.
+    The edit inserts a step before the entry at ``position``. If ``inserted`` is None, it deletes the step of
+    this entry: the entry stays, but loses its action. Between two unchanged steps, entries of inserted steps
+    come before entries of deleted steps.
     """
     start = position
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:

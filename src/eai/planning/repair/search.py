@@ -89,8 +89,8 @@ _PUSHES_PER_EFFORT = 4
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
 """Effort for a conflict (the first failure of a plan), counted in operations of the search.
 
-Finding the edits that may resolve the conflict counts as ``_CONFLICT_EFFORT`` operations for each step of the
-plan. Trying ``_EDITS_PER_EFFORT`` edits counts as one operation.
+Finding the edits that may resolve the conflict costs ``_CONFLICT_EFFORT`` operations for each moment of the
+plan's `PlanPath`. Trying ``_EDITS_PER_EFFORT`` edits costs one operation.
 """
 
 
@@ -157,10 +157,10 @@ class Repairer:
     def _repair_by_planner(
         self, plan: PlanSteps, effort: SearchEffort
     ) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
-        """Return a proved minimum number of edits, and the edits of the planner's best repair, or None.
+        """Return a lower bound of the number of edits, and the edits of the planner's best repair.
 
-        The minimum is 0 if the plan reaches the goal, else 1. `repair` calls this method if the domain has
-        too many actions to prove a better minimum.
+        The lower bound is 0 if the plan reaches the goal, else 1. The edits are None if the planner finds no
+        repair. `repair` calls this method if the domain has too many actions to prove a better lower bound.
         """
         if self.reaches_goal(plan):
             return 0, ()
@@ -176,9 +176,9 @@ class Repairer:
         return min(repairs, key=count_edits_or_infinity, default=None)
 
     def compute_proved_min_plan_length(self, effort: SearchEffort) -> int:
-        """Return the proved minimum number of steps of plans that succeed.
+        """Return a proved lower bound of the number of steps in any plan that succeeds.
 
-        More effort (the limit of ``effort``) may prove a higher number.
+        If ``effort`` has a higher limit, a higher lower bound may be proved.
         """
         if self.change_finder.has_too_many_actions:
             return int(bool(self.states.find_unmet_goals(0) or self.states.goal.actions))
@@ -381,9 +381,10 @@ class Repairer:
         )
 
     def make_landmarks(self, plan: PlanSteps) -> Landmarks:
-        """Return sets of actions (landmarks); every plan that succeeds has an action of each set.
+        """Return the landmarks for the repair of a plan: at first only actions that the goal requires.
 
-        Sets with an action of the given plan are not computed.
+        A landmark is a set of actions; every plan that succeeds has at least one action of the set. Required
+        actions that the plan contains give no landmark. Further landmarks are computed when they are needed.
         """
         steps = [step for step in plan if step is not None]
         untaken = [
@@ -403,8 +404,8 @@ class _PlanRepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: the moment (`PlanMoment`) before each entry of the plan. Before the plan is executed, this is
-            the path before its last edit. Then only the moments up to the entry ``first_unknown`` are right.
+        path: the moment (`PlanMoment`) before each entry up to the first failure. Until the plan is executed,
+            this is its path before the last edit, which is right only up to the entry ``first_unknown``.
         first_unknown: index of the first entry to execute after the last edit; -1 if the plan was executed.
         failures: number of failed steps and missed goals. Before the plan is executed, this is the number
             before its last edit.
@@ -483,7 +484,10 @@ class _RepairSearch:
         return None
 
     def _push_node(self, node: _PlanRepairNode) -> None:
-        """Put a plan into the queue. A plan can be in the queue twice: before and after its execution."""
+        """Put a node into the queue, unless a node with this plan was queued before.
+
+        Nodes before and after the execution of a plan count separately: a plan that fails is queued again.
+        """
         number_before = len(self._seen)
         self._seen.add((node.plan, node.first_unknown < 0))  # a test before `add` would hash the plan twice
         if len(self._seen) > number_before:
@@ -502,9 +506,9 @@ class _RepairSearch:
     def _execute_plan_and_check_success(self, node: _PlanRepairNode) -> bool:
         """Execute the plan of a node. Return True if the plan succeeds.
 
-        If the plan fails, its node is queued again, with the result of the execution. Some copies of the plan
-        with one more deleted step are queued, too. The step is at or before the failure, and its deletion
-        costs no edit, because it counts as a replacement together with an earlier insertion.
+        If the plan fails, its node is queued again, with the result of the execution. For each step at or
+        before the failure, a copy of the plan without the step is queued, too, if this deletion costs no
+        edit. It costs none if it counts as a replacement together with an earlier insertion.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.compute_path(node.plan, node.path, node.first_unknown)
@@ -553,9 +557,9 @@ class _RepairSearch:
     ) -> int:
         """For each action, queue a copy of the plan in which the action is inserted at a position.
 
-        A minimum number of edits is proved for the repair of each copy. A copy is not queued if its minimum
-        is greater than `min_repair_edits` of the node, or if it was queued earlier. Return the highest
-        minimum.
+        For each copy, a lower bound of the number of edits of its repairs is proved. A copy is not
+        queued if its bound is greater than `min_repair_edits` of the node, or if it was queued earlier.
+        Return the highest bound: if it is greater, the caller must try the postponed copies later.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])
