@@ -33,15 +33,17 @@ from eai.world.vocabulary import Vocabulary
 
 
 class _UnboundVariable(NamedTuple):
-    """A variable of an achiever that needs a value, with the conditions on this value.
+    """A variable of an effect without an object so far, and the conditions on its object.
 
-    Conditions on stored predicates are evaluated for all values at once, other conditions value by value.
+    A mask condition (`_can_evaluate_by_masks`) is evaluated for all objects at once. Any other condition is
+    tested object by object.
 
     Attributes:
-        slot: the slot (number) of the variable.
-        is_parameter: whether the values must be objects that actions may use.
-        independent: conditions that do not depend on variables whose values were chosen before.
-        masks: conditions on stored predicates that depend on variables whose values were chosen before.
+        slot: the slot of the variable (its position in a binding).
+        is_parameter: whether the variable is a parameter of the operator. If so, its object must be one that
+            actions may use.
+        independent: mask conditions without other unbound variables.
+        masks: mask conditions with other unbound variables, which get their objects earlier.
         tests: all other conditions.
     """
 
@@ -131,7 +133,9 @@ class Achiever:
     def generate_complete_bindings(
         self, state: State, scope: Mapping[str, int], usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield all bindings of the effect's variables that meet the conditions that are not subgoals.
+        """Yield all bindings of the effect's variables that meet the conditions outside `conditions`.
+
+        The formulas in `conditions` need not hold, because other actions may establish them first.
 
         Args:
             state: the state.
@@ -186,7 +190,7 @@ class Achiever:
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
     def get_operator_arguments(self, binding: Sequence[int]) -> tuple[int, ...]:
-        """Return the arguments of the ground action that a binding of the effect's variables stands for."""
+        """Return an action's arguments: the objects that a binding gives to the operator's parameters."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
     def _make_binding_procedure(
@@ -257,7 +261,10 @@ def _complete_bindings_by_steps(
     values: Sequence[int],
     effort: SearchEffort,
 ) -> Iterator[FrameBinding]:
-    """Yield ``binding`` with an object for each variable in ``steps``; ``values`` has their masks."""
+    """Yield ``binding`` once for each way to give an object to every variable in ``steps``.
+
+    ``values`` has a mask of objects for each variable: only objects in the mask are tried.
+    """
     if not steps:
         yield binding
         return
@@ -302,11 +309,11 @@ class AchieversByPredicate:
     def find_achievers(
         self, predicate: str, *, adding: bool, with_parameter_subgoals: bool = False
     ) -> Sequence[Achiever]:
-        """Return the `Achiever` objects that make atoms of a predicate true, or false, simplest first.
+        """Return the effects (`Achiever`) that make atoms of a predicate true, or false, simplest first.
 
-        The simplest achievers use only the objects of the atom, and have fewest conditions. With
-        ``with_parameter_subgoals``, conditions on operator parameters outside the atom become subgoals, too.
-        Then only achievers with such a condition are returned.
+        Effects are sorted by the number of variables outside the atom, then by the number of conditions. With
+        ``with_parameter_subgoals``, a condition on operator parameters outside the atom becomes a subgoal if
+        it fails. Then only effects with such a condition are returned.
         """
         return self._compiled(predicate, adding, with_parameter_subgoals)
 
@@ -448,9 +455,9 @@ def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 _MAX_CACHED_BINDINGS = 512
-"""Maximum number of bindings that are cached for one effect (achiever) that changes one ground atom.
+"""Maximum number of cached bindings of one effect's variables with which the effect changes one ground atom.
 
-If there are more bindings, they are computed anew in every state.
+If there are more such bindings, they are computed again in every state.
 """
 
 _MAX_CACHED_ACTIONS = 60_000
@@ -492,7 +499,7 @@ class _GroundAction:
         return [self._get_condition(index) for index in failing] if failing else ()
 
     def cache_condition_test_results(self, actions_by_fact: _Readers) -> None:
-        """Cache test results of the action if each condition is about one stored fact.
+        """Let test results of the action be cached, if each condition is about one stored fact.
 
         Caching other results would cost more. ``actions_by_fact`` maps a fact to the actions whose conditions
         read the fact; this action is added to it.
@@ -618,11 +625,13 @@ class _PartlyBoundAchiever:
 
 
 class _AtomAchieverFinder:
-    """Finds the effects that make ground atoms true or false, for states with equal unchanging facts.
+    """Finds the effects that make ground atoms true or false.
+
+    A finder serves all states of one scene whose static predicates have the same facts.
 
     Args:
         achievers: the achievers of the domain.
-        state: one of the states.
+        state: any state that the finder serves.
         usable_mask: the mask of the objects that actions may use.
     """
 

@@ -302,9 +302,10 @@ class CostEstimates:
         self._undone: dict[Action, int] = {}
         # The conditions whose costs are being computed, each with its depth in the recursion.
         self._open: dict[_Key, int] = {}
-        # Lowest depth of such a condition whose cost the innermost computation needed, too.
+        # Lowest depth of an open condition whose cost the innermost computation needed; _MAX_DEPTH for none.
         self._cut_depth = _MAX_DEPTH
-        # Conditions whose failure is uncertain, and the condition that caused each failure.
+        # Conditions for which no cost was found, perhaps only because an open condition had no cost yet.
+        # `_causes` maps a condition to this open condition.
         self._uncertain: list[_Key] = []
         self._causes: dict[_Key, _Key] = {}
 
@@ -337,10 +338,11 @@ class CostEstimates:
         )
 
     def split_into_cheapest_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
-        """Return the parts of a condition that together establish it, by the cheapest choices.
+        """Return the cheapest parts that together establish a condition.
 
-        Return None if no choice establishes the condition. Return None also for an atom whose predicate has
-        no definition by a formula, because the predicate is stored or computed by a function.
+        Costs are estimated numbers of actions. Return None if no choice of parts establishes the condition,
+        or if the condition has no parts. An atom has a part, the formula that defines its predicate, only if
+        the predicate is neither stored nor computed by a function.
         """
         if isinstance(subgoal.formula, f.Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
@@ -369,10 +371,9 @@ class CostEstimates:
     def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _CheapestAction:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
-        The cost is infinite if no action costs less than ``limit``. Actions do not count if one of their
-        conditions cannot be established without first establishing the atom. If a search without a cost limit
-        finds no action, conditions on operator parameters outside the atom become subgoals, too
-        (`AchieversByPredicate.find_achievers`).
+        The cost is infinite if no action costs less than ``limit``. An action does not count if one of its
+        conditions can be established only after the atom. If a search without a cost limit finds no action,
+        it is repeated with ``with_parameter_subgoals`` (see `AchieversByPredicate.find_achievers`).
         """
         supporter = self._supporters.get(atom)
         if supporter is None:
@@ -450,7 +451,11 @@ class CostEstimates:
         return cost if cost < limit else INFINITE
 
     def _is_computation_needless(self, key: _Key, limit: float) -> bool:
-        """Whether a cost below ``limit`` is not computed: it failed before, is under way, or is too deep."""
+        """Whether the cost of a condition is not computed: it would not be found below ``limit``.
+
+        There are three reasons: an earlier computation found no cost below ``limit``, the cost is being
+        computed already, or the costs of `_MAX_DEPTH` conditions are being computed.
+        """
         if self._failed_limits.get(key, 0.0) >= limit:
             while key in self._causes:
                 key = self._causes[key]
@@ -471,8 +476,8 @@ class CostEstimates:
         """Store the cost of a condition; an infinite cost means that no cost below ``limit`` was found.
 
         Such a failure is uncertain if it was caused by another condition whose cost is still being computed.
-        If that condition gets a finite cost, the failure proves only that the failed condition needs at least
-        one action more. ``before`` is the result of `_begin_computation`.
+        If that condition gets a finite cost, the failure proves only that no cost is below this cost plus
+        one. ``before`` is the result of `_begin_computation`.
         """
         depth = self._open.pop(key)
         cut, self._cut_depth = self._cut_depth, before[0]
@@ -514,8 +519,8 @@ class CostEstimates:
     def _sum_costs(self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float) -> float:
         """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit.
 
-        Each condition comes with its atom of a stored predicate, true or negated. The atom is None for other
-        conditions.
+        A condition that is known as a literal of a stored predicate is paired with this literal. Other
+        conditions are paired with None.
         """
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:

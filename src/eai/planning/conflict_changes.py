@@ -44,7 +44,7 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""If at most this many actions make the changes for a part of a condition, no other part is examined.
+"""Maximum number of actions for the changes of one part of a condition, so that no other part is examined.
 
 It is also the maximum number of values of a variable that are examined one by one.
 """
@@ -54,12 +54,13 @@ _MAX_BINDINGS = 3_000_000
 
 
 class _EffectOnFact(NamedTuple):
-    """An effect that makes a change of a fact or the opposite change, with objects for its variables.
+    """An effect of an action on a fact. It makes a wanted change of the fact, or the opposite change.
 
     Attributes:
         schema: the effect.
-        scope: variable of the effect -> object; for all variables that the action and the fact determine.
-        makes_change: True if the effect makes the change, False if it makes the opposite change.
+        scope: mapping from variables of the effect to objects. It has each variable whose object follows from
+            the action's arguments or the fact.
+        makes_change: True if the effect makes the wanted change, False if it makes the opposite change.
     """
 
     schema: EffectSchema
@@ -162,7 +163,7 @@ class FactChangeFinder:
                 yield group, [(condition, inner) for condition in conditions]
 
     def _get_operators_of_unread_effects(self, change: FactChange) -> list[str]:
-        """Return the names of the operators that may change a fact by an effect without a schema.
+        """Return the names of the operators that may change a fact by an effect without an `EffectSchema`.
 
         `make_effect_schemas` makes no schema if an effect reuses the name of an outer variable.
         """
@@ -266,9 +267,10 @@ class FactChangeFinder:
     def find_earlier_changes_for_wanted_change(
         self, step: Action, state: State, wanted_change: FactChange, *, is_executed: bool
     ) -> tuple[ChangeSet, UndoesWantedChange]:
-        """Return changes before a step that let it make a wanted change, or no longer undo this change.
+        """Return changes of facts after which a step may make a wanted change, or no longer undo the change.
 
-        The second returned value is whether the step undoes the wanted change by making the opposite change.
+        The returned changes come before the step. A step undoes the wanted change by making the opposite
+        change. The second returned value is whether the step undoes the wanted change.
 
         Args:
             step: the step.
@@ -301,7 +303,7 @@ class FactChangeFinder:
         return frozenset(earlier_changes), undoes
 
     def get_changes_by_unknown_effects(self, operator_name: str) -> ChangeSet:
-        """Return every possible change of a fact if an effect of the operator has no schema, else none."""
+        """Return all possible changes of facts if an operator's effect has no `EffectSchema`, else none."""
         names = [p.name for p in self._domain.vocabulary.predicates] if operator_name in self._unread else ()
         return frozenset(self._find_changes_of_predicates(names))
 
@@ -395,11 +397,11 @@ class FactChangeFinder:
     def _find_changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
     ) -> ChangeSet:
-        """Return changes; one of them must happen before a compound condition can have the value ``truth``.
+        """Return changes of facts; one must happen before a compound condition can have the value ``truth``.
 
-        If one part with this value is enough, the changes for all parts are returned. If all parts need this
-        value (``all_needed``), the changes for one failing part are enough. This is the part whose changes
-        the fewest actions make, or the first part with at most `_FEW_ACTIONS` such actions.
+        If one part with this value is enough, the result has the changes for every part. If all parts need
+        this value (``all_needed``), it has the changes for one failing part. This is the first part whose
+        changes at most `_FEW_ACTIONS` actions make, or else the part with fewest such actions.
         """
         if not all_needed:
             return frozenset().union(

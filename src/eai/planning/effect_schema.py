@@ -266,7 +266,7 @@ def _replace_changes_of_derived_predicates(
 def _find_atom_changes_towards_truth(
     formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
-    """Yield each atom of a formula, and the truth of the atom that helps to give the formula ``truth``."""
+    """Yield each atom of a formula with the truth value that helps the formula to get the value ``truth``."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]

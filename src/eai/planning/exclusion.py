@@ -38,7 +38,10 @@ _MAX_CACHED_ANSWERS = 4096
 """Maximum number of cached answers to whether facts hold in the initial state of one episode."""
 
 _MAX_LEMMAS = 64
-"""Maximum number of cached proofs for a pair of facts. Pairs that differ only in their objects share them."""
+"""Maximum number of cached proofs of whether two facts exclude each other.
+
+Pairs of facts that differ only in their objects have common proofs.
+"""
 
 _PASSES = 2
 """Number of passes over conditions that are tested for a contradiction.
@@ -68,11 +71,12 @@ _Facts: TypeAlias = tuple[_FactWithOpenArguments, ...]
 
 
 class _Lemma(NamedTuple):
-    """The result of a proof about a pair of facts. It may serve in other episodes.
+    """The result of a proof of whether two facts exclude each other. Other episodes may use it.
 
     Attributes:
-        answers: tuples of facts that the proof tested, each with whether all its facts hold in the initial
-            state. Numbers stand for the objects. The result is valid in every episode with equal answers.
+        answers: questions about the initial state that the proof asked, with their answers. A question is a
+            tuple of facts: do all of them hold? Numbers stand for the objects. The result is valid in every
+            episode in which the questions have the same answers.
         is_exclusive: whether it is proved that the facts exclude each other.
     """
 
@@ -212,15 +216,16 @@ class _FactExclusionProver:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
     def resolve_term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
-        """Return the object that a term denotes: an index, a name of one unknown object, or None for any."""
+        """Return the object of a term: its index, the name of an unknown object, or None for any object."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index[term]
 
 
 class _InductionProof:
-    """A proof by induction that the facts of one pair never hold together (are exclusive).
+    """A proof by induction that two facts never hold together (are exclusive).
 
-    Pairs are assumed exclusive until a proof fails. Every proof has its own pairs of facts. So no
-    result depends on earlier proofs, and several threads may prove at once.
+    The proof may need other pairs of facts to be exclusive. It assumes so until the proof of a pair fails.
+    These assumptions are not shared with other proofs. So no result depends on earlier proofs, and several
+    threads may prove at once.
 
     Args:
         prover: the prover of the episode, which holds the rules and the initial facts.
@@ -329,7 +334,10 @@ class _InductionProof:
     def _may_effects_happen_together(
         self, effects: Iterable[tuple[EffectSchema, _ArgumentScope]], *facts_before: _FactWithOpenArguments
     ) -> bool:
-        """Whether effects of one action may happen together, in a state in which some facts hold."""
+        """Whether effects of one action may happen together in a state with the facts ``facts_before``.
+
+        The action's checks must pass in the state, and the conditions of all these effects must hold.
+        """
         return _HypotheticalState(
             self._prover, self._are_true_at_start, self._is_assumed_exclusive, *facts_before
         ).may_hold_together(
@@ -465,21 +473,23 @@ class _HypotheticalState:
     ) -> list[_FactArgument]:
         """Return the values of a variable for which the body of its quantified formula is examined.
 
-        A value is an object, the name of an unknown object, or None for any object.
+        A value is an object, the name of an unknown object, or None. None stands for any object.
 
         If the formula is assumed to be true, its body is true for each returned value:
 
-        - Existential formula: the name of a new unknown object. If an outer variable is None, no value.
-        - Universal formula: None. If its variable has a category, no value.
+        - Existential formula: a name for the unknown object for which the body is true. There is no value if
+          an outer variable is None, because each of its objects may need another unknown object.
+        - Universal formula: None, because the body is true for any object. There is no value if the variable
+          has a category, because the body may be false for other objects.
 
         Otherwise the formula is impossible if its body is impossible for one returned value:
 
-        - Existential formula: None.
-        - Universal formula: the objects in the facts that belong to the variable's category.
+        - Existential formula: None, because the body must be impossible for any object.
+        - Universal formula: the objects in the assumed facts that belong to the variable's category.
         """
         if is_existential and is_assumed_true:
             self._unknown += 1
-            # An outer variable that is None stands for many objects, which may need different objects here.
+            # If an outer variable is None (any object), each of its objects may need another object here.
             return [] if None in scope.values() else [f"{self._unknown}"]
         if is_existential or is_assumed_true:
             return [None] if is_existential or variable.category is None else []

@@ -2,8 +2,9 @@
 
 A state is expanded by its preferred operators (Hoffmann and Nebel 2001): the applicable actions on the
 cheapest estimated path to a condition (see `additive_heuristic`). If these actions lead to no goal, a
-thorough search tries every applicable action. Other searches return to dead ends, states whose preferred
-operators all lead to known states: they estimate such a state again, without these operators.
+thorough search (`Limits.thorough`) tries every applicable action. A search that is not thorough returns only
+to dead ends: states whose preferred operators all lead to known states. It estimates such a state again,
+without these operators, so that other operators are preferred.
 """
 
 from __future__ import annotations
@@ -144,8 +145,8 @@ class GreedySearch:
 class _NodeWithActionsToTry(NamedTuple):
     """A node to expand, its rank, and the actions to try from it.
 
-    If the actions are None, a thorough search tries all applicable actions. Other searches estimate the node
-    again, without the actions in ``excluded``.
+    The actions are None if the node was expanded before. Then a thorough search tries all applicable actions.
+    A search that is not thorough estimates the node's cost again, and leaves out the actions in ``excluded``.
     """
 
     node: PlanNode
@@ -184,13 +185,13 @@ class _SingleGreedySearch:
     def _expand_state(self, expansion: _NodeWithActionsToTry) -> PlanNode | SearchEndReason | None:
         """Expand a state by its preferred actions: applicable actions on cheapest estimated paths.
 
-        A thorough search later expands the state by all other actions. Other searches return to the state
-        later only if all preferred actions lead to known states.
+        A thorough search later expands the state by all other actions. A search that is not thorough returns
+        to the state only if all preferred actions lead to known states.
         """
         node, rank, actions, excluded = expansion
         if actions is None and not self._thorough:
             return self._return_target_or_queue_node(node, excluded)
-        is_dead_end = bool(actions)  # none of them is excluded, because the estimates leave these out
+        is_dead_end = bool(actions)  # `excluded` contains no preferred action
         applicable = self._successors.generate_applicable_actions(node, self._searches.bindings)
         for action in applicable if actions is None else actions:
             if self._is_over:
@@ -248,7 +249,10 @@ class _PreferredActionCollector:
         self.actions: dict[Action, None] = {}
 
     def collect_actions_towards(self, goal: Subgoal) -> None:
-        """Collect the actions on the cheapest path to a goal, or to each cheapest part of a disjunction."""
+        """Collect the applicable actions on the cheapest path to a goal.
+
+        If the goal is a disjunction, collect the actions for each disjunct of lowest cost.
+        """
         alternatives = self._estimates.find_cheapest_disjuncts(goal)
         for condition in alternatives:
             self.collect_actions_towards(condition)
@@ -256,7 +260,7 @@ class _PreferredActionCollector:
             self._collect_preferred_actions(goal)
 
     def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
-        """Collect an action that has no prerequisites, or else the actions that lead to its prerequisites."""
+        """Collect an action if it has no prerequisites, else the applicable actions that lead to them."""
         if action is not None and not prerequisites:
             self.actions[action] = None
         for condition in prerequisites:

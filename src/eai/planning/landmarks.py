@@ -52,21 +52,22 @@ A landmark is a set of actions; every plan that succeeds has at least one action
 """
 
 _CONDITIONS_PER_EFFORT = 20
-"""Number of nodes of a `_RelaxationGraph` that count as one operation in each search for a landmark."""
+"""Number of graph nodes for which each search for a landmark counts one more operation (`SearchEffort`)."""
 
 
 class _RelaxationGraph:
     """The delete relaxation of one episode: a graph of conditions and changes of facts.
 
     A condition needs either all of its parts, or any single part. A change needs one action that makes the
-    change. The graph begins with the goals, and `find_cut_without_actions` extends it backwards if
-    necessary. It contains only steps of the plan, and actions that were passed to this method.
+    change. The graph begins with the goals. `find_cut_without_actions` extends it backwards until the goals
+    are reached or no action can be added. Its actions are steps of the plan, and actions that were passed to
+    this method.
 
     Args:
-        change_finder: the changes that conditions need, and the actions for these changes.
+        change_finder: the changes that conditions need, and the actions that make changes.
         initial: the state in which plans begin.
         goals: the goals of plans.
-        steps: the steps of a plan; they may also use objects that ``change_finder`` does not use.
+        steps: the steps of a plan. Their objects need not be among the objects of ``change_finder``.
     """
 
     def __init__(
@@ -130,11 +131,10 @@ class _RelaxationGraph:
     def _find_conditions_between_actions_and_goals(
         self, actions: Collection[Action], reached: bytearray
     ) -> dict[int, None]:
-        """Return the numbers of the nodes that separate the given actions from the goals, goals first.
+        """Return the numbers of the nodes that a search backwards from the goals visits, goals first.
 
-        The search goes backwards from the goals. If a condition needs all parts, the search continues at one
-        unreached part, otherwise at every part. From a change, it continues at the conditions of the given
-        actions that make the change.
+        If a condition needs all parts, the search continues at one unreached part, otherwise at every part.
+        From a change of a fact, it continues at the conditions on which given actions make the change.
         """
         seen = {self._goal: None}
         queue = [self._goal]
@@ -196,9 +196,9 @@ class _RelaxationGraph:
         return reached
 
     def _add_actions_for_changes(self, node_numbers: Iterable[int]) -> bool:
-        """Add to the graph the actions that make the changes of the given nodes.
+        """Add actions to this graph as ways to change facts. Return whether any action was added.
 
-        Return whether any was added.
+        The changes are given by the numbers of their nodes; nodes of conditions are skipped.
         """
         fresh = [
             (number, action)
@@ -294,7 +294,7 @@ class _RelaxationGraph:
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
             return self._add_changes_node(self._change_finder.find_changes_of_all_predicates_in(atom))
-        if result is None:  # the number is needed now, because a recursive definition contains the atom
+        if result is None:  # a recursive definition needs the number of this node
             number = self._numbers[key] = self._add_graph_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))

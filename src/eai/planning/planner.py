@@ -42,7 +42,7 @@ For a costlier goal, the conditions that must hold before it are reached first.
 """
 
 _MAX_KEPT_COST = 18.0
-"""Estimated cost from which a goal counts as unreachable, if actions may not undo a certain other goal."""
+"""Estimated cost from which a goal counts as unreachable without undoing a goal that already holds."""
 
 _NEXT_ACTION = -1
 """Index that stands for the goal to execute the next operator of `PlanningGoal.actions`.
@@ -257,9 +257,9 @@ class _ReasonableOrder:
         self._must_precede = dict.fromkeys(self._must_precede, False)
 
     def learn_order(self, node: PlanNode, estimates: CostEstimates, held_goals: Set[int]) -> None:
-        """Learn the order of goals from a node in which the ``held_goals`` hold.
+        """Learn which goals must be reached before others, from a node in which the ``held_goals`` hold.
 
-        Only goals that did not hold at the last call are compared with goals that do not hold yet.
+        Each goal that holds now, but did not hold at the last call, is compared with goals that do not hold.
         """
         for later in sorted(held_goals - self._held):
             for earlier in self._related_goals[later]:
@@ -268,7 +268,10 @@ class _ReasonableOrder:
         self._held = held_goals
 
     def _make_literal(self, goal: Subgoal) -> GroundAtom:
-        """Return a goal as a literal of a stored predicate. Other goals become a literal without objects."""
+        """Return a goal as a literal of a stored predicate.
+
+        A goal that is no such literal becomes a literal without objects, so that its order is not learned.
+        """
         formula, scope, truth = goal
         if not isinstance(formula, Atom) or formula.predicate in self._search.heuristic.derived:
             return GroundAtom("", (), truth)
@@ -287,8 +290,9 @@ class _ReasonableOrder:
         """Find out whether goal ``earlier`` must be reached before ``later``, which holds in a node.
 
         It must be reached before if it seems unreachable while ``later`` is kept. The order stays unknown if
-        ``earlier`` is too costly for a direct search. The order also stays unknown if ``earlier`` seems
-        reachable, but an action about other objects of the same categories undoes ``later``.
+        ``earlier`` is too costly for a direct search. The learned order holds for all similar goals
+        (`_get_pair_key`). So it also stays unknown if ``earlier`` seems reachable, but an action undoes
+        ``later`` for the sake of foreign objects (`_find_kinds_of_undoing_actions`).
         """
         goal = self._goals[earlier]
         if estimates.estimate(goal, _MAX_DIRECT_COST) == INFINITE:
@@ -305,11 +309,12 @@ class _ReasonableOrder:
     def _find_kinds_of_undoing_actions(
         self, condition: Subgoal, own_objects: tuple[int, ...], kept_goal: Subgoal, estimates: CostEstimates
     ) -> set[bool]:
-        """Return the kinds of the actions on the cheapest path to a condition that undo ``kept_goal``.
+        """Return whether the actions that undo ``kept_goal`` serve own objects: {True}, {False} or both.
 
-        A foreign object is not in ``own_objects``, but has the category of an object in ``own_objects``. An
-        action has the kind False if a foreign object occurs in the literal that it establishes, or in a
-        literal between this one and the condition. All other actions have the kind True.
+        The actions are on the cheapest estimated path to ``condition``. Each action serves the literal that
+        it establishes, and the literals on the path from there to ``condition``. The action counts as False
+        if such a literal has a foreign object, else as True. A foreign object is not in ``own_objects``, but
+        has the category of an object in ``own_objects``.
         """
         heuristic, objects = self._search.heuristic, self._scene.objects
         own_categories = {objects[index].category for index in own_objects}
@@ -392,7 +397,8 @@ class _GoalAgenda:
     def _must_undo_goals(self, node: PlanNode, goal: int, reached: tuple[Subgoal, ...]) -> bool:
         """Whether a goal seems unreachable unless reached goals are undone.
 
-        The result is False if no goal must come after another goal, or if it was True for this goal before.
+        The result is False if no goal must come after another goal. It is True only once for each goal; later
+        searches for the goal protect the reached goals again.
         """
         if not self._order.has_ordered_goals or goal in self._undoing:
             return False
@@ -405,9 +411,10 @@ class _GoalAgenda:
     def _generate_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
         """Yield the indices of pending goals: hard goals first, then by estimated cost.
 
-        Goals are first sorted by their costs from earlier calls. The first goal in the queue is then
-        estimated for this node, and may move back. A single pending goal is yielded without an estimate. If
-        the caller asks for another goal, the single goal is estimated for later calls.
+        Hard goals are goals that earlier searches failed to reach. Goals are first sorted by their costs from
+        earlier calls. The cost of the first goal is then estimated for this node, which may move the goal
+        back. A single pending goal is yielded without an estimate. If the caller asks for another goal, the
+        cost of the single goal is estimated for later calls.
         """
         if len(pending) == 1:
             yield pending[0]
@@ -448,10 +455,11 @@ class _GoalAgenda:
     def _reach_one_more_part(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        """Return a node in which one more part of a goal is reached, or None if no part is reached.
+        """Return a search node in which one more part of a goal is reached, or None if no part is reached.
 
-        Parts are tried by ascending cost. If a goal without parts has a high estimated cost, the conditions
-        that must hold before it are tried instead, by descending cost.
+        The parts are the literals that together establish the goal. They are tried by ascending cost. If the
+        goal is a single literal of high estimated cost, the conditions that must hold before it are tried
+        instead, by descending cost. If there are fewer than two parts or conditions, None is returned.
         """
         estimates = self._search.make_estimates(node, protected)
         parts: Sequence[Subgoal] = estimates.split_into_cheapest_literals(goal)

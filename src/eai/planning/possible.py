@@ -176,9 +176,9 @@ class PossibleFacts:
     ) -> bool:
         """Whether an atom of a defined predicate may ever have the truth value ``truth``.
 
-        A recursive definition is evaluated as a least fixpoint. If the evaluation of an atom needs the atom
-        itself, the atom is assumed to be never true, but possibly false. The outermost evaluation is repeated
-        until its result is True or it finds no new possible literal.
+        By a recursive definition, an atom's truth may depend on the atom itself. Then the atom is at first
+        assumed to be never true, but possibly false, as in a least fixpoint. The outermost evaluation is
+        repeated until its result is True, or until it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
         if literal in self._assumed:
