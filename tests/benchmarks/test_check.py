@@ -98,7 +98,7 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
         ),
         (
             lambda: Operator("DIM", (X,), (affordance(is_a(X, "lamp"), "{} is no lamp"),), ()),
-            "operator DIM: a reason mentions , which is no parameter",
+            "operator DIM: the reason of a check mentions {}, which is no parameter of the operator",
         ),
         (
             lambda: toy.initial().scene.state(["lit(the-lamp)"]),

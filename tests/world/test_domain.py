@@ -86,12 +86,14 @@ def circle(name: str, other: str) -> DefinedPredicate:
         ),
         (
             lambda: press(checks=(missing_step(LIT(X), "{lamp} is dark"),), parameters=(Variable("lamps"),)),
-            "operator PRESS: a reason mentions lamp, which is no parameter; did you mean lamps?",
+            "operator PRESS: the reason of a check mentions {lamp}, which is no parameter of the operator; "
+            "did you mean lamps?",
         ),
         (lambda: missing_step(LIT(X), ""), "a check for missing_step has an empty reason"),
         (
             lambda: Check(LIT(X), FaultKind.PARSING, "no"),
-            "check 'no' has the fault parsing: expected uncategorised, additional_step, affordance or",
+            "the check with the reason 'no' has the fault kind parsing: expected uncategorised, "
+            "additional_step, affordance or",
         ),
         (
             lambda: lamps(press(Add(Atom("lt", (X,))))),

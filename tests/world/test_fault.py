@@ -26,5 +26,5 @@ def test_a_tried_step_has_a_precedence_unless_it_slips(kind: FaultKind) -> None:
 
 @pytest.mark.parametrize("kind", [*sorted(NOT_EXECUTED), FaultKind.WRONG_ORDER, FaultKind.SLIP])
 def test_no_check_finds_an_error_of_reading_order_or_chance(kind: FaultKind) -> None:
-    with pytest.raises(DomainError, match=f"has the fault {kind.value}: expected uncategorised"):
+    with pytest.raises(DomainError, match=f"has the fault kind {kind.value}: expected uncategorised"):
         Check(f.TRUE, kind, "too heavy")

@@ -389,7 +389,7 @@ def _compile_filter_by_stored_predicate(
 
 
 _CompiledTest: TypeAlias = tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]
-"""A formula, its free variables in alphabetical order, the allocator of their slots, and its test."""
+"""A formula, its free variables in alphabetical order, the `SlotAllocator` of its frame, and its test."""
 
 
 class FormulaEvaluator:

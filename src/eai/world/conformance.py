@@ -159,8 +159,8 @@ def _find_defects_of_additional_step(domain: Domain, before: State, action: Acti
 def _find_visible_effects_as_formulas(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
     """Yield formulas that hold after an action: the changes of visible predicates that it always makes.
 
-    The formula of a conditional effect (`When`) is a disjunction: the changes if the condition of the effect
-    held before the action, or the changes otherwise.
+    The formula of a conditional effect (`When`) is a disjunction: either its ``effects`` or its ``otherwise``
+    took place.
     """
 
     def is_visible(atom: Atom) -> bool:

@@ -93,8 +93,9 @@ class LookupPredicate:
         reads: the predicates that the function reads.
         meaning: an optional definition by a formula, for PDDL and other uses that need a formula.
         single: whether the mask never has more than one object.
-        open_in_meaning: text for exported PDDL and printed rules on a choice that ``meaning`` leaves open,
-            such as ``which of several objects is the first``; empty if ``meaning`` leaves none open.
+        open_in_meaning: description of a choice that ``meaning`` does not determine, such as ``which of
+            several objects is the first``. Exported PDDL and printed rules contain it. Empty if there is no
+            such choice.
         inverse: for two arguments, an optional function that returns the mask of all objects that make the
             predicate true as first argument, given the last.
     """

@@ -44,9 +44,9 @@ class Simulator(Protocol):
             state_by_declared_effects: the state that the declared effects lead to.
 
         Returns:
-            The state after the action, or a fault if the action failed and changed nothing. The intended
-            effects, which the action always has, hold in the state. The domain need not declare the failed
-            check of the fault.
+            The state after the action, or a fault if the action failed and changed nothing. In the state, the
+            visible effects that the domain declares without a condition must hold. The failed check of the
+            fault may be one that the domain does not declare.
         """
 
 

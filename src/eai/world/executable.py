@@ -139,7 +139,7 @@ class CompiledOperator:
     ) -> tuple[_FailedOperatorAlternative, ...]:
         """Return the alternatives (ways to act) whose checks failed in the state before an executed action.
 
-        An alternative is left out if its condition does not hold both before and after the action.
+        Only alternatives whose condition holds before the action and also after it are returned.
         """
         failed_tries = []
         for attempt, compiled in zip(self.operator.alternatives, self.alternatives, strict=True):

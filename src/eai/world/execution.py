@@ -107,7 +107,8 @@ def _diagnose_fault(
 ) -> Fault:
     """Return the fault of a step; of several faults, the first kind in `Domain.precedence`.
 
-    A wrong order is among the faults if `Domain.history_rule` returns an earlier state for a failed check.
+    For each failed check, `Domain.history_rule` searches for an earlier state in which the check's conditions
+    held. If it finds a state, the steps were in a wrong order, so a wrong order is among the faults.
     """
     kinds: dict[FaultKind, Check] = {}
     earlier = None

@@ -114,7 +114,8 @@ class _RecursivePredicates:
     def _copy_scene_with_all_and_recursive_predicates(self, scene: Scene) -> tuple[Scene, Scene]:
         """Return two copies of a scene: one with all predicates, one with the recursive predicates only.
 
-        In both, the recursive predicates are stored, so that facts of the predicates can be added to a state.
+        In both, the recursive predicates are stored predicates, so that states can hold the facts that were
+        derived so far.
         """
         all_predicates_scene, recursive_predicates_scene = [
             Scene(vocabulary, scene.objects, scene.agent)

@@ -11,7 +11,7 @@ from eai.world.relation import ObjectMask
 from eai.world.state import Scene, State
 
 FrameBinding: TypeAlias = list[int]
-"""List of object indices, one for each slot; slot 0 holds the agent."""
+"""List of object indices, one for each slot of a frame (variable or constant); slot 0 holds the agent."""
 
 SlotByVariable: TypeAlias = Mapping[str, int]
 """Mapping from the name of a variable to the number of its slot (its position in a binding)."""

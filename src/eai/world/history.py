@@ -86,10 +86,10 @@ step. It returns the index of the earlier state. None means that the condition n
 
 
 def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
-    """Return the index of the last earlier state in which one of a failed check's conditions held, or None.
+    """Return the index of the last state in which any history condition of a failed check held, or None.
 
-    The conditions are the check's history conditions. If each of them held in some earlier state, the order
-    of actions is wrong. Otherwise, or if the check's fault is not `MISSING_STEP`, return None.
+    An index means that the order of actions is wrong, because every history condition held in some state. If
+    any condition never held, or if the check's fault is not `MISSING_STEP`, return None.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None

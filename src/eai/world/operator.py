@@ -54,14 +54,17 @@ class Check:
             expected = join_with_or(
                 [kind.value for kind in FAULT_PRECEDENCE if kind is not FaultKind.WRONG_ORDER]
             )
-            raise DomainError(f"check {self.reason!r} has the fault {self.fault.value}: expected {expected}")
+            raise DomainError(
+                f"the check with the reason {self.reason!r} has the fault kind {self.fault.value}:"
+                f" expected {expected}"
+            )
         if not self.id:
             words = _WORD.findall(_PARAMETER.sub("", self.reason))
             object.__setattr__(self, "id", "_".join(words).lower())
 
     @property
     def mentioned_parameters(self) -> tuple[str, ...]:
-        """Names of the parameters in `reason`, in order of their first mention."""
+        """Names of the operator's parameters that `reason` mentions as ``{x}``, in order of first mention."""
         return _find_mentioned_parameters(self.reason)
 
 
@@ -143,9 +146,10 @@ class Operator:
         checks: the first check that fails gives the error of the action.
         effects: the effects, in order. Their conditions are evaluated in the state before the action.
         description: description for prompts.
-        alternatives: other ways to act. An alternative is attempted if its condition holds. The action
-            succeeds if any attempted alternative succeeds, or if none is attempted. It has the effects of all
-            alternatives that succeed. If all attempted alternatives fail, their errors are reported together.
+        alternatives: further ways to act, tried if all ``checks`` pass. An alternative is attempted if its
+            condition holds. The action succeeds if any attempted alternative succeeds, or if none is
+            attempted. It has the effects of all alternatives that succeed, then ``effects``. If all attempted
+            alternatives fail, their errors are reported together.
         role: the kind of change; by default inferred from the effects (`eai.planning.role`).
 
     Raises:
@@ -177,7 +181,8 @@ class Operator:
         for name in (name for checks, _ in parts for check in checks for name in check.mentioned_parameters):
             if name not in names:
                 raise DomainError(
-                    f"{location}: a reason mentions {name}, which is no parameter{did_you_mean(name, names)}"
+                    f"{location}: the reason of a check mentions {{{name}}}, which is no parameter of the"
+                    f" operator{did_you_mean(name, names)}"
                 )
 
     @property

@@ -49,7 +49,7 @@ class InitialRelation:
 
     @classmethod
     def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> InitialRelation:
-        """Return the initial relation over ``size`` objects that contains exactly these pairs."""
+        """Return a relation over ``size`` objects with exactly these pairs, for the start of an episode."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
             rows[source] |= 1 << target
@@ -179,7 +179,7 @@ class Relation:
 
         Call this only on a new `copy`, because the relations of states never change.
         """
-        if target in self._columns and source not in self._rows:  # only the column is stored
+        if target in self._columns and source not in self._rows:  # only the pair's column is overridden
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -219,9 +219,10 @@ class Relation:
         return True
 
     def __hash__(self) -> int:
-        """Return the sum of 2 to the power of x + y over the pairs (x, y), minus an initial sum.
+        """Return a hash of the pairs that is computed from the changed rows and columns only.
 
-        The initial sum is the sum over the pairs of the relation at the start of the episode.
+        It is the sum of 2 to the power of x + y over the pairs (x, y), modulo `_PRIME`. The same sum over the
+        pairs at the start of the episode is subtracted.
         """
         if self._hash is None:
             base, other_rows = self._base, ~self._row_keys
@@ -303,11 +304,11 @@ def _compute_row_from_changed_columns(
 def _write_row_into_changed_columns(
     changed_columns: dict[int, ObjectMask], source: int, row: ObjectMask
 ) -> None:
-    """Update the changed columns of a relation by the new row of ``source``.
+    """Update the changed columns of a relation after ``source`` gets a new row.
 
-    A row is the mask of the targets of one source, and a column the mask of the sources of one target.
+    A row is the mask of the targets of one source. A column is the mask of the sources of one target.
 
-    To update changed rows by a new column, pass the rows, the column's target and the column.
+    To update changed rows after a target gets a new column, swap rows and columns in the arguments.
     """
     bit = 1 << source
     for target, column in changed_columns.items():
