@@ -434,7 +434,8 @@ def test_hidden_objects_never_occur_in_a_transcript() -> None:
         ),
         (
             {"observe": "partial", "feedback": "outcome"},
-            "observe=partial needs feedback by facts or changes, because outcomes do not show what is seen",
+            "observe=partial needs feedback=facts or feedback=changes, because other feedback does not list "
+            "what the agent sees",
         ),
         ({"until": "noon"}, "make.until: expected 'goal' or 'done', found 'noon'"),
     ],

@@ -184,7 +184,7 @@ def test_invented_observations_do_not_replay(tmp_path: Path) -> None:
         journal.write_end("done")
     verdict = verdict_of(path, key)
     assert (verdict.is_unreplayable, verdict.success, verdict.excluded) == (True, False, None)
-    with pytest.raises(InputError, match="the replay gives other observations"):
+    with pytest.raises(InputError, match="a replay of the journal's commands gives other observations"):
         EpisodeJournal(path, key, beginning())
 
 

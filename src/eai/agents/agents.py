@@ -47,9 +47,10 @@ _LIMITS_OF_FIRST_SEARCH = Limits(200, thorough=False, looks=8_000)
 """Limits of the first search for a plan by the agent `eai/explorer`. It uses only known objects."""
 
 _LIMITS_BEFORE_OPENING = Limits(300, looks=15_000)
-"""Limits of the second search by the agent `eai/explorer`, before it opens containers.
+"""Limits of the second search for a plan by the agent `eai/explorer`.
 
-By then it has visited all objects that it knew from the start.
+The agent makes this search when it has visited all objects that it knew from the start. If the search fails,
+it opens a container.
 """
 
 _LIMITS_OF_LAST_SEARCH = Limits(2_000)
@@ -214,9 +215,10 @@ class _Explorer:
         return plan
 
     def _plan_to_revisit_objects_known_at_start(self) -> Sequence[Action]:
-        """Return a plan to visit each object known from the start again, after containers were opened.
+        """Return a plan to visit all objects known from the start once more.
 
-        Beside some of these objects, the agent can see into an open container.
+        Some open containers can be looked into only from beside such an object. Without a container that was
+        opened since the last such plan, the plan is empty.
         """
         if not self._has_opened:
             return ()
@@ -304,8 +306,9 @@ class _Explorer:
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that can hide other objects, each with the condition under which it hides nothing.
 
-        Objects that goals name come first. Then come objects of categories with few containers that were
-        opened in vain. Among equals, visible objects come first.
+        Objects that goals name come first. The other objects are in the order of how many objects of their
+        category were opened without showing new objects, fewest first. Among equals, visible objects come
+        first.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)

@@ -114,7 +114,7 @@ def _weight_success_by_path_length(won: bool, tried_actions: int, shortest_lengt
 def _make_scorer_factory(domain_and_notation: DomainAndNotation) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The import is delayed, so that reports do not load the code that plays games.
+    The scorer plays episodes again. Its code is imported late, because reports do not need it.
     """
     from eai.agents.scorer import make_scorer_factory
 

@@ -35,10 +35,11 @@ class ReferenceSolution(NamedTuple):
     Attributes:
         shortest: number of actions of the shortest known plan, found with the whole scene known; a shorter
             plan may exist. None if no plan is known.
-        commands: commands that reach all goals for an agent with the game's view, without `DONE`: the gold
-            plan, else the plan of the agent ``explorer``, else the gold plan with commands that search for
-            its objects. A refusal if the task has no plan. None if none of these commands wins; the task is
-            then left out of statistics.
+        commands: commands with which an agent with the game's view reaches all goals, without `DONE`. The
+            first candidate that wins is chosen: the recorded reference plan, the gold plan, the plan of the
+            agent ``explorer``, or the gold plan with commands that search for its objects. For an impossible
+            task, the only command refuses the task. None if no candidate wins; the task is then left out of
+            statistics.
     """
 
     shortest: int | None

@@ -48,8 +48,8 @@ def read_key_that_seals_journals(folder: Path) -> bytes:
         raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
     if len(key) != _KEY_BYTES:
         raise InputError(
-            f"{path}: expected a key for journals ({_KEY_BYTES} bytes), found {len(key)} bytes; "
-            "use another folder"
+            f"{path}: expected the key that seals the journals of this folder ({_KEY_BYTES} bytes), found "
+            f"{len(key)} bytes; give another folder"
         )
     return key
 
@@ -188,8 +188,8 @@ class EpisodeJournal:
             game.play_command(turn["said"])
         if [*before.turns] != game.to_json("stopped")["turns"]:
             raise InputError(
-                f"{self._path}: the replay gives other observations, since eai or the data has changed; "
-                "give another folder"
+                f"{self._path}: a replay of the journal's commands gives other observations than the journal "
+                "has, since eai or the data has changed; give another folder"
             )
         self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
         return before.size

@@ -251,9 +251,9 @@ class Observer:
     def _find_objects_whose_facts_are_listed(
         self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return the objects that limit the listed facts of a predicate: each fact must contain one of them.
+        """Return the objects whose facts a list of a predicate's facts may contain; None for all objects.
 
-        Return None if there is no limit. Some predicates list only facts about the agent itself.
+        The objects are ``chosen_objects``. For egocentric predicates, the agent is the only object.
         """
         if listing.predicate not in self._egocentric_predicates:
             return chosen_objects

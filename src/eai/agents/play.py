@@ -44,7 +44,7 @@ BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DON
 
 
 def make_game_rules(setting: AgentSetting) -> GameRules:
-    """Return the rules of games in a setting, the options that a user chooses for episodes.
+    """Return the rules of games under a setting. A setting has the options that a user chooses for episodes.
 
     Raises:
         InputError: the view or the feedback does not exist, or the two contradict each other.
@@ -235,7 +235,10 @@ RULE_NAMES = {
     "max_steps": "steps",
     **{name: name for name in ("until", "reward", "gamma", "admissible", "verifier")},
 }
-"""Mapping from each rule of an episode to its name in labels, in the order of labels."""
+"""Mapping from each rule of an episode to its name in the texts that `make_label_of_nonstandard_rules` makes.
+
+These texts list the rules in the order of the mapping.
+"""
 
 
 def make_label_of_nonstandard_rules(episode: EpisodeAnswer) -> str | None:

@@ -1,4 +1,4 @@
-"""Find the reference of a task: its shortest known plan, and commands that win its games.
+"""Find the reference of a task: its shortest known plan, and commands that reach its goals in an episode.
 
 A task from a task file may record both. Each recorded plan is carried out before it is used.
 """
@@ -155,10 +155,11 @@ def _find_mistakes_in_reference(setup: GameSetup) -> Iterator[str]:
 
 
 def add_reference_plans(task: Task, benchmark: Benchmark) -> Task:
-    """Return a task that records its shortest known plan, and actions that win in the standard setting.
+    """Return a copy of a task that records two plans: the shortest known plan, and the reference plan.
 
-    A task that records a shortest plan is returned unchanged, as is a task that cannot be won by actions in
-    this setting.
+    The reference plan reaches the goals in an episode with the options `STANDARD`, in which agents see only a
+    part of the world. If no plan is known, an empty plan is recorded. A task is returned unchanged if it
+    records a shortest plan or has no plan, or if its domain has an operator named `DONE`.
     """
     if task.shortest_plan or task.has_no_plan or DONE in benchmark.domain.operator_arities:
         return task

@@ -33,7 +33,7 @@ no facts are listed; rendered pictures show them at first and after each turn.
 """
 
 OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
-"""Values of the rule ``feedback`` for texts that state whether the action worked, and no facts."""
+"""Values of the rule ``feedback`` with which texts list no facts, only whether the action worked."""
 
 
 class GameRules(Options):
@@ -89,8 +89,8 @@ class GameRules(Options):
     def _check_feedback_of_partial_observation(self) -> Self:
         if self.observe == "partial" and self.feedback in OUTCOMES:
             raise InputError(
-                "observe=partial needs feedback by facts or changes, because outcomes "
-                "do not show what is seen"
+                "observe=partial needs feedback=facts or feedback=changes, because other feedback "
+                "does not list what the agent sees"
             )
         return self
 

@@ -83,7 +83,7 @@ class ActingVerdict(PlanVerdict):
     def find_contradiction(self) -> str | None:
         """Return a sentence on contradictory fields of a won episode, or None.
 
-        An episode without the command ``DONE`` can be lost although all goals hold.
+        Lost episodes are not checked, because all goals may hold in an episode that is lost without ``DONE``.
         """
         return PlanVerdict.find_contradiction(self) if self.success else None
 
@@ -104,7 +104,7 @@ class ActingVerdict(PlanVerdict):
         return self.refused is not None or any(turn.fault is None for turn in asked)
 
     def is_step_an_action(self, step_index: int) -> bool:
-        """Whether an action was tried in the turn with this index, before the limit of actions."""
+        """Whether the turn with this index tried an action. No turn after the limit of actions does."""
         return self.turns[step_index].is_action
 
 

@@ -17,7 +17,7 @@ from eai.base.errors import InputError
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
 _CORE_GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
-"""Groups in which eai itself registers objects. Such a group is empty only if eai's metadata are missing."""
+"""Groups of entry points that eai itself registers. If a group is empty, eai's metadata are missing."""
 
 
 class EntryPoint(NamedTuple):

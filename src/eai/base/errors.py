@@ -1,11 +1,11 @@
 """The exceptions of the package. A wrong answer of a model is a value, and raises no exception.
 
 EaiError
-├── InputError     a wrong file, argument or declaration: the message names the place and the expected form
-│   ├── ParseError a text that does not parse: line, column and the expected text
-│   └── DomainError a domain's declaration contradicts itself: the message names the declaration
-├── DataError      the data set is missing, damaged or cannot be obtained: the message gives the remedy
-└── InterruptError the user ended the command: the message explains how to continue
+├── InputError: a wrong file, argument or declaration; the message names the place and the expected form
+│   ├── ParseError: a text that does not parse; line, column and the expected text
+│   └── DomainError: a domain's declaration contradicts itself; the message names the declaration
+├── DataError: the data set is missing, damaged or cannot be obtained; the message gives the remedy
+└── InterruptError: the user ended the command; the message explains how to continue
 """
 
 from __future__ import annotations
