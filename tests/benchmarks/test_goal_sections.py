@@ -198,7 +198,9 @@ def test_a_users_prompts_need_a_section_for_goals(
     file.write_text(json.dumps(rows), encoding="utf-8")
     official = PromptLibrary("official", tmp_path, Source(data_store))
     assert official.open(benchmark, ability, beliefs)[JARS].user == "Mine.\n## Goal States\n\n\n## Output"
-    with pytest.raises(InputError, match="leaves out the goals or the scene that a model stated"):
+    with pytest.raises(
+        InputError, match="lacks the goals or the scene that a model gave in an earlier answer"
+    ):
         PromptLibrary("eai", tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
     rows[0]["llm_prompt"] = "Mine."
     file.write_text(json.dumps(rows), encoding="utf-8")

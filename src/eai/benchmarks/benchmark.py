@@ -80,13 +80,16 @@ AdditionalCounts: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns additional counts of a data set: label -> count, and a note on the meaning of the count."""
 
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
-"""Function that returns two values: the names that a data set's problem files may use, and their reader."""
+"""Function that returns two values, with which tasks are made from problem files (BDDL or PDDL).
+
+The first is a PDDL domain with the names that the files may use. The second is a function that reads a file.
+"""
 
 TaskObject: TypeAlias = tuple[Task, int]
 """An object of a task: the task, and the index of the object in its scene."""
 
 CompareObjects: TypeAlias = Callable[[Sequence[TaskObject]], Iterable[Fact]]
-"""Returns the static facts, such as relations of size, that hold if some objects are in one scene.
+"""Returns static facts about objects, such as which object is larger, for a new scene with these objects.
 
 The argument is a sequence of objects, which may be from several tasks. Facts name an object by its position
 in this sequence.

@@ -69,7 +69,7 @@ def check_benchmark(
                 findings.append(DataMistake(domain.name, f"{subject}: {problem}"))
     ends, task_ids = Counter[SearchEndReason](), list(tasks)
     check_tasks = _TaskChecker(benchmark, replace(source, report=ignore_progress))
-    if not benchmark.reference:  # other processes cannot open a benchmark without a reference
+    if not benchmark.reference:  # other processes open a benchmark by its reference
         map_items = map_one_by_one
     for task_id, (problems, end) in zip(task_ids, map_items(check_tasks, task_ids), strict=True):
         ends.update([] if end is None else [end])

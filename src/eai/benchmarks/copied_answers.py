@@ -64,9 +64,10 @@ _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
 def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[f.Formula]:
     """Return each part of a task's goals as a subgoal: action goals in order, then final conditions.
 
-    Actions may have any objects. Quantifiers are expanded, because not every notation has them. A goal about
-    a number of objects or pairs becomes a goal about the first objects or pairs in scene order. Goals over
-    time are left out. Each conjunct becomes a subgoal, because few actions are executed for a subgoal.
+    Subgoals for actions allow any objects. Quantifiers are expanded, because not every notation has them. A
+    goal about a number of objects or pairs becomes a goal about the first objects or pairs in scene order.
+    Goals over time are left out. Each conjunct becomes a subgoal, because few actions are executed for a
+    subgoal.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities
@@ -189,7 +190,11 @@ def _remove_word_ending(word: str) -> str:
 
 
 def _copy_goals_mentioned_in_instruction(benchmark: Benchmark, task: Task) -> Iterable[str]:
-    """Return goals that words of an instruction state: states and relations of objects, and actions."""
+    """Return all goals that can be made from the words of an instruction.
+
+    They are mentioned states, each for every mentioned object, and mentioned actions. A relation of two
+    mentioned objects is a goal if it is mentioned between them.
+    """
     task = task.without_goals_over_time
     notation, words = benchmark.notation.goals, list_instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)

@@ -82,7 +82,7 @@ class _Erratum(Options):
         exclude: reason for excluding the tasks from statistics of plans; it becomes `Task.unsolvable`.
         renamed: name of an operator in the data -> name of this operator in the question.
         problem: replacement of a part of the planning problem's text.
-        plan: replacements in the data set's own plan.
+        plan: corrections of the data set's own plan: some steps replaced by others.
         question: replacement of a part of the data set's official question.
         asks_scored: whether the question is changed so that it asks for the scored operators.
     """
@@ -273,8 +273,8 @@ def _correct_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -
         positions = slice(edit.step, edit.step + len(edit.was))
         if steps[positions] != [_parse_action(text, scene) for text in edit.was]:
             raise DataError(
-                f"erratum {entry.id}: step {edit.step} of the plan differs from the steps that the erratum "
-                "replaces; run `eai data fetch`"
+                f"erratum {entry.id}: the data is of another version, because step {edit.step} of the plan "
+                "differs from the steps that the erratum replaces; run `eai data fetch`"
             )
         steps[positions] = [_parse_action(text, scene) for text in edit.now]
     return tuple(steps)

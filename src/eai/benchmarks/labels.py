@@ -1,9 +1,9 @@
 """Derive labels of tasks from goals, so that results of different suites can be compared by kind of task.
 
 The labels (such as ``transport``), and the rules for BEHAVIOR-1K, are those of EAI v2's taxonomy (version 7).
-One rule differs: a goal that an object be made counts as cutting only if the object is a half or diced. The
-rules for other benchmarks are ours. For example, a goal about the place of VirtualHome's agent moves no
-object.
+One rule differs: if a goal is to make an object, the task gets the label ``cutting`` only for halves and
+diced objects. The rules for other benchmarks are ours. For example, a goal about the place of VirtualHome's
+agent moves no object.
 """
 
 from __future__ import annotations

@@ -121,8 +121,8 @@ class PromptLibrary:
         for task_id in beliefs.keys() & prompts.keys():
             if replaced[task_id].user != prompts[task_id].user:
                 raise InputError(
-                    f"{self.folder}: remove the file that replaces the prompt of {task_id}, because it "
-                    "leaves out the goals or the scene that a model stated"
+                    f"{self.folder}: leave out the prompt of {task_id} in <domain>_<ability>.json, because "
+                    "it lacks the goals or the scene that a model gave in an earlier answer"
                 )
         return replaced
 
@@ -143,8 +143,8 @@ class PromptLibrary:
     ) -> QuestionWriter:
         """Return an object that writes the first question about a task, and further questions after failures.
 
-        The first question is one of `prompts`. If actions have changed the world since, our prompts are
-        rendered again. Published prompts and files of the user stay unchanged.
+        The first question is one of `prompts`. Further questions made from our templates describe the world
+        as earlier actions have changed it. Published prompts and prompts of the user stay unchanged.
 
         Args:
             benchmark: the benchmark.
@@ -283,8 +283,8 @@ def _insert_beliefs(
     section = benchmark.data.goal_sections.get(ability)
     if beliefs and section is None:
         raise InputError(
-            f"{benchmark.name} {ability.value}: a model's goals cannot replace the goals in the published "
-            "prompts; use --set eai"
+            f"{benchmark.name} {ability.value}: in the published prompts, goals from a model's answers "
+            "(option goals) cannot replace the tasks' goals; use --set eai"
         )
     return {
         task_id: prompt

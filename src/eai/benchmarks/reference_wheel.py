@@ -40,7 +40,7 @@ def get_task_id_of_published_id(published_id: str) -> str:
 
 
 def find_task_id(published_id: str) -> str | None:
-    """Return the task id in the data set for an identifier, or None for a task in an unpublished scene."""
+    """Return the data set's task id for an identifier in published files. None for unpublished scenes."""
     return None if _OTHER_SCENE.match(published_id) else get_task_id_of_published_id(published_id)
 
 

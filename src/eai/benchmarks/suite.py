@@ -32,7 +32,7 @@ from eai.world.fault import FaultKind
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Return the scorers of an ability's tasks under the rules ``strict``, which the ability declares."""
+    """Return the scorers of a benchmark's tasks for an ability, by the protocol ``strict``."""
     tasks = benchmark.tasks_for(ability, source)
     make = get_declaration(ability).interaction.scorers(benchmark.collect_domain_and_notation(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256, source.kept)

@@ -23,10 +23,10 @@ X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 def _map_supports_to_is_container(
     state: State, relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
-    """Return a mapping from each direct or indirect support of an object to whether it is a container.
+    """Return the direct and indirect supports of an object, each with whether it is a container.
 
-    A support is given as a bit mask; the nearest comes first. The first of `relations` states containment: it
-    relates an object to a support that is a container.
+    The keys are the supports, as bit masks of objects; the nearest support comes first. The first of
+    `relations` states containment: it relates an object to a support that is a container.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[ObjectMask, bool] = {}
@@ -133,7 +133,7 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
 
 
 def _map_targets_to_sources(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
-    """Return a mapping: object that a lookup finds -> bit mask of the objects for which it is found."""
+    """Return a mapping: object -> bit mask of the objects for which a lookup returns this object."""
     sources: dict[int, ObjectMask] = {}
     for obj in iterate_bits(state.scene.everything):
         for value in iterate_bits(lookup(state, (obj,))):

@@ -55,9 +55,9 @@ _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items
 
 
 def _format_goals_of_plan_prompt(belief: BelievedTask) -> str:
-    """Return the text of the goals, which names classes of objects, and relations as in scene graphs.
+    """Return the text of the goals. Objects have the names of their classes, and relations those of graphs.
 
-    The actions that the goals require appear twice in the text.
+    Each requirement of an action has two lines: its alternatives joined by `or`, and joined by `|`.
     """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
@@ -115,7 +115,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
     """Return a goal as a sentence such as ``soap is ON to washing_machine``.
 
-    Arguments that are no objects of the scene stay unchanged.
+    Objects of the scene have the names of their classes. Other arguments stay unchanged.
     """
     atom = _require_atom(formula)
     name, *others = [classes.get(argument, argument) for argument in _get_argument_names(atom)]
@@ -125,7 +125,7 @@ def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
 
 def _require_atom(formula: Formula) -> Atom:
     if not isinstance(formula, Atom):
-        raise TypeError(f"goal {formula}: expected a state or a relation; prompts have no words for others")
+        raise TypeError(f"goal {formula}: expected one state or relation, because prompts state only these")
     return formula
 
 
@@ -222,8 +222,8 @@ def _find_rooms_and_objects_of_plan(task: Task) -> Iterator[int]:
     """Yield the indices of objects that prompts list in addition to the relevant objects.
 
     Such objects are rooms, and objects of the annotated plan. Objects of the plan are left out if an answer
-    may call the task impossible, or ask which object is meant. If only one task of a pair has a plan, they
-    would reveal that task.
+    may call the task impossible, or ask which object is meant. Such tasks are made in pairs. If only one of
+    the two has a plan, its listed objects would tell a model which task this is.
     """
     yield from iterate_bits(task.initial.mask(room.name))
     if not task.allows_declining_answers:

@@ -194,8 +194,8 @@ ORIGINS = (
 """Triples of predicates, one triple for each kind of place from which an object can be taken.
 
 - The first predicate relates a held object to the place from which it was taken.
-- The second relates an object to its present place.
-- The third is the relation of the scene graph that becomes true when the object is put back.
+- The second relates an object to the place from which it would be taken now.
+- The third is the relation of the scene graph that becomes true when the object is put back to the place.
 """
 
 

@@ -84,9 +84,10 @@ class VirtualHomePlanNotation(PlanNotation):
         return word.upper()
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
-        """Return the function that finds relevant objects by class, and all objects by class and id.
+        """Return a function from words of a plan to the index of the object that they name.
 
-        It returns None for unknown names.
+        A class alone names the relevant object of this class. A class and an id name any object of the scene.
+        The function returns None for unknown names.
         """
         index = task.scene.index
         by_class_or_id = make_index_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)

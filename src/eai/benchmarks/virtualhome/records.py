@@ -61,7 +61,7 @@ class GraphDelta:
     """The difference of two scene graphs: first remove, then replace, then append objects and edges.
 
     Each list is applied in its own order. An `ON` or `INSIDE` edge that is listed in both `removed_edges` and
-    `added_edges` only moves: behind the other edges of its source and relation.
+    `added_edges` only changes its position in the graph: it is then the last edge of its source and relation.
     """
 
     removed_ids: tuple[int, ...]
