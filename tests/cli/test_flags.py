@@ -90,4 +90,7 @@ def test_a_mistake_in_a_file_of_options_is_told_with_the_file(eai: Command, tmp_
 
 def test_somebody_has_to_be_asked(eai: Command, tmp_path: Path) -> None:
     done = eai("run", "--limit", "1", "--out", tmp_path)
-    assert (done.status, done.err) == (2, "eai: expected --model NAME, or a file with the names of models\n")
+    assert (done.status, done.err) == (
+        2,
+        "eai: expected --model NAME, or a FILE.toml with names of models in model.name\n",
+    )

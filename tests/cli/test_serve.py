@@ -35,7 +35,7 @@ def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:
         ),
         (
             "--with harness=text",
-            "eai: --with harness: this option is only for models of eai run; leave it out",
+            "eai: --with harness: this option is only for models that eai run asks; leave it out",
         ),
         ("--tasks both --with view=moon", "eai: agent.view: expected 'task' or 'scene', found 'moon'"),
     ],

@@ -212,9 +212,9 @@ def _write_and_count_figures(figures: Figures, folder: Path, formats: Sequence[s
 
 
 def _print_analysis(analysis: Analysis, plot_count: int, folder: Path | None) -> None:
-    """Print the tables that are meant for the screen, and all remarks.
+    """Print the tables that are meant for the screen, all remarks, and the folder of written files.
 
-    Without such tables, print the numbers of written tables and plots.
+    If no table is meant for the screen, print only how many tables and plots were written, and the folder.
     """
     if not analysis.screen_tables:
         print_result_line(

@@ -43,13 +43,14 @@ def compare(
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
     Runs of the same domain, ability and protocol are compared; A and B each have at most one such run.
-    Without such runs, eai compares runs on variants of a benchmark: the same tasks in other words or with
-    exact rules. It also compares runs on abilities whose questions are the same for all benchmarks.
+    If A and B have no such runs in common, eai compares runs on variants of a benchmark: the same tasks in
+    other words, or with prompts that state exact rules. It also compares runs on abilities whose questions
+    are the same for all benchmarks.
 
     Episodes are compared only if they had the same rules, such as a limit of actions.
 
     Tasks of one title, and questions about one task, are near copies and count as one cluster. A second line
-    treats all tasks as independent.
+    of results treats all tasks as independent.
 
     Example: eai compare scores/gpt-4o scores/o1-mini
 

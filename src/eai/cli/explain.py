@@ -162,7 +162,7 @@ def _read_records_or_find_log_plugin(path: Path) -> tuple[list[Record], Any | No
     try:
         return [each for file in find_record_files([path]) for each in read_records(file)], None
     except InputError:
-        # the logs in the folder of an interrupted run are eai's own, so no extension reads them
+        # plug-ins read logs of other projects; a folder with run.toml has eai's own logs
         plugin = None if (path / "run.toml").is_file() else find_plugin_that_reads_log(path)
         if plugin is None:
             raise

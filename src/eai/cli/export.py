@@ -85,8 +85,8 @@ def export_prompts(
     """Write prompts: rows for training, a list as the data set has it, or a page for people.
 
     FILE.json is a list of {"identifier", "llm_prompt"} for one benchmark and ability. Official prompts equal
-    the data set's byte for byte. The exceptions are corrected prompts, which did not ask for what is scored
-    (docs/errata.md). --errata none leaves them uncorrected. A system message is in FILE with _system before
+    the data set's byte for byte. The exceptions are prompts that did not ask for what is scored: they are
+    corrected (docs/errata.md), unless you give --errata none. A system message is in FILE with _system before
     its extension. With --goals, tasks without an answer in that file have no prompt.
 
     FILE.html is a page on which a person answers the questions of models; it sends nothing. The person saves
@@ -273,8 +273,8 @@ def _make_rows_with_rewards_of_records(
                 continue
             if domain not in named and domain not in list_benchmarks():
                 raise InputError(
-                    f"{domain}: no installed benchmark has this name; give --domain as eai run had it, "
-                    "such as tasks/ or module:object"
+                    f"{domain}: no installed benchmark has this name; give the same --domain as for the run "
+                    "that made the records, such as tasks/ or module:object"
                 )
             benchmark = named.get(domain) or find_benchmark(domain)
             asked = PromptLibrary(prompt_set, None, source).open(benchmark, ability)

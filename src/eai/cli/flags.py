@@ -143,13 +143,15 @@ def check_model_names(models: Sequence[str], abilities: Sequence[Ability]) -> No
         check_model_name(model)
         if model == f"{PROVIDER}/{CAPTIONER}" and {*abilities} != {SCENE_GRAPH}:
             raise InputError(
-                f"--model {model}: this model only lists scenes, so give --ability {SCENE_GRAPH}; or give "
-                f"another --model, --with perception.scene=predicted and perception.scene_model={model}"
+                f"--model {model}: this model only lists scenes, so give --ability {SCENE_GRAPH}. To let it "
+                "perceive scenes for another --model, give --with perception.scene=predicted "
+                f"--with perception.scene_model={model}"
             )
         twin = named.setdefault(to_file_name(model), model)
         if twin != model:
             raise InputError(
-                f"--model {model}: its results would overwrite those of {twin}; run it by itself"
+                f"--model {model}: its results would overwrite those of {twin}, because both names give one "
+                "folder; run it by itself, with another --out"
             )
 
 

@@ -98,7 +98,10 @@ def _describe_reward_spread(group_count_by_spread: Counter[str]) -> str:
 
 
 _WORDS_FOR_EQUAL_REWARDS = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
-"""Description of answers with equal rewards, by key of `count_tasks_by_reward_spread`."""
+"""Mapping from kinds of tasks whose answers have equal rewards to a text on these rewards.
+
+The kinds are names of counts in `count_tasks_by_reward_spread`.
+"""
 
 
 def _describe_and_list_long_tasks(

@@ -216,7 +216,7 @@ def parse_external_agent_setting(settings: Sequence[str]) -> AgentSetting:
 
     chosen = apply_settings_to_section(AGENT_SETTING_FIELD, AgentSetting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
-        raise InputError(f"{SETTING} {name}: this option is only for models of eai run; leave it out")
+        raise InputError(f"{SETTING} {name}: this option is only for models that eai run asks; leave it out")
     return chosen
 
 

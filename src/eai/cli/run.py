@@ -146,7 +146,7 @@ def run(
     collect_garbage_often()
     spec = flags.read_run_specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
-        raise InputError("expected --model NAME, or a file with the names of models")
+        raise InputError("expected --model NAME, or a FILE.toml with names of models in model.name")
     scoring = spec.scoring
     wanted = spec.combined_study_options.select_abilities(spec.tasks.ability)
     flags.check_model_names(spec.model.name, wanted)
@@ -303,10 +303,10 @@ def _request_answers_and_score(
 ) -> SuiteResult:
     """Obtain one model's answers to one suite (ability in a benchmark) through Inspect, and score them.
 
-    Inspect is imported only here. In ``first``, a model interprets goals or perceives scenes before the
-    questions. Prompts then contain these goals or scenes, and a task without them gets no question. The
-    number of answers for each task is ``epochs``, or else the number in the specification. If ``studied`` is
-    true, records contain the options of the run's studies (variations around benchmarks and abilities).
+    Inspect is imported only here. The stage ``first`` may ask a model for the tasks' goals or scenes before
+    the questions. The questions then state these goals or scenes, and a task without them gets no question.
+    The number of answers for each task is ``epochs``, or else the number in the specification. If ``studied``
+    is true, records contain the options of the run's studies (variations around benchmarks and abilities).
     """
     from eai.run.context import choose_answer_limit
     from eai.run.log_scores import write_scores

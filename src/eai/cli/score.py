@@ -81,8 +81,8 @@ class _ScoringJob:
     Attributes:
         rules: Rules of the episodes in which the model answered; None for the standard rules.
         elsewhere: Ids of tasks that the model answered in episodes with other rules.
-        logged: Function that adds options of studies (variations of questions) to a record, as they are in
-            the Inspect log; None if there are no such options.
+        logged: Function that adds to a record the options and results of studies in the Inspect log; None if
+            the log has no such options. Studies are variations of questions.
         log: The Inspect log with the answers; None if they are in a response file.
         partial_file: File of the records until the command ends; None if nothing is written.
         kept: Number of records that an interrupted command wrote to the partial file.
@@ -128,7 +128,7 @@ class _ScoringJob:
 
     @property
     def model_and_rules_text(self) -> str:
-        """The name of the model, followed by its game rules if they are not standard."""
+        """The name of the model, followed by the rules of its episodes if they are not standard."""
         return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).game_rules_text)))
 
 
@@ -250,9 +250,9 @@ def _is_log_of_other_project(path: Path) -> bool:
 
 
 def _split_job_by_game_rules(job: _ScoringJob) -> list[_ScoringJob]:
-    """Split a job by the game rules of its answers.
+    """Split a job so that all episodes of each new job have equal game rules.
 
-    If these differ, answers by other rules than the standard ones get their own folders.
+    If there are several jobs, those with other than the standard rules get their own folders.
     """
     parts = split_answers_by_game_rules(job.suite.ability, job.answers)
     jobs = []

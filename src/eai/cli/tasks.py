@@ -79,8 +79,8 @@ def check(
 
     With --against, count tasks that another benchmark gives away. They are equal tasks, tasks with equal
     goals, and tasks that a plan of the other benchmark solves: the plan of its task with the most similar
-    goals. With --split, check that the set was made with the secret. The manifest in the folder has the
-    secret's digest.
+    goals. With --split, check that eai generate made the set of this name with the secret. The manifest in
+    the folder has the secret's digest.
 
     With --references, also search the shortest plan of each task in task files, and actions that win games of
     the task. Environments then need not search them. If the files are right, missing plans are added to them.
@@ -245,8 +245,8 @@ def tasks(
     """
     if problems and domain.startswith(f"{PDDL}:"):
         raise InputError(
-            f"--domain {domain}: the tasks of this benchmark are its problems already; leave out "
-            "PROBLEMS to export them"
+            f"--domain {domain}: the tasks of this benchmark are the problems that --domain names; leave out "
+            "the argument PROBLEMS to export them"
         )
     benchmark = find_benchmark(domain)
     with open_data_source(data) as source:
