@@ -43,7 +43,7 @@ CAPTIONER = "captioner"
 """Built-in model that lists the objects in pictures."""
 
 EXPLORERS = ("explorer", "greedy", "novel", "blind")
-"""Built-in models that only play episodes. They answer no questions of abilities without episodes."""
+"""Built-in models that only play episodes. They have no answers to abilities without episodes."""
 
 MODELS = (
     *("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER),

@@ -160,7 +160,7 @@ class RunState:
                 self.open_conversation(key)
 
     def has_all_answers(self, job: QuestionJob) -> bool:
-        """Whether all questions of a job are answered. The job may be a part of the run's job."""
+        """Whether all questions of a job are answered. The job has all tasks of the run, or some."""
         return all(key in self.last_answers for key in product(job.prompts, range(1, job.epochs + 1)))
 
     @property

@@ -74,9 +74,11 @@ def _write_scores_of_log(
 
     Args:
         path: the log.
-        scored: for each sample, the record (scored answer) from which its score is made, and the epoch.
-        kept: the records without explanations, which take less memory, for the log's metrics.
-        result: the scored answers to all requests; the log states their scoring rules and errata.
+        scored: for each sample of the log, the whole record (scored answer) and the epoch. The sample's
+            score is made from the record.
+        kept: for each task and epoch, the record without explanations, which takes less memory. The log's
+            metrics are computed from these records.
+        result: the scored answers to all requests of the run; the log states its scoring rules and errata.
     """
     log = read_inspect_log(path, header_only=True)
     log.samples, partial_file = [], path.with_name(f".{path.stem}.part")

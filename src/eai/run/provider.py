@@ -131,16 +131,22 @@ class _BuiltInModel(ModelAPI):
     """A built-in model.
 
     Args:
-        model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search for the goals
-            that the question states, for action sequencing and subgoal decomposition; after an attempt that
-            changed the world, from the world's present state), ``lookup`` (the answer of the most similar
-            public task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form
-            asked for), ``random`` (random possible actions; argument ``seed``), ``noisy`` (the data set's
-            answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and ``heed``, the
-            probability with which it repairs an error that feedback names; otherwise it repeats its answer),
-            ``captioner`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
-            ``replay`` (answers from response files, of further attempts from
-            ``<model>_attempt_<k>_outputs.json``; argument ``path``).
+        model_name: one of these names:
+
+            - ``oracle``: the data set's own answers.
+            - ``planner``: plans for the goals that the question states, or subgoals of such plans.
+              After an attempt that changed the world, the search starts in the changed state.
+            - ``lookup``: the answer of the most similar public task, with renamed objects.
+            - ``copy``: answers copied from the question (`open_copied_answers`).
+            - ``empty``: answers without content, in the requested form.
+            - ``random``: random possible actions; argument ``seed``.
+            - ``noisy``: the data set's answers with random errors, which differ between attempts; arguments
+              ``rate`` and ``seed``. With the argument ``heed``, a further attempt repeats the last answer. An
+              error that feedback names is then repaired with the probability ``heed``.
+            - ``captioner``: scene graphs of pictures, with errors; arguments ``rate`` and ``seed``.
+            - ``replay``: answers from response files; argument ``path``. Answers of further attempts are in
+              ``<model>_attempt_<k>_outputs.json``.
+            - a name in `eai.run.job.EXPLORERS`: the commands of a built-in agent in episodes.
         base_url: not used.
         api_key: not used.
         config: not used.
@@ -172,7 +178,7 @@ class _BuiltInModel(ModelAPI):
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
     ) -> ModelOutput:
-        """Answer the last question. If answers are episodes, return the next command of the episode."""
+        """Answer the last question. In an ability whose answers are episodes, return the next command."""
         positions = [
             n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _REQUIRED_METADATA
         ]

@@ -1,4 +1,7 @@
-"""Find signs that a server ignored a part of the requests. A run prints them at its end."""
+"""Find signs that a server or model ignored the requested form, a part of a prompt, or the tools.
+
+A run prints them at its end.
+"""
 
 from __future__ import annotations
 
@@ -65,10 +68,10 @@ def _matches_schema(text: str, schema: Schema) -> bool:
 
 
 def _describe_cut_prompts(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
-    """Return a sentence on prompts with too few counted tokens; empty if all counts are credible.
+    """Return a sentence on prompts that the server seems to have cut off, or an empty text.
 
-    Questions of attempts and episodes are left out, because they grow from turn to turn. Built-in models are
-    left out, because they count words.
+    The server has counted too few tokens for the length of such a prompt. Questions of attempts and episodes
+    are left out, because they grow from turn to turn. Built-in models are left out, because they count words.
     """
     grows = job.trials is not None or get_declaration(job.suite.ability).takes_turns
     if grows or is_built_in_model(job.endpoint.model):

@@ -209,11 +209,12 @@ def _add_harness_and_rules_of_episode(log_experiment: Experiment, record: Record
 def add_study_results_to_record(
     record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int
 ) -> Record:
-    """Return the record of an answer from Inspect's log, completed with options and results of studies.
+    """Add the options and results of studies (variations of questions) to the record of an answer in a log.
 
-    Studies are variations of the questions. Their options (the experiment) are read from the sample's
-    metadata. If a task had several attempts, all answers are executed again. If the question stated goals or
-    a scene that a model gave earlier, the values that studies report on them are computed again.
+    The options, called the experiment, are read from the metadata of the answer's sample. Without options,
+    the record is returned unchanged. If the task had several attempts, their answers are executed again. If
+    the question stated goals or a scene that a model gave earlier, the studies' values on these are computed
+    again.
 
     Args:
         record: the record of the last answer, scored as if there were no experiment.
@@ -242,13 +243,13 @@ LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
 def make_record_of_logged_answer(
     suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, record_without_experiment: Record
 ) -> Record:
-    """Return the record of a logged answer, completed with the options and results of the run's studies.
+    """Add the options and results of studies (variations of questions) to the record of a logged answer.
 
-    Studies are variations of the questions. Their options are called the experiment.
+    The options are called the experiment. Those in the metadata of the task's sample are used.
 
     Args:
         suite: the suite.
-        experiment: the options, in the form of samples' metadata, for a task that ``samples`` lacks.
+        experiment: the options for a task without a sample in ``samples``, in the form of samples' metadata.
         samples: the logged sample of each task whose answer is scored.
         record_without_experiment: the answer's record, scored as if the run had no studies.
     """
@@ -316,11 +317,11 @@ def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> S
 
 
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """Return the verdicts on tasks, read from one score of each task.
+    """Return the verdict on each task, which is read from one score of the task.
 
-    Some protocols (scoring rules) decide from all answers of a model how to read each of them. Then the
-    answers are scored again. Verdicts on repeated attempts do not change, because each answer was read before
-    the next question was asked.
+    Under some protocols (scoring rules), all answers of a model determine the scorers. If the log was scored
+    by other scorers, all answers are scored again. Verdicts on repeated attempts do not change, because each
+    answer was scored before the next question.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered_scores(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}

@@ -278,7 +278,7 @@ class _SampleTranscript:
             self._state.messages.append(messages[-1])
             self._state.output = ModelOutput(
                 model=str(self._state.model)
-            )  # the output stays empty until the question is answered
+            )  # the last answer is no answer to the new question
         return messages
 
     def add_recorded_answer(self, answer: Answer) -> None:

@@ -192,7 +192,7 @@ class RunSpec(Options):
 
     @property
     def setting(self) -> AgentSetting:
-        """The setting of the agent (harness, rules of the game), with the run's set of prompts."""
+        """The run's options for agents in episodes, with the run's set of prompts if it is in `VARIANTS`."""
         chosen = self.prompts.set
         return self.agent.model_copy(update={"prompts": chosen}) if chosen in VARIANTS else self.agent
 
@@ -215,8 +215,8 @@ class RunSpec(Options):
     def experiment(self) -> Experiment:
         """The options of studies (variations) that change the questions of the run, as records store them.
 
-        A run may first ask a model for the goals or scenes that its questions state. The options of this
-        request are left out; `ModelBeliefsInPrompts.experiment` has them.
+        Before its questions, a run may ask a model for the goals or scenes of the tasks. The options of this
+        stage are left out; `ModelBeliefsInPrompts.experiment` has them.
         """
         variations_by_study = {
             variation.name: self.studies.get(variation.name, VariationOptions())

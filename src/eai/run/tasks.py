@@ -326,7 +326,8 @@ def _sort_arguments_into_spec_sections(
 
 def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
     raise InputError(
-        "goals: expected a file with answers to goal interpretation; to ask the model first, use eai run"
+        "goals: expected a file with a model's answers to goal interpretation, because tasks in Inspect do "
+        "not ask a model for goals; eai run does"
     )
 
 
@@ -435,10 +436,10 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
 
 
 def make_function_that_adds_study_options(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
-    """Return a function that adds the options of studies in a log to a record of an answer in the log.
+    """Return a function that adds the options and results of studies in a log to the record of an answer.
 
-    Return None if the log has no such options. Return None also if the ability's results are means over
-    several answers to a task, because the function looks up one answer to each task.
+    Studies are variations of the questions. Return None if the log has no options of studies. Return None
+    also if all answers to a task are averaged, because the function knows one answer to each task.
 
     Raises:
         InputError: the log cannot be read.
