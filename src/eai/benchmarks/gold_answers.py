@@ -56,8 +56,8 @@ def make_answer_heeding_feedback(
     """Return the answer of a built-in model that makes random errors, and repairs an error that is named.
 
     The question may contain the model's last answer and the reason for its failure. The model then repairs
-    the first wrong part (such as a step) of that answer with probability ``heed``. Otherwise the model
-    repeats its answer.
+    the first wrong part (such as a step) of that answer with probability ``heed``.
+    Otherwise the model repeats its answer.
     """
     versions = list(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
@@ -299,8 +299,8 @@ def _open_gold_answers_made_from_plans(
 ) -> AnswersByTask:
     """Return right answers made from plans: plans for action sequencing, or subgoals of plans.
 
-    If ``scripts`` is true, the data set's own plans are used. For tasks without such a plan, a plan is
-    searched.
+    If ``scripts`` is true, the data set's own plans are used.
+    For tasks without such a plan, a plan is searched.
     """
     planner, join = Planner(benchmark.domain), get_part_joiner(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans

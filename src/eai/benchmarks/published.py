@@ -26,7 +26,8 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
 
     Args:
         name: the benchmark's folder in the pack (data package) of prompts.
-        rendered: ability -> renderer of prompts, for abilities for which the data set has only a template.
+        rendered: ability -> renderer of prompts, for abilities for which the data set has only a
+            template.
     """
 
     def open_prompt_files(ability: Ability, source: Source) -> PromptFiles:

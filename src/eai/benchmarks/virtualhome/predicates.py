@@ -90,8 +90,8 @@ def make_grab_origin_lookup(
 ) -> LookupFunction:
     """Return a lookup function for the origins of objects: the places from which they are grabbed.
 
-    The function uses one relation of `GRAB_ORIGIN_RELATIONS`. If an earlier relation in this tuple relates
-    the object to a place, the function returns no places. Rooms are never origins (as in
+    The function uses one relation of `GRAB_ORIGIN_RELATIONS`. If an earlier relation in this tuple
+    relates the object to a place, the function returns no places. Rooms are never origins (as in
     ``_find_first_node_from`` of the paper's package).
 
     Args:
@@ -228,8 +228,8 @@ somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 def _make_grab_origin_predicate(relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate that relates an object to the places from which it is grabbed, by one relation.
 
-    If an earlier relation in `GRAB_ORIGIN_RELATIONS` relates the object to a place, the predicate is false.
-    Rooms are never such places.
+    If an earlier relation in `GRAB_ORIGIN_RELATIONS` relates the object to a place, the predicate
+    is false. Rooms are never such places.
     """
     *earlier, relation = (ontop, inside, next_to)[: relation_index + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
