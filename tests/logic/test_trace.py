@@ -13,7 +13,7 @@ from logic.random_formulas import SCENE, trace
 def test_numbers_of_states_and_actions_must_fit() -> None:
     with pytest.raises(InputError, match="0 states"):
         Trace([])
-    with pytest.raises(InputError, match="one action between two states"):
+    with pytest.raises(InputError, match="one action fewer than states"):
         Trace([Facts(frozenset(), ())], [("GRAB", ())])
 
 

@@ -293,10 +293,11 @@ def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
 
 
 def _count_dnf_terms_of_object_pairing(pair_count: int, term_counts: Sequence[Sequence[int]]) -> int:
-    """Count the DNF terms of an `AndOrTreePairing`, given the number of DNF terms of each cell of its table.
+    """Count the DNF terms of a node with a table of subtrees (`AndOrTreePairing`).
 
-    The pairing is true if ``pair_count`` of its cells are true, with no two in one row or column. Each
-    such set of cells has as many DNF terms as the product of the numbers of its cells.
+    ``term_counts`` has the number of DNF terms of each cell of the table. The node is true if
+    ``pair_count`` cells are true, no two of them in one row or column. Each such set of cells has as many
+    DNF terms as the product of the numbers of its cells.
     """
     rows, columns = len(term_counts), len(term_counts[0]) if term_counts else 0
     if pair_count > min(rows, columns):
@@ -310,9 +311,10 @@ def _count_dnf_terms_of_object_pairing(pair_count: int, term_counts: Sequence[Se
 
 
 def _count_dnf_terms_of_object_pairing_by_row(pair_count: int, term_counts: Sequence[Sequence[int]]) -> int:
-    """Compute the result of `_count_dnf_terms_of_object_pairing` row by row.
+    """Return the same number as `_count_dnf_terms_of_object_pairing`. Choose cells row by row.
 
-    One partial sum is kept for each set of columns that the chosen cells of earlier rows occupy.
+    The number of DNF terms of the cells that are chosen so far is kept for each set of columns with a
+    chosen cell.
     """
     sums = {0: 1}
     for line in term_counts:
@@ -353,13 +355,13 @@ Its argument is the mask of the answer's conditions. It returns None if the goal
 def make_closest_dnf_term_finder(tree: AndOrTree, number_of: Callable[[Literal], int]) -> FindClosestDnfTerm:
     """Return a function that finds the DNF term that shares most conditions with an answer.
 
-    If several DNF terms share equally many, the shortest is chosen, then the first. In a conjunction, the
-    shared conditions of all literals are counted together, but those of each other part separately. So a
-    condition that occurs in two parts counts twice.
+    If several DNF terms share equally many, the shortest is chosen, then the first. The score of a
+    conjunction is the sum of the scores of its parts. All literals of the conjunction together are one part,
+    in which a condition counts once. A condition that occurs in two parts counts twice.
 
     Args:
         tree: the and-or tree of the goal.
-        number_of: function that returns the number of a condition; equal conditions have equal numbers.
+        number_of: returns the number of a condition; equal conditions have equal numbers.
     """
     match tree:
         case AndOrTreeLiteral(literal):
@@ -437,7 +439,10 @@ def _make_dnf_term_finder_for_object_pairing(
 
 
 def _conjoin_scored_dnf_terms(parts: Iterable[_ScoredDnfTerm | None]) -> _ScoredDnfTerm | None:
-    """Merge one DNF term of each conjunct into one DNF term; None if any conjunct has no DNF term."""
+    """Merge one DNF term of each conjunct into one DNF term, and add their scores.
+
+    Return None if a conjunct has no DNF term, because nothing makes it true.
+    """
     score = conditions = 0
     for part in parts:
         if part is None:

@@ -29,7 +29,7 @@ from eai.logic.signature import (
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_FORMULA_DEPTH
 
 MAX_CACHED_ATOMS_AND_ACTIONS = 1_000
-"""Maximum number of parsed atoms and actions that are cached in one `Signature` (set of allowed names)."""
+"""Maximum number of parsed atoms and actions that one `Signature` (set of allowed names) caches."""
 
 
 Dialect: TypeAlias = Literal["release", "ltlf"]
@@ -38,8 +38,9 @@ Dialect: TypeAlias = Literal["release", "ltlf"]
 ``release``: the paper's formulas, exactly as the parser of eai-eval 1.0.5 accepts them
 (``tl_formula/simple_tl_parser.py``). In this dialect, a name that begins with ``not`` is a negation
 (``notopen(x)``).
-``ltlf``: the paper's formulas in both spellings of ``forn``, and all of linear temporal logic on finite
-traces, with categories of variables, equations, implication, pairings and constants.
+``ltlf``: the paper's formulas, with or without a period after the number of ``forn``. This dialect adds
+all of linear temporal logic on finite traces, implication, equations (``x = y``), ``true``, ``false``,
+``forpairs`` and ``fornpairs``. A quantifier may give its variable a category (``exists x: lamp.``).
 """
 
 
@@ -79,7 +80,7 @@ _NUMBERED_NAME = re.compile(r"(.+)\.([0-9]+)")
 
 
 def map_formula_spellings_to_names(object_names: Iterable[str]) -> dict[str, str]:
-    """Return a mapping from the spellings of objects' names in formulas to the names, in their given order.
+    """Return a mapping from the spellings of names in formulas to the names, in their given order.
 
     A character that formulas do not allow in names becomes an underscore. If two spellings become equal, the
     later one gets another underscore.

@@ -116,8 +116,9 @@ def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # A step that adds weight never adds a cell of weight 0. Without this cell, the new matching would have
-    # the size of the old matching and more weight. But the old matching was the heaviest of its size.
+    # Why no cell of weight 0 is taken: suppose that a step adds weight, and the enlarged matching has such a
+    # cell. Without this cell, it is as large as the matching before the step, but heavier. This cannot be,
+    # because the matching before the step was the heaviest matching of its size.
     while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())

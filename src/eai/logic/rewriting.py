@@ -115,7 +115,7 @@ def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
 def standardize_variable_names(formula: f.Formula) -> f.Formula:
     """Return a formula with bound variables named x, y, z, x1, x2, ... in the order of their quantifiers.
 
-    Names of objects in the formula are skipped.
+    Variables do not get names that objects in the formula have.
     """
     taken = find_object_names(formula)
     fresh = filter(lambda name: name not in taken, chain("xyz", map("x{}".format, count(1))))

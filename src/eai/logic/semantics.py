@@ -13,8 +13,9 @@ forn over ``then`` cannot become false when their segment grows. So only the las
 these formulas. For formulas that cannot become false when their segment shrinks, only the first end is tried.
 All other formulas are evaluated on every segment, which multiplies the time by the length of the trace.
 
-A quantifier tries only objects for which its body can have the wanted truth (`find_values_for_truth`):
-``exists x. exists y. (pour(x, y))`` on a trace with one pouring does not try 290 times 290 pairs.
+A quantifier tries only objects for which its body can have the wanted truth
+(`find_values_for_truth`). So ``exists x. exists y. (pour(x, y))`` on a trace with one pouring
+does not try 290 times 290 pairs.
 """
 
 from __future__ import annotations
@@ -157,7 +158,8 @@ class _TraceEvaluator:
                 if ends
                 else 0
             )
-        # A formula that stays true when a segment is shortened is tested only on segments of length 1.
+        # Segments of one state are enough if the formula stays true on shortened segments, and every position
+        # up to the last end is an end: a longer segment satisfies the formula only if its first state does.
         if id(formula) in self._monotony.true_when_shorter and ends == _fill_mask_up_to_last(ends):
             return self._find_satisfying_one_state_segments(formula, binding) & ends
         table = self._get_satisfying_segments_by_end(formula, binding)
@@ -246,7 +248,7 @@ class _TraceEvaluator:
             case f.ForPairs():
                 return self._compute_pairing_mask(formula, binding, evaluate, everything)
             case _:
-                raise AssertionError(f"expected a connective or quantifier, found {type(formula).__name__}")
+                raise AssertionError(f"{type(formula).__name__}: expected a connective or a quantifier")
 
     def _compute_mask_for_each_value(
         self,
@@ -256,9 +258,9 @@ class _TraceEvaluator:
         evaluate: _EvaluatePart,
         wanted_truth: bool,
     ) -> list[PositionMask]:
-        """Return, for each value of a quantified variable, the mask of positions at which the body holds.
+        """Return for each value of a quantified variable the mask of the positions at which the body holds.
 
-        A value is left out if the body is proved to have the truth value ``wanted_truth`` at no position.
+        There may be no mask for a value with which the body never has the truth value ``wanted_truth``.
         """
         name = variable.name
         values = self._find_values_for_truth(variable, body, binding, wanted_truth)
@@ -278,9 +280,9 @@ class _TraceEvaluator:
     def _find_arguments_on_trace(
         self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
-        """Return the objects that occur as an action's argument on the trace.
+        """Return the objects that occur as an argument of an action in the evaluated trace.
 
-        Return None for an atom: any object may be its argument.
+        For an atom (a condition on states), return None: it may be true of any object.
         """
         return (
             self._trace.find_values_of_argument(leaf.action, argument_index)
@@ -343,8 +345,8 @@ def _compute_exact_count_mask(
 ) -> PositionMask:
     """Return the mask of the positions that are in exactly ``count`` masks.
 
-    The number of masks that contain a position is counted in binary. Bit masks hold one digit each, for all
-    positions together.
+    The masks that contain a position are counted in binary, for all positions at once. Bit p of
+    ``digits[i]`` is binary digit i of the count for position p.
     """
     digits: list[int] = []
     for mask in masks:
@@ -491,8 +493,8 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedSubformula:
     - ``always``: its body, with the first position at which the body is false.
     - ``until``: its left side, with the first position at which this side is false. If the left side always
       holds: its right side.
-    - Conjunction: the first false conjunct. If the conjuncts hold, but only at different positions: the
-      conjunction.
+    - Conjunction: the violated part of the first conjunct that does not hold on the trace. If each conjunct
+      holds at some position, but never all of them at one position: the conjunction.
     """
     evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     match formula:
@@ -558,7 +560,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_end_of_satisfying_segment(part, evaluator, trace, start)
         if last is None:
-            if holds:  # the sequence holds, but with a later end of an earlier part
+            if holds:  # the formula holds only if an earlier part ends after its first possible end
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))

@@ -82,7 +82,7 @@ class Signature:
         return name in self.actions and name not in self.predicates
 
     def get_arities_of_predicates_or_actions(self, name: str) -> Mapping[str, int | None]:
-        """Return the arities of all predicates if ``name`` is a predicate, else the arities of all actions.
+        """Return the arities of all predicates if the given name is a predicate, else of all actions.
 
         The arity None allows any number of arguments.
         """

@@ -51,7 +51,8 @@ class Trace:
     def __init__(self, states: Sequence[_TraceState], actions: Sequence[TakenAction] = ()) -> None:
         if not states or (actions and len(actions) != len(states) - 1):
             raise InputError(
-                f"{len(states)} states and {len(actions)} actions: expected one action between two states"
+                f"{len(states)} states and {len(actions)} actions: expected at least one state, and one "
+                "action fewer than states or no actions"
             )
         self._states = states
         self._latest_first = [state.holds for state in reversed(states)]

@@ -139,13 +139,19 @@ def find_temporal_subformula_ids(formula: f.Formula) -> frozenset[int]:
 class _MonotoneSubformulaIds(NamedTuple):
     """The ``id`` of each subformula whose truth on a segment of a trace is monotone in the segment's length.
 
-    Segments grow and shrink at their end.
+    A segment is a sequence of consecutive states. It grows and shrinks at its end.
     """
 
     true_when_longer: frozenset[int]
-    """Python's ``id`` of each subformula that remains true if states are added at the end of a segment."""
+    """Python's ``id`` of each subformula that, if true on a segment of a trace, is true on longer segments.
+
+    The longer segments have the same start.
+    """
     true_when_shorter: frozenset[int]
-    """Python's ``id`` of each temporal subformula that remains true if a segment loses states at its end."""
+    """Python's ``id`` of each temporal subformula that, if true on a segment, is true on shorter segments.
+
+    The shorter segments have the same start.
+    """
 
 
 def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:
