@@ -204,7 +204,7 @@ def test_a_users_prompts_need_a_section_for_goals(
         PromptLibrary("eai", tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
     rows[0]["llm_prompt"] = "Mine."
     file.write_text(json.dumps(rows), encoding="utf-8")
-    with pytest.raises(InputError, match="expected a prompt with goals between"):
+    with pytest.raises(InputError, match="the prompt has no section of goals between"):
         official.open(benchmark, ability, beliefs)
 
 

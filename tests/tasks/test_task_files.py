@@ -92,10 +92,10 @@ CASES = [
     ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
     (
         {**LINE, "hazards": ["shut"]},
-        "hazards: expected goals over time (about the whole execution) as the last 1 goals, one for each "
-        "hazard, after at least one other goal",
+        "hazards: expected the last 1 of `goals` to be about the whole execution, one for each hazard, after "
+        "at least one other goal",
     ),
-    ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected goals over time"),
+    ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected the last 1 of"),
     ({**LINE, "untold": True}, "`untold` is true, so `hazards` must list"),
     ({**LINE, "missing": [], "fits": ["ball"]}, "missing and fits: expected only one of these members"),
     (

@@ -35,15 +35,16 @@ from eai.logic.trace import iterate_positions
 _MAX_SETS = 2_000
 """Maximum number of sets of common conditions that a search keeps.
 
-Common conditions are about atoms in several parts of a goal. If a search discards a set, it may miss the best
-way to satisfy the goal. The share of met conditions that it finds is then a lower bound.
+Common conditions are about atoms that several parts of a goal mention. The search combines the parts one by
+one, and keeps the sets of common conditions that these parts can choose. If it discards a set, it may miss
+the best way to satisfy the goal. The share of met conditions that it finds is then a lower bound.
 """
 
 _MAX_UNPRUNED_SETS = 64
 """Number of sets of common conditions above which a search discards dominated sets.
 
-Common conditions are about atoms in several parts of a goal. A set is dominated if another set leads to at
-least the same total value, for every choice of conditions in the other parts.
+Common conditions are about atoms that several parts of a goal mention. A set is dominated if another set
+gives at least the same total value, whichever conditions the other parts choose.
 """
 
 _MAX_DOMINATING_SETS = 8
@@ -111,8 +112,8 @@ class _BestGoalOptionFinder:
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            further_conditions_met: number of met conditions among the ``further_condition_count`` conditions
-                that every option contains.
+            further_conditions_met: number of met conditions among the further conditions, which every option
+                contains.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
@@ -129,11 +130,12 @@ class _BestGoalOptionFinder:
     ) -> _ShareOfMetConditions:
         """Return the share of met conditions of the option with the greatest gain over ``current_share``.
 
-        An option is a set of conditions that satisfies the goal: ``total`` conditions, and ``met`` of them
-        hold. Its gain is ``current_share.total * met - current_share.met * total``. The gain is positive if
-        the option's share is larger. If several options have the greatest gain, the shortest is chosen. The
-        search therefore maximizes ``scale * gain - total``, with a ``scale`` greater than any total. If no
-        option is possible, ``current_share`` is returned.
+        An option is a set of conditions that satisfies the goal. It has ``total`` conditions, and ``met`` of
+        them hold. Its gain is ``current_share.total * met - current_share.met * total``. The gain is positive
+        if the option's share is larger than ``current_share``. Among options with the greatest gain, the
+        function chooses the option with the fewest conditions. So the search maximizes
+        ``scale * gain - total``, with a ``scale`` greater than any total. If no option is possible,
+        ``current_share`` is returned.
         """
         scale = 2 * len(self.atoms) + self._further + 1
         unmet = -current_share.met * scale - 1
@@ -164,17 +166,18 @@ _ConditionMask: TypeAlias = int
 """Bit mask of conditions; condition ``2 * i`` states that atom ``i`` is true, ``2 * i + 1`` its negation."""
 
 _NumberedChoice: TypeAlias = (
-    "int | AllOf[_NumberedChoice] | AnyOf[_NumberedChoice] | ExactlyNOf[_NumberedChoice]"
-    " | AndOrTreePairing[_NumberedChoice]"
+    "int | AllOf[_NumberedChoice] | AnyOf[_NumberedChoice]"
+    " | ExactlyNOf[_NumberedChoice] | AndOrTreePairing[_NumberedChoice]"
 )
 """An and-or tree of the conditions of a goal. Its leaves are the numbers of conditions."""
 
 _ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
-"""The best ways to satisfy one part of a goal, for each set of common conditions that can be chosen.
+"""The values of the best ways to satisfy one part of a goal: one value for each set of common conditions.
 
-A way is a set of conditions, each with a value (`_GoalOptionSearch`). Common conditions are about atoms in
-several parts of the goal. A key is a set of common conditions, as a bit mask. Its value is the greatest sum
-of the values of all other conditions, among the ways with exactly these common conditions.
+A way to satisfy the part is a set of conditions, and each condition has a value (`_GoalOptionSearch`). Common
+conditions are about atoms that other parts of the goal mention, too. A key is a set of common conditions, as
+a bit mask. Among the ways with exactly these common conditions, the best way has the greatest sum of the
+values of its other conditions. This sum is the value of the key.
 """
 
 
@@ -198,7 +201,10 @@ class _GoalOptionSearch:
 
 
 _BestConditionSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
-"""Function that returns the ways to satisfy one part of a goal (`_ValueByConditionSet`)."""
+"""Function that returns the values of the best ways to satisfy one part of a goal.
+
+The search that it gets has the values of conditions. `_ValueByConditionSet` explains the result.
+"""
 
 
 def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
@@ -282,9 +288,9 @@ class _GoalPartCompiler:
     def _count_atom_mentions(self, part: _NumberedChoice) -> Counter[int]:
         """Count the conditions about each atom in a part of the goal.
 
-        Conditions that every option contains, and their negations, are not counted. As a side effect, atoms
-        that occur in two operands of the part are added to `_common`. The operands of a disjunction are an
-        exception, because a single operand satisfies the disjunction.
+        Conditions that every option of the goal contains are not counted, and neither are their negations. As
+        a side effect, atoms that occur in two operands of the part, or of a part inside this part, are added
+        to `_common`. Two operands of a disjunction do not count, because the search chooses only one operand.
         """
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -300,7 +306,10 @@ class _GoalPartCompiler:
         return total
 
     def make_finder_for_goal_part(self, goal_part: _NumberedChoice) -> _BestConditionSetsFinder:
-        """Return a function that finds the ways to satisfy a part of a goal (`_ValueByConditionSet`)."""
+        """Return a function that finds the values of the best ways to satisfy a part of the goal.
+
+        `_ValueByConditionSet` explains the result of the function.
+        """
         match goal_part:
             case int():
                 return self._make_finder_for_condition(goal_part)
@@ -378,11 +387,11 @@ class _GoalPartCompiler:
     def _order_conjuncts_to_drop_conditions_early(
         self, conjuncts: list[tuple[_BestConditionSetsFinder, Counter[int]]]
     ) -> list[tuple[_BestConditionSetsFinder, _ConditionMask]]:
-        """Order the parts of a conjunction so that the search soon forgets conditions that it has chosen.
+        """Order the parts of a conjunction so that the search can soon remove conditions from its sets.
 
-        The search keeps sets of chosen conditions. It forgets a condition on an atom after the last part that
-        mentions the atom. Return pairs: the function that finds the ways to satisfy a part, and the bit mask
-        of the conditions to forget after this part.
+        The search combines the parts in this order, and keeps sets of conditions. It removes the conditions
+        on an atom from all sets as soon as no later part mentions the atom. Return for each part the function
+        that finds the best ways to satisfy the part, and the bit mask of the conditions to remove then.
         """
         steps = []
         seen: Counter[int] = Counter()
@@ -407,10 +416,11 @@ class _GoalPartCompiler:
         ]
 
     def _find_conditions_in_no_other_part(self, mention_counts: Counter[int]) -> _ConditionMask:
-        """Return as a bit mask the conditions on common atoms that only the given parts of the goal contain.
+        """Return as a bit mask the conditions on common atoms that only the given parts of the goal mention.
 
-        ``mention_counts`` has the number of conditions about each atom in the given parts. If the whole goal
-        has equally many, no other part contains the atom.
+        Common atoms occur in several parts of the goal (`_common`). ``mention_counts`` has the number of
+        conditions about each atom in the given parts. No other part mentions an atom if the goal has no
+        further conditions about the atom.
         """
         atoms = [
             atom
@@ -454,9 +464,11 @@ class _GoalPartCompiler:
     def _find_best_condition_sets_of_object_pairing(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return the best ways to satisfy ``count`` cells of a table, no two of them in one row or column.
+        """Return the values of the best ways to satisfy ``count`` cells, no two in one row or column.
 
-        Each cell has the ways to satisfy one part of the goal. The search goes row by row. For every set of
+        The cells are those of a table for ``forpairs`` (a quantifier over pairs of objects). The objects of
+        one category have rows, and the objects of the other category have columns. The cell of a pair has the
+        values of the ways to make the body true for the pair. The search goes row by row. For every set of
         columns with a chosen cell, it keeps the best ways so far.
         """
         best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
@@ -501,7 +513,11 @@ class _GoalPartCompiler:
     def _make_finder_dropping_unshared_conditions(
         self, find_best_condition_sets: _BestConditionSetsFinder, goal_part: _NumberedChoice
     ) -> _BestConditionSetsFinder:
-        """Return the finder for a part, without the conditions that no other part of the goal mentions."""
+        """Return a function that finds the best ways to satisfy a part of the goal.
+
+        The function calls ``find_best_condition_sets``. It removes all conditions that no other part of the
+        goal mentions. It adds the values of these conditions to the values of their sets.
+        """
         closed = self._find_conditions_in_no_other_part(self._count_atom_mentions(goal_part))
         if not closed:
             return find_best_condition_sets
@@ -512,9 +528,10 @@ class _GoalPartCompiler:
     def _keep_best_condition_sets(
         self, sets: _ValueByConditionSet, search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return up to `_MAX_SETS` of the best sets.
+        """Return all sets, or fewer sets with great values if there are too many.
 
-        If there are more than `_MAX_UNPRUNED_SETS`, sets that one of the best sets dominates are discarded.
+        If there are more than `_MAX_UNPRUNED_SETS`, sets that one of the `_MAX_DOMINATING_SETS` best sets
+        dominates are discarded. If more than `_MAX_SETS` remain, only the `_MAX_SETS` best are returned.
         """
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
@@ -576,10 +593,10 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
 def _replace_conditions_by_their_values(
     sets: _ValueByConditionSet, removed: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
-    """Remove some conditions from all sets, and add the values of the removed conditions to the sets' values.
+    """Remove the conditions in ``removed`` from all sets of conditions, the keys of ``sets``.
 
-    Callers must know that no later part of the goal mentions these conditions. If sets become equal, the
-    greatest value is kept.
+    The value of a removed condition in the search is added to the value of the set. Callers must know that no
+    later part of the goal mentions the removed conditions. If sets become equal, the greatest value is kept.
     """
     if not removed:
         return sets

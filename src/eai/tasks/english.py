@@ -160,7 +160,10 @@ class PhraseStyle(NamedTuple):
 
 
 USUAL_STYLE = PhraseStyle()
-"""The default style of phrases: the first of alternative wordings, and no requests."""
+"""The default style of phrases: the first of alternative wordings, and goals as sentences, not as requests.
+
+A goal is then stated as in "the box is closed", and not as in "close the box".
+"""
 
 
 def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) -> Sequence[str]:

@@ -34,9 +34,10 @@ Plans often end in equal states.
 
 
 class StateTest:
-    """A test of a formula about one state, compiled for a scene. The formula has no free variables.
+    """A test of a formula about one state, compiled for a scene.
 
-    The formula names objects by their names in the scene.
+    The formula names objects by their names in the scene. It has no free variables except
+    `ACTION_ARGUMENTS`, which stand for the objects of an action.
 
     Attributes:
         truth: evaluates the formula, given a state and a copy of `binding`. Quantifiers write their objects
@@ -73,9 +74,9 @@ class GoalTest:
 
     A goal about states is reached if it holds in the final state. A goal over time is reached if it holds on
     the whole execution (`eai.logic.semantics`). Action goals must be met in their order. If the plan's
-    actions do not meet all of them in order, the longest series that they meet in order counts as reached. If
-    several series are equally long, the series that is complete first counts. An answer that never ran
-    reaches no goal.
+    actions do not meet all of them in this order, only some count as reached: the longest series of action
+    goals that the actions meet in order. Among equally long series, the series counts that is complete after
+    the fewest actions. An answer that was not executed reaches no goal.
 
     Args:
         task: the task.
@@ -141,11 +142,13 @@ class GoalTest:
         return all(test.truth(final, test.binding.copy()) for test in self._state_tests)
 
     def find_partial_success(self, final: State, actions: Sequence[str], reached: Sequence[bool]) -> Share:
-        """Return the partial success of a plan: the largest share of met conditions in an option.
+        """Return the partial success of a plan: the share of met conditions in the option with most success.
 
-        An option is a list of conditions on single objects that satisfies all goals. All action goals
-        together are one condition, which is met if the actions occur in their order. A goal over time is one
-        condition, and so is a goal without a finite list of options (paper, section 2, ability 3).
+        An option is a list of conditions on given objects that together satisfy all goals. A goal about some
+        lamp, for example, has an option for each lamp. The option with the largest share of met conditions
+        counts (paper, section 2, ability 3). All action goals together are one condition, which is met if the
+        actions occur in their order. A goal over time is one condition, too. So is any other goal whose
+        options cannot be listed.
 
         Args:
             final: the final state of the plan.
@@ -158,10 +161,10 @@ class GoalTest:
 
     @cached_property
     def partial_success_without_execution(self) -> Share:
-        """The partial success of an answer that never ran: 0 of N met conditions.
+        """The partial success of an answer that was not executed: 0 of N met conditions.
 
         An option is a list of conditions that together satisfy all goals. N is the length of the option with
-        the largest share of met conditions in a state without true atoms.
+        the largest share of met conditions in a state without true atoms, and at least 1.
         """
         return self._partial_success_finder.share_if_none_met
 
@@ -196,8 +199,8 @@ class _PartialSuccessFinder:
     An option is a list of conditions that together satisfy the goals.
 
     Attributes:
-        share_if_none_met: partial success of an answer that was not executed: 0 of ``n`` conditions. The
-            option that is best if no atom is true has ``n`` conditions; ``n`` is at least 1.
+        share_if_none_met: partial success of an answer that was not executed: 0 of ``n`` conditions. ``n`` is
+            the length of the best option for a state in which all atoms are false; it is at least 1.
     """
 
     def __init__(self, task: Task) -> None:
@@ -222,11 +225,14 @@ class _PartialSuccessFinder:
     def find_largest_share_of_met_conditions(
         self, final: State, reached: Sequence[bool], action_goals_met: bool
     ) -> Share:
-        """Return the largest share of met conditions among all lists of conditions that satisfy the goals.
+        """Return the share of met conditions in the option with the largest share.
+
+        An option is a list of conditions that together satisfy the goals.
 
         Args:
             final: the state in which the conditions are tested.
-            reached: whether each goal, in order, is reached; used for goals that count as a single condition.
+            reached: whether each goal, in order, is reached. This decides goals over time and goals whose
+                options cannot be listed. Each of them counts as one condition.
             action_goals_met: whether all action goals are met. Together they count as one condition.
         """
         binding = self._binding.copy()  # derived predicates write into the binding, so each call needs a copy
@@ -295,7 +301,8 @@ def find_indices_of_longest_met_series(
     """
     if _are_met_in_turn(alternatives_of_goals, actions):
         return tuple(range(len(alternatives_of_goals)))
-    # best[n]: the indices of n goals that are met in order soonest, and the number of actions until then
+    # best[n]: a series of n goals that the actions meet in order, as the goals' indices, and the number of
+    # actions after which the series is complete. No series of n goals is complete after fewer actions.
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(alternatives_of_goals):
         for met, start in reversed(best):
@@ -312,7 +319,10 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 _CreditByKind: TypeAlias = tuple[int, int, int]
-"""Numbers of half points for one goal: for states, for relations and for actions. Their sum is 2."""
+"""One reached goal in halves: how many halves count for states, for relations and for actions.
+
+The sum of the three numbers is 2.
+"""
 
 
 def _divide_credit_among_kinds(goal: Goal) -> _CreditByKind:

@@ -62,12 +62,12 @@ class TransitionTask:
 
     Attributes:
         id: id of the task in the data set.
-        domain: the operators and categories that all tasks of the domain share.
+        domain: the operators and the categories of predicates for all tasks of the domain.
         operators: names of the operators to write, in the order of the data set.
         categories: the task's own categories, the more specific category first.
         problem_text: the planning problem as PDDL.
-        actions_of: function that translates the steps of a plan with gold operators into actions of the task;
-            by default no step is translated.
+        actions_of: function that translates the steps of a PDDL plan with gold (right) operators into actions
+            in the world of the task. The default function translates no step.
     """
 
     id: str

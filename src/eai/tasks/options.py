@@ -42,7 +42,7 @@ def describe_validation_error(
 
     Args:
         error: the error that pydantic raised.
-        known: the allowed names of members. If a name is unknown, the message suggests the most similar one.
+        known: the allowed names. For an unknown name, the message suggests the most similar name.
         within: the path of the validated value in an enclosing structure, outermost name first.
         whole: the text in place of the path, if the complete value is wrong and ``within`` is empty.
     """

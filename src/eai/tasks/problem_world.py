@@ -165,7 +165,8 @@ class _ProblemConverter:
 
     Attributes:
         domain: the declaration of the domain.
-        header: the domain's names as problems spell them.
+        header: the domain in PDDL without operators: its types, constants and predicates, as problems spell
+            them.
         predicates: mapping from the spelling of a predicate to its declared name.
         object_category_by_predicate: for each predicate that states the category of an object, the category.
         operator_by_predicate: for each predicate that states the execution of an operator, the operator.
@@ -187,7 +188,10 @@ class _ProblemConverter:
     agent: WorldObject | None
 
     def read_problem(self, problem: PddlProblem) -> tuple[State, ConditionConverter]:
-        """Return a problem's initial state, and a function that gives conditions the benchmark's names."""
+        """Return a problem's initial state, and a function that renames conditions of the problem.
+
+        The function returns a condition with the names that the benchmark declares.
+        """
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,
@@ -242,7 +246,10 @@ class _ProblemConverter:
                 return map_subformulas(formula, lambda part: self._to_declared_names(part, names))
 
     def _replace_type_by_category(self, variable: f.Variable) -> f.Variable:
-        """Return a quantified variable with the category for its type; without category for the root type."""
+        """Return a quantified variable with a category of the benchmark in place of its type in the problem.
+
+        A variable of the root type ``object`` gets no category.
+        """
         category = variable.category or OBJECT
         return f.Variable(variable.name, self.categories.get(category))
 

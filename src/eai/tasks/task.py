@@ -55,8 +55,8 @@ class Goal:
 
     The formula of an action goal is a disjunction of `Occurs` without arguments, in the order in which the
     data set lists the alternative actions. A formula with temporal operators makes a goal over time
-    (`eai.logic.semantics`), for example an event that must come first or must never happen. The kind of a
-    goal over time is the kind of its atoms.
+    (`eai.logic.semantics`), for example an event that must come first or must never happen. A goal over time
+    is a relation goal if an atom in it has several objects, otherwise a state goal.
     """
 
     kind: GoalKind
@@ -64,7 +64,7 @@ class Goal:
 
     @property
     def is_temporal(self) -> bool:
-        """Whether the goal depends on more than the final state and the names of the actions."""
+        """Whether the formula has a temporal operator. The goal is then about the whole execution."""
         return not is_state_formula(self.formula)
 
 
@@ -155,9 +155,10 @@ class Task:
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals. Only the data set's plan for the old goals is kept (`script`).
+        """Return the task with other goals. None of them may forbid a hazard (an event that must not happen).
 
-        None of the new goals may forbid a hazard (an event that must not happen).
+        The returned task does not mark any goal as a goal about a hazard. It has no `shortest_plan` and no
+        `reference_plan`, but keeps `script`, the data set's plan for the old goals.
         """
         special = None if isinstance(self.special, HazardousTaskMark) else self.special
         return replace(self, goals=goals, special=special, shortest_plan=(), reference_plan=())
@@ -187,8 +188,8 @@ class Task:
 def goal(formula: Formula) -> Goal:
     """Return the goal of a formula. The kind of the goal depends on the formula.
 
-    A formula with actions makes an action goal, and a formula with relations a relation goal. Any other
-    formula makes a state goal. A goal over time is never an action goal.
+    A formula with actions but without temporal operators makes an action goal. Any other formula makes a
+    relation goal if an atom in it has several objects, otherwise a state goal.
     """
     parts = tuple(walk_subformulas(formula))
     if is_state_formula(formula) and any(isinstance(part, Occurs) for part in parts):

@@ -223,8 +223,8 @@ def _find_mistakes_in_plan(
 ) -> Iterator[str]:
     """Yield a message for each step of a plan that fails or is needless, and for each unreached goal.
 
-    Goals are not tested if a step fails. ``member`` is the plan's key in the task file. If this key is
-    ``reference``, steps may be needless, because an agent takes steps to find objects.
+    Goals are not tested if a step fails. ``member`` is the plan's key in the task file. The plan with the key
+    ``reference`` may have needless steps: it plays a game, in which an agent must first find the objects.
     """
     trajectory = execute_plan(domain, task.initial, plan)
     for number, step in enumerate(trajectory.steps):

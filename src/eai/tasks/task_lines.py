@@ -149,8 +149,8 @@ def _read_special_task_mark(line: _TaskLine, goals: Sequence[Goal], scene: Scene
     number = len(line.hazards)
     if not all(goal.is_temporal for goal in goals[len(goals) - number :]) or number >= len(goals):
         raise InputError(
-            f"hazards: expected goals over time (about the whole execution) as the last {number} goals, one "
-            "for each hazard, after at least one other goal"
+            f"hazards: expected the last {number} of `goals` to be about the whole execution, one for each "
+            "hazard, after at least one other goal"
         )
     if line.untold and not number:
         raise InputError("`untold` is true, so `hazards` must list the hazards that the question leaves out")

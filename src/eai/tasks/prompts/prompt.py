@@ -248,7 +248,9 @@ class GoalSection:
     write: Callable[[BelievedTask], str]
 
     def replace_goals_in_question(self, question: str, belief: BelievedTask) -> str:
-        """Return a question whose section has the goals of a `BelievedTask`, such as predicted goals.
+        """Return a question with the goals of ``belief`` in this section, in place of the task's goals.
+
+        These are goals as a model understands them, such as the goals in its answer to goal interpretation.
 
         Raises:
             InputError: the question does not have this section of goals.
@@ -257,7 +259,7 @@ class GoalSection:
         end = question.find(self.after, start)
         if start < len(self.before) or end < 0:
             raise InputError(
-                f"expected a prompt with goals between {self.before!r} and {self.after!r}, to replace them "
-                "by a model's goals; add this section to the prompt, or use our prompts (prompts.set=eai)"
+                f"the prompt has no section of goals between {self.before!r} and {self.after!r}, so a "
+                "model's goals cannot be written there; add the section, or use our prompts (prompts.set=eai)"
             )
         return question[:start] + self.write(belief) + question[end:]
