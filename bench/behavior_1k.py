@@ -33,7 +33,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.benchmark import CHALLENGE_2026, behavior_1k
-from eai.benchmarks.behavior_1k.challenge import open_challenge_2026
+from eai.benchmarks.behavior_1k.challenge import load_activities_of_challenge_2026
 from eai.benchmarks.behavior_1k.kinds import get_lemma
 from eai.benchmarks.behavior_1k.scene import ANY_OTHER
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -78,7 +78,7 @@ def main() -> int:
     benchmark = find_benchmark(arguments.benchmark)
     tasks = benchmark.tasks(Source())
     chosen = list(tasks)[:: arguments.every]
-    definitions = open_challenge_2026(None)[0] if arguments.benchmark == CHALLENGE_2026 else {}
+    definitions = load_activities_of_challenge_2026(None)[0] if arguments.benchmark == CHALLENGE_2026 else {}
     match arguments.what:
         case "goals":
             return compare_goals(

@@ -28,9 +28,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from eai.base.errors import DataError
-from eai.benchmarks.generator.census import count_usual_goals
+from eai.benchmarks.generator.census import learn_usual_goals_from_tasks
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
-from eai.benchmarks.generator.sets import estimate_number_of_tasks, fingerprint_task, make_seeds
+from eai.benchmarks.generator.sets import estimate_number_of_distinct_tasks, fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import (
     GeneratedTask,
     PlanLengthTier,
@@ -38,7 +38,7 @@ from eai.benchmarks.generator.spec import (
     TaskKind,
     TaskSpecification,
 )
-from eai.benchmarks.generator.usual_goals import UsualGoals, find_argument_uses
+from eai.benchmarks.generator.usual_goals import UsualGoalsOfDataSet, find_categories_used_as_arguments
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import validate_with_val
 from eai.pddl.val import find_val_program
@@ -111,7 +111,7 @@ def make_task_set(file: Path, generator: TaskGenerator, number: int, seed: int) 
         "seconds": round(seconds),
         "rejected": reasons,
         "copies_by_thousand": [round(copies[n] / (copies[n] + _WINDOW), 3) for n in windows],
-        "estimated_tasks": estimate_number_of_tasks(fingerprint_log),
+        "estimated_tasks": estimate_number_of_distinct_tasks(fingerprint_log),
     }
 
 
@@ -134,7 +134,10 @@ def measure_opening(file: Path, domain: Domain) -> dict[str, object]:
 def find_set_faults(file: Path, like: str) -> dict[str, object]:
     """Return the faults of a set's tasks, read from its file."""
     benchmark = find_benchmark(like)
-    domain, prior = benchmark.domain, count_usual_goals(benchmark, benchmark.tasks(Source()).values())
+    domain, prior = (
+        benchmark.domain,
+        learn_usual_goals_from_tasks(benchmark, benchmark.tasks(Source()).values()),
+    )
     prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
     for task in _tasks(file, domain):
         prints[fingerprint_task(task)] += 1
@@ -148,9 +151,11 @@ def find_set_faults(file: Path, like: str) -> dict[str, object]:
     return {"different": len(prints), "tasks": prints.total(), "steps": steps, **wrong}
 
 
-def _find_unknown_uses(task: Task, prior: UsualGoals) -> Iterator[Sequence[object]]:
+def _find_unknown_uses(task: Task, prior: UsualGoalsOfDataSet) -> Iterator[Sequence[object]]:
     for action in task.script:
-        yield [kind for kind in find_argument_uses(action, task.scene) if kind not in prior.uses][:1]
+        yield [
+            kind for kind in find_categories_used_as_arguments(action, task.scene) if kind not in prior.uses
+        ][:1]
 
 
 def validate_certificates(file: Path, like: str, number: int) -> dict[str, object]:

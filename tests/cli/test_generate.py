@@ -10,11 +10,11 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.census import count_usual_goals
+from eai.benchmarks.generator.census import learn_usual_goals_from_tasks
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.seeds import TaskSeedOutcome
 from eai.benchmarks.generator.spec import SeedRejectionReason
-from eai.benchmarks.generator.usual_goals import UsualGoals
+from eai.benchmarks.generator.usual_goals import UsualGoalsOfDataSet
 from eai.pddl.val import NOT_VALID, VALID
 from eai.tasks.task import Task
 
@@ -24,21 +24,21 @@ FEW = 50
 
 
 @pytest.fixture(scope="module")
-def priors() -> dict[str, UsualGoals]:
+def priors() -> dict[str, UsualGoalsOfDataSet]:
     """Return a store of what is usual, by the name of the benchmark in which tasks were generated."""
     return {}
 
 
 @pytest.fixture(autouse=True)
-def counted_once(priors: dict[str, UsualGoals], monkeypatch: pytest.MonkeyPatch) -> None:
+def counted_once(priors: dict[str, UsualGoalsOfDataSet], monkeypatch: pytest.MonkeyPatch) -> None:
     """What is usual in a benchmark is counted once for all commands."""
 
-    def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> UsualGoals:
+    def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> UsualGoalsOfDataSet:
         if benchmark.name not in priors:
-            priors[benchmark.name] = count_usual_goals(benchmark, tasks)
+            priors[benchmark.name] = learn_usual_goals_from_tasks(benchmark, tasks)
         return priors[benchmark.name]
 
-    monkeypatch.setattr("eai.benchmarks.generator.generator.count_usual_goals", prior)
+    monkeypatch.setattr("eai.benchmarks.generator.generator.learn_usual_goals_from_tasks", prior)
 
 
 def made(eai: Command, out: Path, *options: object, n: int = 3) -> list[dict[str, object]]:

@@ -12,7 +12,7 @@ from eai.benchmarks.behavior.evidence import GroundRelation, load_unpublished_fa
 from eai.benchmarks.behavior.tasks import (
     BehaviorTask,
     collect_initial_relations,
-    yield_initial_predicates_and_objects,
+    yield_initial_states_of_objects,
 )
 from eai.extensions.reference.behavior_quirks import list_first_dnf_terms
 from eai.logic.formula import Atom, Formula, Not
@@ -26,7 +26,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
     """Return the scene of a task, with its own or other initial relations."""
     record, evidence = task.record, load_unpublished_facts()
     relations = collect_initial_relations(record, evidence) if relations is None else relations
-    true = set(yield_initial_predicates_and_objects(record, evidence))
+    true = set(yield_initial_states_of_objects(record, evidence))
     instances = {thing.name: thing.instance for thing in record.objects}
     objects = []
     for thing in record.objects:

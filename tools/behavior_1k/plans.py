@@ -16,7 +16,11 @@ from ways import NoWayError, Scope, Way
 
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.challenge import PLANS_2026, load_activity_amendments, open_challenge_2026
+from eai.benchmarks.behavior_1k.challenge import (
+    PLANS_2026,
+    load_activities_of_challenge_2026,
+    load_activity_amendments,
+)
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK, PLANS
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.scene import SceneBuilder
@@ -334,7 +338,7 @@ def opened(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
 
 def opened_2026(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
     """Return the names of the amended activities of the 2026 challenge, and a function that sets up each."""
-    definitions, supplement = open_challenge_2026(source)
+    definitions, supplement = load_activities_of_challenge_2026(source)
     builder, _ = open_scene_builder(open_pack(PACK, source), definitions, supplement)
     return sorted(load_activity_amendments().activities), builder
 

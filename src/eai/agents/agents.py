@@ -17,7 +17,10 @@ from typing import TypeAlias
 from eai.agents.command import DONE
 from eai.agents.game import Game
 from eai.base.errors import InputError
-from eai.benchmarks.generator.measures import find_visibility_predicates, make_condition_that_object_exists
+from eai.benchmarks.generator.measures import (
+    find_container_visibility_predicates,
+    make_formula_that_object_x_exists,
+)
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import map_terms, rewrite_leaves
 from eai.planning.greedy_search import GreedySearch
@@ -180,8 +183,8 @@ class _Explorer:
         self._has_opened = False
         self._fruitless: Counter[str] = Counter()
         self._tried: set[tuple[Formula, bool]] = set()
-        self._lids = tuple(dict.fromkeys(find_visibility_predicates(self._domain)))
-        self._present = make_condition_that_object_exists(self._domain)
+        self._lids = tuple(dict.fromkeys(find_container_visibility_predicates(self._domain)))
+        self._present = make_formula_that_object_x_exists(self._domain)
 
     def __call__(self) -> str:
         """Return the next command of this agent."""

@@ -152,7 +152,7 @@ def generate_tasks(
         held_out=held_out,
     )
     file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
-    others = sets.find_other_task_sets(out, like, without=file)
+    others = sets.find_other_task_sets_of_benchmark(out, like, excluded_file=file)
     earlier = {name: path for name, path in others.items() if sets.is_earlier_split(name, split.value)}
     later = {name: path for name, path in others.items() if sets.is_earlier_split(split.value, name)}
     for path in against or ():
@@ -196,8 +196,8 @@ def generate_tasks(
     overlap |= {
         (name, split.value): sets.measure_overlap(other_tasks[name], new, domain, held_out) for name in later
     }
-    sets.write_manifest(out, split.value, entry, overlap)
-    estimate = sets.estimate_number_of_tasks(fingerprints_with_copies)
+    sets.add_set_to_manifest(out, split.value, entry, overlap)
+    estimate = sets.estimate_number_of_distinct_tasks(fingerprints_with_copies)
     if stopped is not None:
         kept = f"{format_count(len(made), 'task')} written to {file}, as with --n {len(made)}"
         raise type(stopped)(f"{stopped}; {kept}; {_describe_estimated_task_count(estimate)}")

@@ -17,7 +17,7 @@ from eai.base.grouping import MapItems
 from eai.base.json_value import Json
 from eai.benchmarks.check import check_benchmark
 from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
-from eai.benchmarks.generator.sets import find_contradictions_to_seed_secret, measure_overlap
+from eai.benchmarks.generator.sets import find_reasons_to_doubt_published_set, measure_overlap
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_path_of_task_files
 from eai.cli.console import DOMAIN_HELP, format_count, print_findings_and_exit, print_result
 from eai.cli.learnability import print_learnability
@@ -119,7 +119,7 @@ def check(
         folder = Path(_require_benchmark_reference(path))
         findings = [
             DataMistake(str(folder / split), problem)
-            for problem in find_contradictions_to_seed_secret(folder, split, secret)
+            for problem in find_reasons_to_doubt_published_set(folder, split, secret)
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
     elif is_path_of_task_files(_require_benchmark_reference(path)):

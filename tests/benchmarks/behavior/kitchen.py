@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.benchmarks.behavior.evidence import FactsMissingInDataSet, _ObjectVolumes
+from eai.benchmarks.behavior.evidence import UnpublishedSceneFacts, _EstimatedObjectVolumes
 from eai.benchmarks.behavior.records import BehaviorObject, BehaviorRecord, GroundOption
 from eai.benchmarks.behavior.tasks import BehaviorTask, build_task
 from eai.pddl.bddl import parse_problem
@@ -51,13 +51,13 @@ OBJECTS = {
     "pebble_1": "pebble",
 }
 
-EVIDENCE = FactsMissingInDataSet(
+EVIDENCE = UnpublishedSceneFacts(
     initially_open=frozenset({"carton"}),
     standing=frozenset({"fridge", "table", "sink", "dishwasher", "car"}),
     added={TASK_ID: (("nextto", "rag_1", "rag_10"),)},
     removed={TASK_ID: frozenset({("ontop", "pebble_1")})},
     listed_relations_only=frozenset(),
-    volumes=_ObjectVolumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
+    volumes=_EstimatedObjectVolumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
     sha256="0" * 64,
 )
 

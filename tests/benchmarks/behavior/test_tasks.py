@@ -12,10 +12,10 @@ from eai.benchmarks.behavior.tasks import (
     assume_furniture_on_floor,
     build_tasks,
     collect_initial_relations,
-    get_model_category,
+    get_category_of_3d_model,
     read_initial_relations,
-    yield_initial_predicates_and_objects,
-    yield_size_facts_across_tasks,
+    yield_initial_states_of_objects,
+    yield_size_facts_of_objects_across_tasks,
 )
 from eai.tasks.goal_text import make_task as make_plain_task
 from eai.tasks.source import TaskSet
@@ -74,9 +74,7 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
             relations["assumed_furniture_onfloor"]
         )
         assert triples(collect_initial_relations(record, evidence)) == triples(relations["used"])
-        states = {
-            (name, respell(state)) for state, name in yield_initial_predicates_and_objects(record, evidence)
-        }
+        states = {(name, respell(state)) for state, name in yield_initial_states_of_objects(record, evidence)}
         assert states == set(map(tuple, expected["initial_states_true"]))
 
 
@@ -88,7 +86,7 @@ def test_initial_facts_equal_the_simulator_log_of_the_authors(behavior_tasks: Be
         record = behavior_tasks[row["identifier"]].record
         facts = {
             *map(tuple, collect_initial_relations(record, evidence)),
-            *yield_initial_predicates_and_objects(record, evidence),
+            *yield_initial_states_of_objects(record, evidence),
         }
         logged = [tuple(ast.literal_eval(fact)) for fact in row["initial_state"]]
         true = {fact for fact in logged if fact[0] != "not" and robot not in fact}
@@ -174,7 +172,9 @@ def list_sizes(facts: Any) -> list[Fact]:
 def test_objects_of_one_task_are_compared_as_in_the_task(behavior_tasks: BehaviorTasks) -> None:
     for task in behavior_tasks.values():
         objects = [(task, i) for i in range(len(task.scene.objects))]
-        assert list_sizes(yield_size_facts_across_tasks(objects)) == list_sizes(task.initial.facts())
+        assert list_sizes(yield_size_facts_of_objects_across_tasks(objects)) == list_sizes(
+            task.initial.facts()
+        )
 
 
 def test_objects_of_two_tasks_are_compared_by_their_volumes(behavior_tasks: BehaviorTasks) -> None:
@@ -186,7 +186,7 @@ def test_objects_of_two_tasks_are_compared_by_their_volumes(behavior_tasks: Beha
         for i in [task.scene.index[name]]
     ]
     assert len({task.id for task, _ in chosen}) == 3
-    assert list_sizes(yield_size_facts_across_tasks(chosen)) == sorted(
+    assert list_sizes(yield_size_facts_of_objects_across_tasks(chosen)) == sorted(
         [
             Fact("ungraspable", (0,)),
             *[Fact("larger", pair) for pair in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))],
@@ -197,7 +197,7 @@ def test_objects_of_two_tasks_are_compared_by_their_volumes(behavior_tasks: Beha
 
 def test_the_model_of_a_floor_names_its_room(behavior_tasks: BehaviorTasks) -> None:
     models = {
-        task.scene.objects[i].name: get_model_category(task, i)
+        task.scene.objects[i].name: get_category_of_3d_model(task, i)
         for task in behavior_tasks.values()
         for i in range(len(task.scene.objects))
     }
@@ -210,6 +210,6 @@ def test_only_tasks_of_the_data_set_are_compared(behavior_tasks: BehaviorTasks) 
     task = next(iter(behavior_tasks.values()))
     made = make_plain_task("other", "-", task.initial)
     with pytest.raises(TypeError, match="other"):
-        list(yield_size_facts_across_tasks([(made, 0)]))
+        list(yield_size_facts_of_objects_across_tasks([(made, 0)]))
     with pytest.raises(TypeError, match="other"):
-        get_model_category(made, 0)
+        get_category_of_3d_model(made, 0)

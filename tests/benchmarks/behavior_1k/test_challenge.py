@@ -14,10 +14,10 @@ from eai.benchmarks.behavior_1k.challenge import (
     _ActivityAmendment,
     _amend_activity_definition,
     amend_definitions_for_challenge,
+    load_activities_of_challenge_2026,
     load_activity_amendments,
-    open_challenge_2026,
 )
-from eai.benchmarks.behavior_1k.checkout import FILE, read_definitions
+from eai.benchmarks.behavior_1k.checkout import FILE, read_activity_definitions
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK, get_lemma
 from eai.benchmarks.behavior_1k.tasks import split_by_activity
 from eai.benchmarks.packs import open_pack
@@ -57,7 +57,7 @@ def facts_of(definition: str) -> list[str]:
 
 
 def test_each_definition_has_the_published_facts(activity_store: Store) -> None:
-    definitions, _ = open_challenge_2026(Source(store=activity_store))
+    definitions, _ = load_activities_of_challenge_2026(Source(store=activity_store))
     lines = [line.split("|") for line in FACTS.read_text().splitlines() if not line.startswith("#")]
     assert sorted(definitions) == sorted(name for name, *_ in lines)
     different = {name for name, *facts in lines if facts_of(definitions[name]) != facts}
@@ -74,11 +74,11 @@ def test_the_first_fifty_are_those_of_2025_and_one_name_is_spelt_anew(
 
 
 def test_a_checkout_with_these_definitions_is_not_damaged(activity_store: Store, tmp_path: Path) -> None:
-    definitions, _ = open_challenge_2026(Source(store=activity_store))
+    definitions, _ = load_activities_of_challenge_2026(Source(store=activity_store))
     for name, text in definitions.items():
         (tmp_path / name).mkdir()
         (tmp_path / name / FILE).write_text(text)
-    assert read_definitions(tmp_path).keys() == definitions.keys()
+    assert read_activity_definitions(tmp_path).keys() == definitions.keys()
 
 
 @every(10)

@@ -8,7 +8,7 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.behavior_1k.checkout import FILE, read_definitions
+from eai.benchmarks.behavior_1k.checkout import FILE, read_activity_definitions
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.registry import find_benchmark
@@ -68,7 +68,7 @@ def test_an_unchanged_definition_keeps_its_plan_and_a_changed_one_does_not(
 def test_all_definitions_of_the_data_are_accepted(tmp_path: Path, texts: dict[str, str]) -> None:
     for name, text in texts.items():
         write(tmp_path, name, text)
-    assert dict(read_definitions(tmp_path)) == texts
+    assert dict(read_activity_definitions(tmp_path)) == texts
 
 
 def test_an_activity_with_a_kind_that_the_data_lacks_is_excluded(

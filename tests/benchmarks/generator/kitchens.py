@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
-from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals
+from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoalsOfDataSet
 from eai.tasks.goal_text import make_task
 from eai.tasks.task import Task
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
@@ -32,7 +32,7 @@ KITCHEN: dict[str, Any] = {
 }
 
 
-def usual(**changes: Any) -> UsualGoals:
+def usual(**changes: Any) -> UsualGoalsOfDataSet:
     return replace(NOTHING_IS_USUAL, **{**KITCHEN, **changes})
 
 

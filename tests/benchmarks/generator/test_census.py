@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.benchmarks.generator.census import _make_all_patterns_of_predicates
+from eai.benchmarks.generator.census import _combine_predicates_with_all_categories
 from eai.benchmarks.generator.usual_goals import LiteralPattern
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
@@ -13,7 +13,7 @@ def test_without_plans_every_literal_of_goals_is_usual_for_every_category() -> N
     state = Scene(vocabulary, objects, None).state([])
     wanted = [("on", True), ("lit", False), ("raining", True)]
     kinds = ("lamp", "desk")
-    assert list(_make_all_patterns_of_predicates(wanted, [state])) == [
+    assert list(_combine_predicates_with_all_categories(wanted, [state])) == [
         *(LiteralPattern("on", (one, other), True) for one in kinds for other in kinds),
         *(LiteralPattern("lit", (kind,), False) for kind in kinds),
         LiteralPattern("raining", (), True),

@@ -15,11 +15,11 @@ from benchmarks.generator.worlds import tasks
 from eai.base.store import Store
 from eai.benchmarks.benchmark import TaskObject
 from eai.benchmarks.generator.composed_scene import (
-    add_relations_of_task_objects,
+    add_static_facts_comparing_objects,
     compose_scene_from_tasks,
     list_mentioned_objects_by_category,
 )
-from eai.benchmarks.generator.usual_goals import UsualGoals
+from eai.benchmarks.generator.usual_goals import UsualGoalsOfDataSet
 from eai.tasks.goal_text import make_task
 from eai.tasks.task import Task, goal
 from eai.world import Scene, WorldObject
@@ -28,7 +28,7 @@ from eai.world.state import Fact
 
 
 def compose(
-    here: Task, others: Sequence[Task], prior: UsualGoals, seed: int = 0, most: int = 9
+    here: Task, others: Sequence[Task], prior: UsualGoalsOfDataSet, seed: int = 0, most: int = 9
 ) -> tuple[list[str], set[str]]:
     """Return the names and the facts of a scene after objects of other tasks were added."""
     donors = list_mentioned_objects_by_category(others)
@@ -185,7 +185,9 @@ def test_objects_of_two_tasks_get_the_relations_that_the_benchmark_tells() -> No
         compared.append(list(objects))
         return [Fact("part_of", (0, 1)), Fact("clean", (0,))]
 
-    state = add_relations_of_task_objects(both.initial, {"tray.2": (home, 1), "cup.1": (here, 0)}, compare)
+    state = add_static_facts_comparing_objects(
+        both.initial, {"tray.2": (home, 1), "cup.1": (here, 0)}, compare
+    )
     assert compared == [[(here, 0), (home, 1)]]
     assert told(state.facts(), state.scene) == {"clean cup.1", "part_of cup.1 tray.2"}
 

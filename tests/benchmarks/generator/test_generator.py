@@ -21,7 +21,7 @@ from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.growing_plan import GoalByGoalPlan, find_min_plan_length
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import LENGTHS, GeneratedTask, PlanLengthTier, SeedRejectionReason
-from eai.benchmarks.generator.usual_goals import LiteralPattern, find_argument_uses
+from eai.benchmarks.generator.usual_goals import LiteralPattern, find_categories_used_as_arguments
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import validate_with_val
 from eai.logic.traversal import walk_subformulas
@@ -148,15 +148,17 @@ def test_scenes_are_closed(like: str) -> None:
         task = each.task
         assert len(task.scene.objects) <= 30
         assert task.relevant == tuple(range(len(task.scene.objects)))
-        kinds = {kind for action in task.script for kind in find_argument_uses(action, task.scene)}
-        assert kinds <= made.prior.uses  # every use of a category occurs in a plan of the data set
+        kinds = {
+            kind for action in task.script for kind in find_categories_used_as_arguments(action, task.scene)
+        }
+        assert kinds <= made.usual_goals.uses  # every use of a category occurs in a plan of the data set
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> None:
-    prior, english = generator(like).prior, find_benchmark(like).notation.english
-    together = [theme.categories for theme in prior.themes.values()]
-    usual = [pattern for known in prior.patterns.values() for pattern in known if pattern.truth]
+    usual_goals, english = generator(like).usual_goals, find_benchmark(like).notation.english
+    together = [theme.categories for theme in usual_goals.themes.values()]
+    usual = [pattern for known in usual_goals.patterns.values() for pattern in known if pattern.truth]
     assert any(english.is_unlikely_request(pattern.predicate, pattern.categories) for pattern in usual)
     for made in tasks(like):
         scene = made.task.scene
@@ -175,8 +177,8 @@ def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> Non
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_every_line_of_the_odd_lists_matches_a_literal(like: str) -> None:
     """A line with a misspelled name would match no literal."""
-    prior, english = generator(like).prior, find_benchmark(like).notation.english
-    known = [p for patterns in prior.patterns.values() for p in patterns]
+    usual_goals, english = generator(like).usual_goals, find_benchmark(like).notation.english
+    known = [p for patterns in usual_goals.patterns.values() for p in patterns]
     told = [" ".join((pattern.predicate, *pattern.categories)) for pattern in known if pattern.truth]
     for line in english.odd:
         assert any(fnmatchcase(each, line) for each in told), line
@@ -331,7 +333,7 @@ def test_no_more_goals_are_proposed_after_failures_in_a_row(
     things = [WorldObject(f"lamp_{n}", "lamp") for n in range(30)]
     start = Scene(lamps.domain.vocabulary, [WorldObject("robot", "robot"), *things], 0).state([])
     lit = {("lit", True): {LiteralPattern("lit", ("lamp",), True): 1.0}}
-    proposals = GoalSampler(made.prior, start.scene, {"Atom": 1}, lit)
+    proposals = GoalSampler(made.usual_goals, start.scene, {"Atom": 1}, lit)
     walk, asked = GoalByGoalPlan(Planner(lamps.domain), start), []
     monkeypatch.setattr(GoalByGoalPlan, "reach_goal", lambda self, goal: bool(asked.append(goal)))
     made._extend_action_sequence(walk, proposals, (), random.Random(0), wanted, frozenset())
@@ -354,12 +356,12 @@ def test_scenes_differ_from_public_scenes_by_earlier_actions(like: str) -> None:
     for each in tasks(like):
         state = each.task.initial
         facts = [(f.predicate, *(state.scene.objects[i].name for i in f.arguments)) for f in state.facts()]
-        moved += any(fact not in public for fact in facts if fact[0] in made.prior.place_relations)
+        moved += any(fact not in public for fact in facts if fact[0] in made.usual_goals.place_relations)
         agent = None if state.scene.agent is None else state.scene.objects[state.scene.agent].name
         held = {
             fact
             for fact in facts
-            if fact[0] in made.prior.holding_predicate_names and agent in (None, fact[1])
+            if fact[0] in made.usual_goals.holding_predicate_names and agent in (None, fact[1])
         }
         assert held <= public, each.task.id
     assert moved > len(tasks(like)) // 10

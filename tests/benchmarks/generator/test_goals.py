@@ -11,7 +11,7 @@ import pytest
 import eai.logic.formula as f
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
 from eai.benchmarks.generator.goals import GoalSampler
-from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals
+from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoalsOfDataSet
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
 PUT = LiteralPattern("inside", ("cup", "box"), True)
@@ -22,7 +22,7 @@ DRAWN = 60
 
 def prior(
     patterns: Mapping[LiteralPattern, int], forms: Mapping[str, int], several: frozenset[str]
-) -> UsualGoals:
+) -> UsualGoalsOfDataSet:
     by_key: dict[tuple[str, bool], dict[LiteralPattern, float]] = {}
     for pattern, weight in patterns.items():
         by_key.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight

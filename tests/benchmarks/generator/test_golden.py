@@ -17,15 +17,15 @@ import pytest
 
 from benchmarks.generator.worlds import HOUSEHOLDS
 from eai.base.store import Store
-from eai.benchmarks.generator.census import count_usual_goals
+from eai.benchmarks.generator.census import learn_usual_goals_from_tasks
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.measures import TaskMeasure
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
     add_similar_portable_objects,
-    make_hiding_place_finder,
-    make_reduced_scene,
+    make_object_hiding_pattern_finder,
+    make_state_with_subset_of_objects,
 )
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import (
@@ -93,7 +93,7 @@ def plain(value: object) -> object:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_prior_equals_the_recorded_prior(like: str, data_store: Store) -> None:
     benchmark = find_benchmark(like)
-    prior = count_usual_goals(benchmark, benchmark.tasks(Source()).values())
+    prior = learn_usual_goals_from_tasks(benchmark, benchmark.tasks(Source()).values())
     lines = [f"{each.name}: {digest(plain(getattr(prior, each.name)))}" for each in fields(prior)]
     assert_golden(Path(__file__).with_name(f"golden_prior_{like}.txt"), lines)
 
@@ -103,11 +103,13 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
     """The records have closed scenes of some public tasks, plain and rich, and goals proposed for them."""
     benchmark = find_benchmark(like)
     tasks = list(benchmark.tasks(Source()).values())
-    prior, lines = count_usual_goals(benchmark, tasks), []
-    hiding = make_hiding_place_finder(benchmark.domain, prior)
+    prior, lines = learn_usual_goals_from_tasks(benchmark, tasks), []
+    hiding = make_object_hiding_pattern_finder(benchmark.domain, prior)
     for number, task in enumerate(tasks[:: len(tasks) // 12]):
         rng, theme = random.Random(number), prior.themes[task.title]
-        scene = make_reduced_scene(task, prior, rng, 30, leaves_room=number % 2 > 0)
+        scene = make_state_with_subset_of_objects(
+            task, prior, rng, 30, leaves_room_for_other_tasks=number % 2 > 0
+        )
         kinds = {thing.category for thing in scene.scene.objects}
         scene = add_similar_portable_objects(scene, prior, rng, 34, kinds)
         scene = add_objects_of_other_tasks(scene, tasks, prior, rng, 40)

@@ -18,11 +18,11 @@ from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.measures import (
     FILE,
     TaskMeasure,
+    _ContainerVisibilityPredicate,
     _DifficultyModel,
-    _VisibilityPredicate,
-    find_visibility_predicates,
+    find_container_visibility_predicates,
     get_difficulty_model,
-    make_condition_that_object_exists,
+    make_formula_that_object_x_exists,
     measure_task,
 )
 from eai.benchmarks.generator.spec import TaskSpecification
@@ -36,23 +36,25 @@ _MEASURED = (TaskMeasure.CONTAINERS, TaskMeasure.HIDDEN, TaskMeasure.TOOL_STEPS,
 
 
 def test_absent_objects_are_distinguished_from_hidden_ones() -> None:
-    household = {like: make_condition_that_object_exists(find_benchmark(like).domain) for like in HOUSEHOLDS}
+    household = {like: make_formula_that_object_x_exists(find_benchmark(like).domain) for like in HOUSEHOLDS}
     part, sliced = f.Atom("part", (f.Variable("x"),)), f.Atom("is_sliced", (f.Variable("x"),))
     assert household == {"behavior": f.And((~part | sliced,)), "virtualhome": f.TRUE}
     near = replace(SWITCHES.domain, visible=f.Atom("beside", (f.Variable("x"),)))
     assert (
-        make_condition_that_object_exists(near)
-        == make_condition_that_object_exists(SWITCHES.domain)
-        == make_condition_that_object_exists(replace(near, visible=None))
+        make_formula_that_object_x_exists(near)
+        == make_formula_that_object_x_exists(SWITCHES.domain)
+        == make_formula_that_object_x_exists(replace(near, visible=None))
         == f.TRUE
     )
 
 
 def test_lids_follow_from_the_declared_visibility() -> None:
-    told = {like: set(find_visibility_predicates(find_benchmark(like).domain)) for like in HOUSEHOLDS}
+    told = {
+        like: set(find_container_visibility_predicates(find_benchmark(like).domain)) for like in HOUSEHOLDS
+    }
     assert told == {
-        "virtualhome": {_VisibilityPredicate("CLOSED", False)},
-        "behavior": {_VisibilityPredicate("is_open", True)},
+        "virtualhome": {_ContainerVisibilityPredicate("CLOSED", False)},
+        "behavior": {_ContainerVisibilityPredicate("is_open", True)},
     }
 
 

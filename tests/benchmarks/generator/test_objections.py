@@ -10,7 +10,7 @@ import pytest
 
 import eai.logic.formula as f
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.generator import TaskGenerator, _RejectionFinder
+from eai.benchmarks.generator.generator import TaskGenerator, _TaskRejectionReasonFinder
 from eai.benchmarks.generator.spec import SeedRejectionReason, TaskSpecification
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.tasks.source import Source
@@ -69,7 +69,7 @@ def test_a_task_is_rejected_for_one_reason(
     lamps: Benchmark, change: Change, least: int, most: int, reason: SeedRejectionReason | None
 ) -> None:
     task = change(made(lamps, LIT, OPEN))
-    objections = _RejectionFinder(lamps.domain, (), SPEC)
+    objections = _TaskRejectionReasonFinder(lamps.domain, (), SPEC)
     assert (
         objections.find_rejection_reason(
             task, InstructionWriter.make_writer_for_benchmark(lamps, task.initial), least, most
@@ -80,7 +80,7 @@ def test_a_task_is_rejected_for_one_reason(
 
 def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchmark) -> None:
     public = made(lamps, LIT, OPEN)
-    objections = _RejectionFinder(lamps.domain, [public], SPEC)
+    objections = _TaskRejectionReasonFinder(lamps.domain, [public], SPEC)
 
     def reason(task: Task) -> SeedRejectionReason | None:
         task = replace(task, id="new")
@@ -101,8 +101,8 @@ def test_a_public_goal_with_another_start_is_new_if_only_starts_are_held_out(lam
     public = made(lamps, LIT, OPEN)
     dark = replace(made(lamps, LIT, OPEN, facts=(Fact("lit", (2,)),)), id="dark")
     words = InstructionWriter.make_writer_for_benchmark(lamps, public.initial)
-    by_goals = _RejectionFinder(lamps.domain, [public], SPEC)
-    by_starts = _RejectionFinder(lamps.domain, [public], replace(SPEC, held_out="starts"))
+    by_goals = _TaskRejectionReasonFinder(lamps.domain, [public], SPEC)
+    by_starts = _TaskRejectionReasonFinder(lamps.domain, [public], replace(SPEC, held_out="starts"))
     assert by_goals.find_rejection_reason(dark, words, 0, 9) is SeedRejectionReason.PUBLIC
     assert by_starts.find_rejection_reason(dark, words, 0, 9) is SeedRejectionReason.PUBLIC_PLAN
     assert by_starts.find_rejection_reason(public, words, 0, 9) is SeedRejectionReason.PUBLIC
@@ -110,10 +110,12 @@ def test_a_public_goal_with_another_start_is_new_if_only_starts_are_held_out(lam
 
 def test_without_names_an_object_needs_a_description_by_place(lamps: Benchmark) -> None:
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
-    words = InstructionWriter.make_writer_for_benchmark(lamps, task.initial, by_place=True)
-    by_place = _RejectionFinder(lamps.domain, (), replace(SPEC, by_place=True))
+    words = InstructionWriter.make_writer_for_benchmark(
+        lamps, task.initial, distinguishes_objects_by_place=True
+    )
+    by_place = _TaskRejectionReasonFinder(lamps.domain, (), replace(SPEC, by_place=True))
     assert by_place.find_rejection_reason(task, words, 0, 9) is SeedRejectionReason.NAMELESS
-    assert _RejectionFinder(lamps.domain, (), SPEC).find_rejection_reason(task, words, 0, 9) is None
+    assert _TaskRejectionReasonFinder(lamps.domain, (), SPEC).find_rejection_reason(task, words, 0, 9) is None
     alone = made(lamps, OPEN, way="GO box; OPEN box")
     assert by_place.find_rejection_reason(alone, words, 0, 9) is None
 

@@ -25,7 +25,7 @@ from eai.benchmarks.generator.growing_plan import (
     try_to_reach_goals_in_order,
 )
 from eai.benchmarks.generator.spec import GeneratedTask, TaskKind
-from eai.benchmarks.generator.usual_goals import UsualGoals
+from eai.benchmarks.generator.usual_goals import UsualGoalsOfDataSet
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl_printer import format_ltl
@@ -144,7 +144,7 @@ def test_new_facts_are_about_movable_objects_and_not_the_agent(
     way = execute_plan(lamps.domain, task.initial, steps)
     assert way.failure is None
     prior = replace(NOTHING_IS_USUAL, **{"goal_counts": WANTED, **changes})
-    became = seeker(lamps, task, prior)._find_states_of_new_facts(way.states)
+    became = seeker(lamps, task, prior)._map_new_facts_to_state_indices(way.states)
     assert {format_ltl(atom): when for atom, when in became.items()} == expected
 
 
@@ -165,7 +165,7 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
     return replace(task, goals=tuple(map(goal, goals or (ONE, OTHER))), script=tuple(steps))
 
 
-def seeker(lamps: Benchmark, task: Task, prior: UsualGoals) -> TemporalGoalFinder:
+def seeker(lamps: Benchmark, task: Task, prior: UsualGoalsOfDataSet) -> TemporalGoalFinder:
     listings = lamps.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
     proposals = GoalSampler(prior, task.scene, {}, {})
     begin = partial(GoalByGoalPlan, Planner(lamps.domain), task.initial)
@@ -206,20 +206,22 @@ def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> N
     ]
     assert ours.becomes_true_first(ONE, ONE)
     assert ours.have_held_together(is_open, OTHER)
-    goals = {format_ltl(goal): apart for apart, goal in found._propose_goals_excluding_plan(other)}
+    goals = {format_ltl(goal): apart for apart, goal in found._propose_goals_that_plan_fails(other)}
     assert goals == {
         "not lit(lamp_2) until lit(lamp_1)": True,
         "not lit(lamp_2) until is_open(box)": True,
     }
     for text in goals:
-        (goal,) = [each for _, each in found._propose_goals_excluding_plan(other) if format_ltl(each) == text]
+        (goal,) = [
+            each for _, each in found._propose_goals_that_plan_fails(other) if format_ltl(each) == text
+        ]
         kept = _make_goal_if_only_first_fulfils(goal, ours, other)
         assert kept is not None
         assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
         assert _make_goal_if_only_first_fulfils(goal, other, ours) is None
         assert _make_goal_if_only_first_fulfils(goal, ours, ours) is None
     pressing = seeker(lamps, task, replace(USUAL, action_counts={("PRESS",): 1}))
-    pressed = pressing._propose_goals_excluding_plan(pressing._solving_plan)
+    pressed = pressing._propose_goals_that_plan_fails(pressing._solving_plan)
     told = [format_ltl(goal) for _, goal in pressed]
     assert len(told) == 2 * 3
     assert "not is_open(box) until PRESS(lamp_1)" in told

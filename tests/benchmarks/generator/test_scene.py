@@ -14,7 +14,7 @@ from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
     add_similar_portable_objects,
     make_free_name,
-    make_reduced_scene,
+    make_state_with_subset_of_objects,
     restrict_state,
 )
 from eai.benchmarks.generator.usual_goals import LiteralPattern
@@ -64,7 +64,9 @@ def test_guests_fit_the_scene_and_keep_their_placement(
     home: Any, here: Any, changes: dict[str, Any], most: int, guests: list[str]
 ) -> None:
     prior, place = usual(**changes), task(*here)
-    closed = make_reduced_scene(place, replace(prior, taken_categories=frozenset()), random.Random(0), 9)
+    closed = make_state_with_subset_of_objects(
+        place, replace(prior, taken_categories=frozenset()), random.Random(0), 9
+    )
     home_task = task(*home, relevant=["cup.1"])
     found = add_objects_of_other_tasks(closed, [home_task], prior, random.Random(0), most)
     names = [thing.name for thing in found.scene.objects]
@@ -89,7 +91,7 @@ def test_added_objects_are_placed_like_one_of_their_category(
     changes: dict[str, Any], kinds: set[str], most: int, number: set[int]
 ) -> None:
     prior = usual(**{"countable_categories": frozenset({"cup"}), **changes})
-    closed = make_reduced_scene(
+    closed = make_state_with_subset_of_objects(
         task(*HOME), replace(prior, taken_categories=frozenset()), random.Random(0), 9
     )
     seen = set()
@@ -125,7 +127,11 @@ def test_the_number_of_objects_in_a_scene_is_limited(most: int, rich: bool, size
     things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
     crowded = replace(task(things), relevant=())
     found = {
-        len(make_reduced_scene(crowded, prior, random.Random(seed), most, leaves_room=rich).scene.objects)
+        len(
+            make_state_with_subset_of_objects(
+                crowded, prior, random.Random(seed), most, leaves_room_for_other_tasks=rich
+            ).scene.objects
+        )
         for seed in range(150)
     }
     assert found == sizes
@@ -146,7 +152,7 @@ def test_an_object_comes_with_its_support_and_its_parts() -> None:
     ]
     asked = task(things, *facts, relevant=["lid.1"])
     prior = usual(taken_categories=frozenset({"nothing"}))
-    found = make_reduced_scene(asked, prior, random.Random(0), 5)
+    found = make_state_with_subset_of_objects(asked, prior, random.Random(0), 5)
     assert [thing.name for thing in found.scene.objects] == things[:5]
     assert found.scene.agent == 4
     assert told(found.facts(), found.scene) == {
@@ -158,18 +164,19 @@ def test_an_object_comes_with_its_support_and_its_parts() -> None:
         "clean lid.1",
         "night",
     }
-    assert [thing.name for thing in make_reduced_scene(asked, prior, random.Random(0), 4).scene.objects] == [
-        "me.0"
-    ]
-    there = make_reduced_scene(asked, prior, random.Random(0), 2, required_objects=[5])
+    assert [
+        thing.name
+        for thing in make_state_with_subset_of_objects(asked, prior, random.Random(0), 4).scene.objects
+    ] == ["me.0"]
+    there = make_state_with_subset_of_objects(asked, prior, random.Random(0), 2, required_objects=[5])
     assert [thing.name for thing in there.scene.objects] == ["me.0", "sink.1"]
 
 
 def test_two_objects_in_each_other_lose_both_facts() -> None:
     asked = task(["cup.1", "pan.1"], ("on", "cup.1", "pan.1"), ("on", "pan.1", "cup.1"), ("clean", "pan.1"))
-    assert told(make_reduced_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {
-        "clean pan.1"
-    }
+    assert told(
+        make_state_with_subset_of_objects(asked, usual(), random.Random(0), 9).facts(), asked.scene
+    ) == {"clean pan.1"}
     assert {fact.predicate for fact in restrict_state(asked.initial, [1]).facts()} == {"clean"}
 
 

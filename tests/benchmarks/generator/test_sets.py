@@ -15,14 +15,14 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
+    add_set_to_manifest,
     compute_set_statistics,
-    estimate_number_of_tasks,
-    find_contradictions_to_seed_secret,
-    find_other_task_sets,
+    estimate_number_of_distinct_tasks,
+    find_other_task_sets_of_benchmark,
+    find_reasons_to_doubt_published_set,
     make_manifest_entry,
     make_seeds,
     read_tasks_of_set,
-    write_manifest,
 )
 from eai.benchmarks.generator.spec import (
     CANARY,
@@ -114,7 +114,7 @@ def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -
     ],
 )
 def test_the_number_of_tasks_is_estimated_by_captures(fingerprint_log: str, number: int | None) -> None:
-    assert estimate_number_of_tasks((letter, letter) for letter in fingerprint_log) == number
+    assert estimate_number_of_distinct_tasks((letter, letter) for letter in fingerprint_log) == number
 
 
 def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
@@ -128,7 +128,7 @@ def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
     write_task_file(file, lines)
     made, rejected = [GeneratedTask(light, {})] * len(seeds), [SeedRejectionReason.COPY] * 2
     entry = make_manifest_entry(SPEC, 3, SECRET, file.read_bytes(), made, rejected)
-    write_manifest(folder, "test", entry, {})
+    add_set_to_manifest(folder, "test", entry, {})
 
 
 def first_seeds(number: int) -> list[str]:
@@ -152,27 +152,27 @@ def test_false_claims_about_a_secret_are_reported(
     write_set(tmp_path, lamps, [seeds[number] for number in chosen])
     file = tmp_path / "test.jsonl"
     file.write_bytes(file.read_bytes().replace(b"Switch", b"Turn") if content else file.read_bytes())
-    problems = list(find_contradictions_to_seed_secret(tmp_path, "test", secret))
+    problems = list(find_reasons_to_doubt_published_set(tmp_path, "test", secret))
     assert len(problems) == len(found)
     assert all(problem.startswith(start) for problem, start in zip(problems, found, strict=True))
 
 
 def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_path: Path) -> None:
     write_set(tmp_path, lamps, first_seeds(1))
-    write_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
+    add_set_to_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
         with pytest.raises(InputError, match="that was generated with --secret"):
-            list(find_contradictions_to_seed_secret(tmp_path, split, SECRET))
+            list(find_reasons_to_doubt_published_set(tmp_path, split, SECRET))
     (tmp_path / "test.jsonl").unlink()
     with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):
-        list(find_contradictions_to_seed_secret(tmp_path, "test", SECRET))
+        list(find_reasons_to_doubt_published_set(tmp_path, "test", SECRET))
 
 
 def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:
     one, two, three = ({"tasks": number, "same": 0} for number in (1, 2, 3))
-    write_manifest(tmp_path, "train", {"tasks": 1}, {})
-    write_manifest(tmp_path, "test", {"tasks": 2}, {("test", "train"): one})
-    write_manifest(tmp_path, "other", {"tasks": 3}, {("other", "test"): two, ("test", "other"): three})
+    add_set_to_manifest(tmp_path, "train", {"tasks": 1}, {})
+    add_set_to_manifest(tmp_path, "test", {"tasks": 2}, {("test", "train"): one})
+    add_set_to_manifest(tmp_path, "other", {"tasks": 3}, {("other", "test"): two, ("test", "other"): three})
 
     def manifest() -> dict[str, Any]:
         return dict(json.loads((tmp_path / MANIFEST).read_text()))
@@ -184,7 +184,7 @@ def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:
         "test": {"train": one, "other": three},
         "other": {"test": two},
     }
-    write_manifest(tmp_path, "test", {"tasks": 4}, {("test", "train"): two})
+    add_set_to_manifest(tmp_path, "test", {"tasks": 4}, {("test", "train"): two})
     found = manifest()
     assert found["sets"]["test"] == {"tasks": 4}
     assert found["overlap"] == {"test": {"train": two}}
@@ -194,7 +194,7 @@ def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:
 def test_a_file_that_is_no_manifest_is_refused(tmp_path: Path, content: str) -> None:
     (tmp_path / MANIFEST).write_text(content)
     with pytest.raises(InputError, match="expected the manifest of generated tasks"):
-        write_manifest(tmp_path, "test", {}, {})
+        add_set_to_manifest(tmp_path, "test", {}, {})
 
 
 def test_only_nonempty_sets_of_the_same_world_are_read(lamps: Benchmark, tmp_path: Path) -> None:
@@ -208,11 +208,11 @@ def test_only_nonempty_sets_of_the_same_world_are_read(lamps: Benchmark, tmp_pat
     write("theirs.jsonl", "virtualhome")
     (tmp_path / "empty.jsonl").touch()
     (tmp_path / "notes.txt").write_text("nothing")
-    files = find_other_task_sets(tmp_path, "lamps:lamps", without=tmp_path / "mine.jsonl")
+    files = find_other_task_sets_of_benchmark(tmp_path, "lamps:lamps", excluded_file=tmp_path / "mine.jsonl")
     assert {
         name: [task.id for task in read_tasks_of_set(file, lamps.domain)] for name, file in files.items()
     } == {
         "test": ["test.jsonl.gz"],
         "train": ["train.jsonl"],
     }
-    assert find_other_task_sets(tmp_path / "none", "lamps:lamps", without=tmp_path) == {}
+    assert find_other_task_sets_of_benchmark(tmp_path / "none", "lamps:lamps", excluded_file=tmp_path) == {}

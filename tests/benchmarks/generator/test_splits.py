@@ -15,8 +15,8 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.sets import (
     SHARES,
+    _find_split_containing_position,
     _get_predicate_and_category,
-    _get_split_at_share,
     choose_split,
     choose_split_of_goals,
     fingerprint_task,
@@ -185,10 +185,10 @@ def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> Non
 
 
 def test_quantifiers_range_over_categories_with_several_objects_in_a_public_task() -> None:
-    several = generator("virtualhome").prior.countable_categories
+    several = generator("virtualhome").usual_goals.countable_categories
     assert {"plate", "cup", "light"} <= several
     assert {"phone", "television", "soap"}.isdisjoint(several)
-    assert not generator("behavior").prior.countable_categories
+    assert not generator("behavior").usual_goals.countable_categories
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_quantifiers_range_over_categories_with_several_objects_in_a_public_task
 def test_sixty_percent_of_tasks_are_for_training_and_twenty_for_each_other_split(
     place: float, split: TaskSplit
 ) -> None:
-    assert _get_split_at_share(place) is split
+    assert _find_split_containing_position(place) is split
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from eai.agents.play import RecordedGame, make_game_rules
 from eai.agents.reference import make_setup
 from eai.agents.setting import STANDARD
 from eai.benchmarks.generator.spec import GeneratedTask
-from eai.benchmarks.generator.twins import ImpossibleTaskExcess, make_task_pair_chooser
+from eai.benchmarks.generator.twins import ImpossibleMinusPossibleTasks, make_possible_impossible_pair_chooser
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -110,9 +110,11 @@ def test_the_category_does_not_reveal_the_impossible_task(like: str) -> None:
     facts = {*made.task.initial.facts(), *made.paired.task.initial.facts()}
     whole = replace(made.task, initial=made.task.scene.state(facts))
     assert solves_task(find_benchmark(like).domain, whole, whole.script)
-    planner, leaning = Planner(find_benchmark(like).domain), ImpossibleTaskExcess()
+    planner, leaning = Planner(find_benchmark(like).domain), ImpossibleMinusPossibleTasks()
     found = [
-        make_task_pair_chooser(GeneratedTask(whole, {}), planner, (), random.Random(seed))(leaning)
+        make_possible_impossible_pair_chooser(GeneratedTask(whole, {}), planner, (), random.Random(seed))(
+            leaning
+        )
         for seed in range(4)
     ]
     assert any(found)

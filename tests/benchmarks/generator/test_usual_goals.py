@@ -58,9 +58,9 @@ def scene(like: str) -> Scene:
 )
 def test_goals_that_no_public_task_combines_clash(goal: str, other: str, clashes: bool) -> None:
     formulas = [parse(text) for text in (goal, other)]
-    where, prior = scene("behavior"), generator("behavior").prior
-    assert do_goals_clash(formulas[0], formulas[1], where, prior) == clashes
-    assert do_goals_clash(formulas[1], formulas[0], where, prior) == clashes
+    where, usual_goals = scene("behavior"), generator("behavior").usual_goals
+    assert do_goals_clash(formulas[0], formulas[1], where, usual_goals) == clashes
+    assert do_goals_clash(formulas[1], formulas[0], where, usual_goals) == clashes
 
 
 @pytest.mark.parametrize(
@@ -74,5 +74,5 @@ def test_goals_that_no_public_task_combines_clash(goal: str, other: str, clashes
     ],
 )
 def test_goals_of_empty_machines_are_idle(goal: str, others: list[str], idle: bool) -> None:
-    where, prior = scene("virtualhome"), generator("virtualhome").prior
-    assert is_goal_pointless(parse(goal), [parse(each) for each in others], where, prior) == idle
+    where, usual_goals = scene("virtualhome"), generator("virtualhome").usual_goals
+    assert is_goal_pointless(parse(goal), [parse(each) for each in others], where, usual_goals) == idle

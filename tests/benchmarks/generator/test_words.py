@@ -212,7 +212,9 @@ def test_objects_are_described_by_their_places() -> None:
     benchmark = find_benchmark("behavior")
     told = 0
     for each in tasks("behavior"):
-        words = InstructionWriter.make_writer_for_benchmark(benchmark, each.task.initial, by_place=True)
+        words = InstructionWriter.make_writer_for_benchmark(
+            benchmark, each.task.initial, distinguishes_objects_by_place=True
+        )
         goals = [goal.formula for goal in each.task.goals]
         instruction = words.make_instruction(goals, random.Random(0))
         try:
@@ -227,7 +229,9 @@ def test_objects_are_described_by_facts_true_of_no_other_object() -> None:
     scene = WORDS.scene
     seen = [Fact("inside", (1, 4)), Fact("is_clean", (2,)), Fact("ON", (1,)), Fact("ON", (2,))]
     words = replace(WORDS, initial_facts=[Fact("on_top", (1, 3)), *seen])
-    assert [words.can_be_described_without_name(thing.name) for thing in scene.objects] == [True] * 4 + [
+    assert [words.can_object_be_described_without_name(thing.name) for thing in scene.objects] == [
+        True
+    ] * 4 + [
         False,
         False,
         True,

@@ -15,12 +15,12 @@ from eai.benchmarks.generator.spec import (
     TaskKind,
     TaskSpecification,
 )
-from eai.benchmarks.generator.usual_goals import UsualGoals
+from eai.benchmarks.generator.usual_goals import UsualGoalsOfDataSet
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.world.action import Action
 
-NOTHING_IS_USUAL = UsualGoals(
+NOTHING_IS_USUAL = UsualGoalsOfDataSet(
     patterns={},
     goal_counts={},
     themes={},

@@ -27,7 +27,7 @@ from eai.benchmarks.behavior.activities import make_activity_problem_reader, wri
 from eai.benchmarks.behavior.domain import make_domain_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoalNotation, BehaviorSubgoalNotation
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
-from eai.benchmarks.behavior.tasks import get_model_category, yield_size_facts_across_tasks
+from eai.benchmarks.behavior.tasks import get_category_of_3d_model, yield_size_facts_of_objects_across_tasks
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
 from eai.benchmarks.errata import load_errata
@@ -43,17 +43,17 @@ from eai.tasks.wording import ObjectName, SuiteWording, get_declared_object_name
 _NOTATION = BehaviorGoalNotation()
 
 
-def _format_goals_of_answer_as_lists(believed_task: BelievedTask) -> str:
+def _format_goals_in_model_answer_as_lists(believed_task: BelievedTask) -> str:
     """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
     spelling = _map_instance_to_object_names(believed_task)
     entries = [
         [spelling.get(word, word) for word in _yield_nested_words(entry)]
-        for entry in _read_goals_of_answer(believed_task)
+        for entry in _read_goals_in_model_answer(believed_task)
     ]
     return "\n".join([str(words) for words in entries if words])
 
 
-def _format_goals_of_answer_as_formulas(believed_task: BelievedTask) -> str:
+def _format_goals_in_model_answer_as_formulas(believed_task: BelievedTask) -> str:
     """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
     names = _map_instance_to_object_names(believed_task)
     categories = {obj.category for obj in believed_task.task.scene.objects}
@@ -67,23 +67,23 @@ def _format_goals_of_answer_as_formulas(believed_task: BelievedTask) -> str:
 
     formulas = [
         _format_formula(entry, spell_as_in_subgoals, nested=False)
-        for entry in _read_goals_of_answer(believed_task)
+        for entry in _read_goals_in_model_answer(believed_task)
     ]
     return "\n".join([formula for formula in formulas if formula is not None])
 
 
 GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     Ability.ACTION_SEQUENCING: GoalSection(
-        "target environment state:\n", "\n\n\ninteractable objects", _format_goals_of_answer_as_lists
+        "target environment state:\n", "\n\n\ninteractable objects", _format_goals_in_model_answer_as_lists
     ),
     Ability.SUBGOAL_DECOMPOSITION: GoalSection(
-        "## Goal States\n", "\n\n## Output", _format_goals_of_answer_as_formulas
+        "## Goal States\n", "\n\n## Output", _format_goals_in_model_answer_as_formulas
     ),
 }
 """Ability -> section of the official prompts that states the goals."""
 
 
-def _read_goals_of_answer(believed_task: BelievedTask) -> Iterator[object]:
+def _read_goals_in_model_answer(believed_task: BelievedTask) -> Iterator[object]:
     """Yield the goals in an answer. Goals about states come first. An unreadable answer gives no goals."""
     entries = _NOTATION.read_entries(believed_task.answer)
     return iter(
@@ -177,7 +177,7 @@ def make_wording(ability: Ability) -> SuiteWording:
         return SuiteWording(make_domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), get_declared_object_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_subgoal_object_name
+        predicates, names = (*_GOAL_PREDICATES, *_HANDS), _get_object_name_in_subgoals
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_sliced_halves, names)
     return SuiteWording(
@@ -199,7 +199,7 @@ def _describe_sliced_halves(name_of: ObjectName, task: Task) -> str:
     )
 
 
-def _write_subgoal_object_name(task: Task, index: int) -> str:
+def _get_object_name_in_subgoals(task: Task, index: int) -> str:
     """Return an object's name in subgoals: ``rag.51`` for ``rag_51``."""
     return ".".join(get_declared_object_name(task, index).rsplit("_", 1))
 
@@ -261,7 +261,7 @@ def behavior() -> Benchmark:
             open_bddl=lambda source: make_activity_problem_reader(open_tasks(source)),
             planner_seconds=200,
             labels=GOAL_LABELS,
-            compare_objects=yield_size_facts_across_tasks,
-            model_of=get_model_category,
+            compare_objects=yield_size_facts_of_objects_across_tasks,
+            model_of=get_category_of_3d_model,
         ),
     )

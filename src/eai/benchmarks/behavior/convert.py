@@ -111,7 +111,7 @@ class _ArchivedTaskConverter:
             )
         states = self._states[task_id]
         for item, named_item in zip(declared, named, strict=True):
-            model = _read_model_category(named_item["name"])
+            model = _read_category_of_3d_model(named_item["name"])
             entry = self._taxonomy[_FLOOR_MODEL if model == FLOOR else model]
             if _get_possible_states(entry) != set(states[item.name]):
                 raise DataError(
@@ -134,7 +134,7 @@ def _read_prompt_objects(prompt: str) -> list[dict[str, str]]:
     return [ast.literal_eval(line) for line in task.splitlines() if line.startswith("{")]
 
 
-def _read_model_category(object_name: str) -> str:
+def _read_category_of_3d_model(object_name: str) -> str:
     match = _MODEL.fullmatch(object_name)
     if match is None:
         raise DataError(

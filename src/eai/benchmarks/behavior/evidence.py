@@ -23,7 +23,7 @@ GroundRelation: TypeAlias = tuple[str, str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class _ObjectVolumes:
+class _EstimatedObjectVolumes:
     """Estimated volumes in cubic metres.
 
     Attributes:
@@ -45,7 +45,7 @@ class _ObjectVolumes:
 
 
 @dataclass(frozen=True, slots=True)
-class FactsMissingInDataSet:
+class UnpublishedSceneFacts:
     """All facts about BEHAVIOR's scenes that no published file states.
 
     Attributes:
@@ -66,23 +66,23 @@ class FactsMissingInDataSet:
     added: Mapping[str, Sequence[GroundRelation]]
     removed: Mapping[str, Sequence[tuple[str, str]]]
     listed_relations_only: frozenset[str]
-    volumes: _ObjectVolumes
+    volumes: _EstimatedObjectVolumes
     sha256: str
 
 
 @cache
-def load_unpublished_facts() -> FactsMissingInDataSet:
+def load_unpublished_facts() -> UnpublishedSceneFacts:
     """Return the facts about BEHAVIOR's scenes that no published file states, from the packaged table."""
     content = resources.files("eai.benchmarks.behavior").joinpath(_FILE).read_bytes()
     table = parse_toml(content.decode())
     added, removed, volume = table["added_relations"], table["removed_relations"], table["volume"]
     of_object = {(entry["scene"], entry["object"]): entry["volume"] for entry in volume["of_object"]}
-    return FactsMissingInDataSet(
+    return UnpublishedSceneFacts(
         initially_open=frozenset(table["initially_open"]["categories"]),
         standing=frozenset(table["stands_on_floor"]["categories"]),
         added=group_pairs((entry["task"], tuple(entry["fact"])) for entry in added),
         removed=group_pairs((entry["task"], (entry["predicate"], entry["object"])) for entry in removed),
         listed_relations_only=frozenset(table["listed_relations_only"]["tasks"]),
-        volumes=_ObjectVolumes(volume["default"], volume["part"], volume["of_category"], of_object),
+        volumes=_EstimatedObjectVolumes(volume["default"], volume["part"], volume["of_category"], of_object),
         sha256=hashlib.sha256(content).hexdigest(),
     )

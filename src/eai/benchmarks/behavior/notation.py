@@ -135,7 +135,7 @@ def map_object_names(scene: Scene) -> dict[str, int]:
     return {**names, **{_replace_underscore_before_number(name): i for name, i in names.items()}}
 
 
-def map_paper_names_to_objects(scene: Scene) -> dict[str, int]:
+def map_object_names_of_paper_to_indices(scene: Scene) -> dict[str, int]:
     """Return a mapping from object names in the paper's package to indices.
 
     Parts of objects have no such name.

@@ -56,7 +56,7 @@ def require_not_in_other_hand(hand: _Hand) -> Check:
     return missing_step(~hand.other(X), "{x} is in the other hand already")
 
 
-def require_sliced_if_half(obj: Variable) -> Check:
+def forbid_half_of_unsliced_object(obj: Variable) -> Check:
     """Return the check that a half of an object has been cut off.
 
     Objects that are no halves pass the check.
@@ -74,7 +74,7 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
     return (
         missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),
         affordance(~p.cut_up(obj), f"{{{obj.name}}} is sliced; only its parts can be handled"),
-        require_sliced_if_half(obj),
+        forbid_half_of_unsliced_object(obj),
     )
 
 
@@ -196,7 +196,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
         ("ONTOP", free, make_effects_of_putting_on(H, X), "onto the object"),
         (
             "INSIDE",
-            (*_require_container_for_placing(hand, fits), *free),
+            (*_require_container_open_and_large_enough(hand, fits), *free),
             make_effects_of_putting_in(H, X),
             "into the object",
         ),
@@ -216,7 +216,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     )
 
 
-def _require_container_for_placing(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
+def _require_container_open_and_large_enough(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
     return NO_INSIDE, fits_inside, missing_step(hand.empty_hand_condition | ~p.closed(X), "{x} is closed")
 
 
@@ -245,7 +245,7 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
     for name, checks, effects, where in (
         (
             "INSIDE",
-            _require_container_for_placing(hand, fits),
+            _require_container_open_and_large_enough(hand, fits),
             make_effects_of_putting_in(C, X),
             "into the object",
         ),
@@ -292,7 +292,7 @@ def make_action_changing_object_state(
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
         additional_step(
-            ~wanted if to_true else wanted, f"{{x}} {_write_already_in_state(state, holds=to_true)}"
+            ~wanted if to_true else wanted, f"{{x}} {_write_phrase_already_in_state(state, holds=to_true)}"
         ),
         *require_interactable(X),
         *last_checks,
@@ -397,7 +397,7 @@ def _make_cleaning_alternative(
     dirt: Predicate, cleaning_means: Formula, message_without_means: str, check_id: str
 ) -> OperatorAlternative:
     checks = (
-        additional_step(dirt(X), f"{{x}} {_write_already_in_state(dirt, holds=False)}"),
+        additional_step(dirt(X), f"{{x}} {_write_phrase_already_in_state(dirt, holds=False)}"),
         *require_interactable(X),
         replace(missing_step(cleaning_means, message_without_means), id=check_id),
     )
@@ -458,6 +458,6 @@ def make_operators() -> tuple[Operator, ...]:
     )
 
 
-def _write_already_in_state(state: Predicate, *, holds: bool) -> str:
+def _write_phrase_already_in_state(state: Predicate, *, holds: bool) -> str:
     words = state.name.removeprefix("is_").replace("_", " ")
     return f"is already {words}" if holds else f"is already not {words}"

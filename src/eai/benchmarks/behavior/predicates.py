@@ -20,13 +20,13 @@ _SUPPORTS = ("lies_in", "lies_on")
 def make_related_objects_lookup(relation: str) -> LookupFunction:
     """Return a function that finds, as a bit mask, the objects to which a relation relates an object."""
 
-    def find_related_objects(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_objects_related_to_first_argument(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         return state.relation(relation).row(arguments[0])
 
-    return find_related_objects
+    return find_objects_related_to_first_argument
 
 
-def make_lookup_for_sliced_objects(lookup: LookupFunction) -> LookupFunction:
+def extend_lookup_to_sliced_objects(lookup: LookupFunction) -> LookupFunction:
     """Return a lookup function that also works for sliced objects.
 
     For a sliced object, it returns the objects that `lookup` returns for both halves. For other objects, it
@@ -148,27 +148,33 @@ _BASIC_DERIVED = tuple(
 # Derived predicates that goals use.
 
 
-def _make_predicate_for_state_goals(name: str, stored_state: Predicate) -> DefinedPredicate:
+def _make_predicate_for_state_goals(name: str, predicate_ignoring_slicing: Predicate) -> DefinedPredicate:
     """Return the predicate with which goals ask for a state of an object, such as *cooked*.
 
     The predicate holds for a sliced object if the stored state holds for all halves of the object.
     """
-    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored_state(P)))
-    return DefinedPredicate(name, (X,), (stored_state(X) & ~halved(X)) | (halved(X) & of_parts))
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), predicate_ignoring_slicing(P)))
+    return DefinedPredicate(name, (X,), (predicate_ignoring_slicing(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
 def _make_predicate_for_relation_goals(
-    name: str, stored_relation: Predicate | DefinedPredicate
+    name: str, predicate_ignoring_slicing: Predicate | DefinedPredicate
 ) -> DefinedPredicate:
     """Return a relation for goals. It holds for a sliced object if it holds for all halves of the object."""
-    values = stored_relation.values if isinstance(stored_relation, DefinedPredicate) else None
-    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored_relation(P, Y)))
-    seen = (stored_relation(X, Y) & ~halved(X)) | (halved(X) & of_parts)
+    values = (
+        predicate_ignoring_slicing.values
+        if isinstance(predicate_ignoring_slicing, DefinedPredicate)
+        else None
+    )
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), predicate_ignoring_slicing(P, Y)))
+    seen = (predicate_ignoring_slicing(X, Y) & ~halved(X)) | (halved(X) & of_parts)
     return DefinedPredicate(
         name,
         (X, Y),
         seen,
-        make_lookup_for_sliced_objects(values or make_related_objects_lookup(stored_relation.name)),
+        extend_lookup_to_sliced_objects(
+            values or make_related_objects_lookup(predicate_ignoring_slicing.name)
+        ),
     )
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.evidence import FactsMissingInDataSet, GroundRelation, load_unpublished_facts
+from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedSceneFacts, load_unpublished_facts
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.benchmarks.behavior.records import PACK, BehaviorRecord, read_records
 from eai.benchmarks.packs import open_pack
@@ -70,25 +70,25 @@ class BehaviorTask(Task):
 BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
 
 
-def build_tasks(records: TaskSet[BehaviorRecord], evidence: FactsMissingInDataSet) -> BehaviorTasks:
+def build_tasks(records: TaskSet[BehaviorRecord], unpublished_facts: UnpublishedSceneFacts) -> BehaviorTasks:
     """Return BEHAVIOR's tasks, made from published data (records) and unpublished facts (evidence).
 
     The digest of the tasks covers both.
     """
-    sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
-    return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
+    sha256 = hashlib.sha256(f"{records.sha256}{unpublished_facts.sha256}".encode()).hexdigest()
+    return TaskSet(records, lambda task_id: build_task(records[task_id], unpublished_facts), sha256)
 
 
-def build_task(record: BehaviorRecord, evidence: FactsMissingInDataSet) -> BehaviorTask:
+def build_task(record: BehaviorRecord, unpublished_facts: UnpublishedSceneFacts) -> BehaviorTask:
     """Return the task made from its published data (record) and unpublished facts (evidence).
 
     Args:
         record: the facts of published files.
-        evidence: the facts that no published file states.
+        unpublished_facts: the facts that no published file states.
     """
-    builder = _BehaviorTaskBuilder(record, evidence)
-    initial = builder.build_state(collect_initial_relations(record, evidence))
-    as_published = record.id in evidence.listed_relations_only
+    builder = _BehaviorTaskBuilder(record, unpublished_facts)
+    initial = builder.build_state(collect_initial_relations(record, unpublished_facts))
+    as_published = record.id in unpublished_facts.listed_relations_only
     return BehaviorTask(
         id=record.id,
         title=record.activity,
@@ -114,16 +114,20 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
 
 
 def collect_initial_relations(
-    record: BehaviorRecord, evidence: FactsMissingInDataSet
+    record: BehaviorRecord, unpublished_facts: UnpublishedSceneFacts
 ) -> tuple[GroundRelation, ...]:
     """Return the initial relations of a task, with object names of the scene.
 
     The relations come from the problem file, from assumptions about furniture, and from unpublished facts.
     """
     listed = read_initial_relations(record)
-    removed = evidence.removed.get(record.id, ())
+    removed = unpublished_facts.removed.get(record.id, ())
     remaining = tuple(relation for relation in listed if relation[:2] not in removed)
-    return (*remaining, *assume_furniture_on_floor(record, evidence), *evidence.added.get(record.id, ()))
+    return (
+        *remaining,
+        *assume_furniture_on_floor(record, unpublished_facts),
+        *unpublished_facts.added.get(record.id, ()),
+    )
 
 
 def read_initial_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
@@ -139,7 +143,7 @@ def read_initial_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]
 
 
 def assume_furniture_on_floor(
-    record: BehaviorRecord, evidence: FactsMissingInDataSet
+    record: BehaviorRecord, unpublished_facts: UnpublishedSceneFacts
 ) -> tuple[GroundRelation, ...]:
     """Return relations that put furniture on the floor of its room, if the problem file does not place it."""
     stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
@@ -152,12 +156,14 @@ def assume_furniture_on_floor(
     return tuple(
         ("onfloor", obj.name, floors[rooms[obj.instance]])
         for obj in record.objects
-        if obj.model in evidence.standing and obj.name not in placed and rooms.get(obj.instance) in floors
+        if obj.model in unpublished_facts.standing
+        and obj.name not in placed
+        and rooms.get(obj.instance) in floors
     )
 
 
-def yield_initial_predicates_and_objects(
-    record: BehaviorRecord, evidence: FactsMissingInDataSet
+def yield_initial_states_of_objects(
+    record: BehaviorRecord, unpublished_facts: UnpublishedSceneFacts
 ) -> Iterator[tuple[str, str]]:
     """Yield the initial states of objects, each as a pair of a predicate and the object's name."""
     name_of = {obj.instance: obj.name for obj in record.objects}
@@ -165,13 +171,13 @@ def yield_initial_predicates_and_objects(
         if len(fact.arguments) == 1:
             yield fact.predicate, name_of[fact.arguments[0].name]
     for obj in record.objects:
-        if obj.model in evidence.initially_open and "open" in obj.possible_states:
+        if obj.model in unpublished_facts.initially_open and "open" in obj.possible_states:
             yield "open", obj.name
 
 
-def estimate_object_volumes(record: BehaviorRecord, missing_facts: FactsMissingInDataSet) -> list[float]:
+def estimate_object_volumes(record: BehaviorRecord, unpublished_facts: UnpublishedSceneFacts) -> list[float]:
     """Return the estimated volume in cubic metres of each object in the scene of a task."""
-    estimates = missing_facts.volumes
+    estimates = unpublished_facts.volumes
     volumes = [estimates.get_volume(record.scene, obj.name, obj.model) for obj in record.objects]
     for obj, volume in zip(record.objects, tuple(volumes), strict=True):
         volumes += [estimates.ratio_of_half * volume] * len(obj.sliced_half_names)
@@ -190,7 +196,7 @@ def _compare_volumes(volumes: Sequence[float]) -> Iterator[Fact]:
                     yield Fact(p.much_larger.name, (i, j))
 
 
-def yield_size_facts_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
+def yield_size_facts_of_objects_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterator[Fact]:
     """Yield the facts about sizes that hold if objects of several tasks are in one scene.
 
     Args:
@@ -208,16 +214,16 @@ def yield_size_facts_across_tasks(objects: Sequence[tuple[Task, int]]) -> Iterat
     )
 
 
-def get_model_category(task: Task, index: int) -> str:
+def get_category_of_3d_model(task: Task, object_index: int) -> str:
     """Return the category of an object's 3D model, such as `coffee_table`. For a floor, it names the room.
 
     Raises:
         TypeError: the task is not a task of the data set.
     """
     objects = _get_record(task).objects
-    if index >= len(objects):
-        return task.scene.objects[index].category
-    thing = objects[index]
+    if object_index >= len(objects):
+        return task.scene.objects[object_index].category
+    thing = objects[object_index]
     return thing.name.rstrip("0123456789") if thing.is_floor else thing.model
 
 
@@ -230,9 +236,9 @@ def _get_record(task: Task) -> BehaviorRecord:
 class _BehaviorTaskBuilder:
     """Builds the scene, the initial state and the goals of one task."""
 
-    def __init__(self, record: BehaviorRecord, evidence: FactsMissingInDataSet) -> None:
+    def __init__(self, record: BehaviorRecord, unpublished_facts: UnpublishedSceneFacts) -> None:
         self._record = record
-        self._evidence = evidence
+        self._evidence = unpublished_facts
         parts = (
             WorldObject(half, f"half_{obj.model}") for obj in record.objects for half in obj.sliced_half_names
         )
@@ -273,7 +279,7 @@ class _BehaviorTaskBuilder:
                 yield Fact(p.part_of.name, (self._index[half], self._index[obj.name]))
 
     def _yield_start_state_facts(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
-        for state, name in yield_initial_predicates_and_objects(self._record, self._evidence):
+        for state, name in yield_initial_states_of_objects(self._record, self._evidence):
             yield Fact(f"is_{state}", (self._index[name],))
         for predicate, source, target in relations:
             pair = (self._index[source], self._index[target])

@@ -14,10 +14,10 @@ from pathlib import Path
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.challenge import open_challenge_2026
-from eai.benchmarks.behavior_1k.checkout import read_definitions
+from eai.benchmarks.behavior_1k.challenge import load_activities_of_challenge_2026
+from eai.benchmarks.behavior_1k.checkout import read_activity_definitions
 from eai.benchmarks.behavior_1k.conventions import (
-    describe_substance_sources_and_floors,
+    describe_floors_and_substance_sources,
     describe_unobservable_facts,
 )
 from eai.benchmarks.behavior_1k.operators import build_domain
@@ -49,14 +49,14 @@ def _load_english() -> EnglishWords:
     return read_english_words("eai.benchmarks.behavior_1k")
 
 
-def _make_prompt_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
+def _make_prompt_wording(describe_hidden_facts: Callable[[Task], str], ability: Ability) -> SuiteWording:
     """Return the names of objects and predicates in the prompts for an ability.
 
     For plans and subgoals, the result also has a function that describes hidden facts, such as recipes.
     """
     plain = SuiteWording(build_domain(), p.GOAL_PREDICATES, hands=("held",))
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-    return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
+    return replace(plain, conventions=describe_hidden_facts, unchanging=_UNCHANGING) if takes_plans else plain
 
 
 @open_tasks_once_per_store
@@ -123,11 +123,11 @@ def _make_variant(
     name: str,
     title: str,
     open_activities: OpenTasks[Task] = _open_activities,
-    describe: Callable[[Task], str] = describe_unobservable_facts,
+    describe_hidden_facts: Callable[[Task], str] = describe_unobservable_facts,
     open_operators: OpenTasks[TransitionTask] = _open_operator_tasks,
 ) -> Benchmark:
     wordings, operators = (
-        partial(_make_prompt_wording, describe),
+        partial(_make_prompt_wording, describe_hidden_facts),
         {Ability.TRANSITION_MODELING: open_operators},
     )
     return Benchmark(
@@ -152,7 +152,7 @@ def open_benchmark_of_checkout(folder: str) -> Benchmark:
     Raises:
         InputError: the folder has no definition, or a definition is damaged.
     """
-    definitions = read_definitions(Path(folder))
+    definitions = read_activity_definitions(Path(folder))
 
     @open_tasks_once_per_store
     def open_tasks_defined_in_checkout(source: Source) -> TaskSet[Task]:
@@ -169,7 +169,7 @@ def open_benchmark_of_checkout(folder: str) -> Benchmark:
 def behavior_1k_untold() -> Benchmark:
     """Return BEHAVIOR-1K with prompts that explain neither tools nor heat nor recipes."""
     return _make_variant(
-        UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_substance_sources_and_floors
+        UNTOLD, "BEHAVIOR-1K, conventions untold", describe_hidden_facts=describe_floors_and_substance_sources
     )
 
 
@@ -180,7 +180,7 @@ def behavior_1k_challenge_2025() -> Benchmark:
 
 @open_tasks_once_per_store
 def _open_challenge_2026(source: Source) -> TaskSet[Task]:
-    return open_tasks(_load_english(), source, *open_challenge_2026(source))
+    return open_tasks(_load_english(), source, *load_activities_of_challenge_2026(source))
 
 
 def behavior_1k_challenge_2026() -> Benchmark:

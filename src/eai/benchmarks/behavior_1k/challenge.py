@@ -58,7 +58,7 @@ def load_activity_amendments() -> _ChallengeAmendments:
     return _ChallengeAmendments.model_validate(parse_toml(text))
 
 
-def open_challenge_2026(source: Source | None) -> tuple[Definitions, DataForAmendedDefinitions]:
+def load_activities_of_challenge_2026(source: Source | None) -> tuple[Definitions, DataForAmendedDefinitions]:
     """Return the definitions of the challenge's activities, and further data for them.
 
     The data are gold plans, reasons for exclusion, and kinds of objects that bddl 3.6.0 lacks.

@@ -25,7 +25,7 @@ _INITIAL_ARITIES = {**_GOAL_ARITIES, _IN_ROOM: 2, "insource": 2, "future": 1}
 """Mapping from each predicate that initial facts may use to its number of arguments."""
 
 
-def read_definitions(folder: Path) -> Mapping[str, str]:
+def read_activity_definitions(folder: Path) -> Mapping[str, str]:
     """Return the definitions below a folder, in one line each, by the name of the activity.
 
     Raises:
@@ -38,13 +38,13 @@ def read_definitions(folder: Path) -> Mapping[str, str]:
             raise InputError(f"{path}: {other} defines the same activity; give a folder with one of them")
     if not paths:
         raise InputError(f"{folder}: expected activities as ACTIVITY/{FILE} in the folder or below")
-    return {name: _read_definition(name, paths[name]) for name in sorted(paths)}
+    return {name: _read_activity_definition(name, paths[name]) for name in sorted(paths)}
 
 
-def _read_definition(name: str, path: Path) -> str:
+def _read_activity_definition(activity_name: str, path: Path) -> str:
     original = read_text(path)
     text = join_lines_of_definition(original)
-    wrong, corrected = CORRECTIONS.get(name, ("", ""))
+    wrong, corrected = CORRECTIONS.get(activity_name, ("", ""))
     is_corrected = bool(wrong) and wrong in text
     text = text.replace(wrong, corrected) if is_corrected else text
     with prefix_errors_with_location(path):

@@ -85,7 +85,7 @@ def describe_unobservable_facts(task: Task) -> str:
         filter(
             None,
             (
-                describe_substance_sources_and_floors(task),
+                describe_floors_and_substance_sources(task),
                 _format_list_with_heading(
                     HEADING, _HouseholdConventionWriter(task.initial).write_household_convention_lines()
                 ),
@@ -94,13 +94,14 @@ def describe_unobservable_facts(task: Task) -> str:
     )
 
 
-def describe_substance_sources_and_floors(task: Task) -> str:
+def describe_floors_and_substance_sources(task: Task) -> str:
     """Return text for the substance that each source supplies, and for the floor under objects.
 
     Each source or floor has a line under a heading. Without sources and floors, the text is empty.
     """
     return _format_list_with_heading(
-        SITUATION, _SubstanceSourceAndFloorWriter(task.initial).write_substance_source_and_room_floor_lines()
+        SITUATION,
+        _WriterOfFloorsAndSubstanceSources(task.initial).write_lines_on_floors_and_substance_sources(),
     )
 
 
@@ -109,10 +110,10 @@ def _format_list_with_heading(heading: str, lines: Iterable[str]) -> str:
     return "\n".join((heading, *texts)) if texts else ""
 
 
-class _SubstanceSourceAndFloorWriter(SceneFactReader):
+class _WriterOfFloorsAndSubstanceSources(SceneFactReader):
     """Describes the substances that each source gives, and the floor under each object without support."""
 
-    def write_substance_source_and_room_floor_lines(self) -> Iterator[str]:
+    def write_lines_on_floors_and_substance_sources(self) -> Iterator[str]:
         """Yield a line for each source of substances, such as a sink, and for each floor near objects.
 
         The line of a floor lists the objects that exist, have this floor, and are not in or on an object.
@@ -128,15 +129,15 @@ class _SubstanceSourceAndFloorWriter(SceneFactReader):
             if above:
                 yield f"- {floor} is the floor of {_join_names(above)}."
 
-    def _describe_substance_source(self, source: str, given_substances: str) -> str:
+    def _describe_substance_source(self, source: str, joined_substance_names: str) -> str:
         """Return a verb phrase for an object that gives substances, such as "gives water".
 
         The actions FILL and SOAK use sources (such objects) that are fixed; POUR and APPLY use movable ones.
         """
         if not self._has_fact(p.fixed, source):
-            return f"always holds {given_substances}"
+            return f"always holds {joined_substance_names}"
         running = ", while it is switched on" if self._has_fact(p.toggleable, source) else ""
-        return f"gives {given_substances}{running}"
+        return f"gives {joined_substance_names}{running}"
 
 
 class _HouseholdConventionWriter(SceneFactReader):
@@ -150,7 +151,7 @@ class _HouseholdConventionWriter(SceneFactReader):
         )
         yield from self._describe_heat_and_cold_sources()
         for name in self._names:
-            yield from self._describe_objects_made_from(name)
+            yield from self._describe_products_of_object(name)
         yield from map(self._describe_recipe, self._find_objects_with(p.recipe))
         for name in self._names:
             fitting = self._find_targets_of(p.fits, name)
@@ -194,14 +195,14 @@ class _HouseholdConventionWriter(SceneFactReader):
             does = f"; it {' and '.join(effects)}" if effects else ""
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
-    def _describe_objects_made_from(self, original: str) -> Iterator[str]:
-        halves = self._find_sources_of(p.part_of, original)
+    def _describe_products_of_object(self, original_object: str) -> Iterator[str]:
+        halves = self._find_sources_of(p.part_of, original_object)
         if halves:
-            yield f"- SLICE makes {_join_names(halves)} of {original}."
+            yield f"- SLICE makes {_join_names(halves)} of {original_object}."
         for predicate, words in _MADE_SENTENCES.items():
-            made = self._find_targets_of(predicate, original)
+            made = self._find_targets_of(predicate, original_object)
             if made:
-                yield f"- {words.format(_join_names(made), original)}"
+                yield f"- {words.format(_join_names(made), original_object)}"
 
     def _describe_recipe(self, recipe: str) -> str:
         vessels, sources = (

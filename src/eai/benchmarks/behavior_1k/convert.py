@@ -50,7 +50,7 @@ def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     mentioned = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
     annotated = _read_json(files, "bddl/generated_data/propagated_annots_params.json")
     kinds = {
-        synset: dict(_select_modeled_abilities(annotated[synset]))
+        synset: dict(_yield_abilities_known_to_domain(annotated[synset]))
         for synset in sorted(mentioned & annotated.keys())
     }
     removers: list[object] = []
@@ -108,7 +108,9 @@ def join_lines_of_definition(text: str) -> str:
     return re.sub(r"\( ", "(", " ".join(text.split()))
 
 
-def _select_modeled_abilities(parameters_by_ability: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+def _yield_abilities_known_to_domain(
+    parameters_by_ability: Mapping[str, Any],
+) -> Iterator[tuple[str, object]]:
     """Yield the abilities of one kind of objects, with parameters, except abilities unknown to the domain."""
     for name, parameters in parameters_by_ability.items():
         if name in _PLAIN_ABILITIES:
@@ -162,14 +164,14 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
     def read_rule_file(name: str) -> Any:
         return _read_json(files, f"{_RULES}/{name}.json")
 
-    def get_first_name(names: Iterable[str]) -> str:
-        return next(iter(names))
+    def get_first_item(items: Iterable[str]) -> str:
+        return next(iter(items))
 
     dice: dict[str, dict[str, str]] = {}
     for rule in read_rule_file("dicing"):
-        whole = get_first_name(rule["input_synsets"])
+        whole = get_first_item(rule["input_synsets"])
         cooked = bool(rule.get("input_states")) and rule["input_states"][whole][0][1]
-        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_name(rule["output_synsets"])
+        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_item(rule["output_synsets"])
     match = _ATTACHMENTS.search(files.read("bddl/bddl_verification.py").decode())
     if match is None:
         raise DataError(
@@ -183,20 +185,20 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
     ]
     return {
         "slice": {
-            get_first_name(r["input_synsets"]): get_first_name(r["output_synsets"].items())
+            get_first_item(r["input_synsets"]): get_first_item(r["output_synsets"].items())
             for r in read_rule_file("slicing")
         },
         "dice": dice,
-        "melt": _map_kinds_to_products(read_rule_file("melting")),
-        "cook": _map_kinds_to_products(read_rule_file("substance_cooking")),
-        "cook_in_water": _map_kinds_to_products(read_rule_file("substance_watercooking")),
+        "melt": _map_kinds_to_resulting_kinds(read_rule_file("melting")),
+        "cook": _map_kinds_to_resulting_kinds(read_rule_file("substance_cooking")),
+        "cook_in_water": _map_kinds_to_resulting_kinds(read_rule_file("substance_watercooking")),
         "wash": read_rule_file("washer"),
         "fits": sorted(ast.literal_eval(match[1])),
         "recipes": [_convert_recipe_rule_to_json(by, rule) for by, rule in mixed],
     }
 
 
-def _map_kinds_to_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+def _map_kinds_to_resulting_kinds(transition_rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return a mapping from each kind of object to the kind into which a rule turns it.
 
     Boiled water, which some rules also need, is not in the mapping.
@@ -205,11 +207,11 @@ def _map_kinds_to_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(
             iter(rule["output_synsets"])
         )
-        for rule in rules
+        for rule in transition_rules
     }
 
 
-def _convert_recipe_rule_to_json(method: str, rule: Mapping[str, Any]) -> dict[str, object]:
+def _convert_recipe_rule_to_json(preparation_method: str, rule: Mapping[str, Any]) -> dict[str, object]:
     """Return the JSON value of a recipe: ingredients, method, vessel, heat source and products."""
     states = rule.get("input_states") or {}
     result = [
@@ -222,7 +224,7 @@ def _convert_recipe_rule_to_json(method: str, rule: Mapping[str, Any]) -> dict[s
             toppings[over] = under
     return {
         "name": rule["rule_name"],
-        "by": method,
+        "by": preparation_method,
         "takes": rule["input_synsets"],
         "cooked": {
             name: holds for name, pairs in states.items() for state, holds in pairs if state == "cooked"

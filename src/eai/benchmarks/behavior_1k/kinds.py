@@ -56,7 +56,7 @@ class _HeatSource(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Recipe:
+class ObjectRecipe:
     """A rule that makes an object from several ingredients.
 
     Attributes:
@@ -83,13 +83,13 @@ class Recipe:
 
 
 @dataclass(frozen=True, slots=True)
-class ProductionMethod:
+class ObjectProductionMethod:
     """A way to make an object of a kind: method, kinds of ingredients, equipment, and recipe, if any."""
 
     by: str
     takes: tuple[str, ...]
     equipment: tuple[str, ...] = ()
-    recipe: Recipe | None = None
+    recipe: ObjectRecipe | None = None
 
 
 @dataclass(frozen=True)
@@ -116,29 +116,29 @@ class _ObjectKindRules:
     cook_in_water: Mapping[str, str]
     wash: Mapping[str, Sequence[str] | None]
     fits: Sequence[tuple[str, str]]
-    recipes: Sequence[Recipe]
+    recipes: Sequence[ObjectRecipe]
 
     @cached_property
-    def production_methods(self) -> Mapping[str, Sequence[ProductionMethod]]:
+    def production_methods(self) -> Mapping[str, Sequence[ObjectProductionMethod]]:
         """Mapping from a kind to all ways to make an object of this kind."""
         return group_pairs(self._yield_production_methods())
 
-    def _yield_production_methods(self) -> Iterator[tuple[str, ProductionMethod]]:
+    def _yield_production_methods(self) -> Iterator[tuple[str, ObjectProductionMethod]]:
         for whole, (half, _) in self.slice.items():
-            yield half, ProductionMethod("slice", (whole,), ("slicer",))
+            yield half, ObjectProductionMethod("slice", (whole,), ("slicer",))
         for whole, dice in self.dice.items():
             for made in dice.values():
-                yield made, ProductionMethod("dice", (whole,), ("slicer",))
+                yield made, ObjectProductionMethod("dice", (whole,), ("slicer",))
         for by, rules in (("melt", self.melt), ("cook", self.cook)):
             for before, after in rules.items():
-                yield after, ProductionMethod(by, (before,), ("heatSource",))
+                yield after, ObjectProductionMethod(by, (before,), ("heatSource",))
         for before, after in self.cook_in_water.items():
-            yield after, ProductionMethod("cook_in_water", (before, BOILED_WATER), ("heatSource",))
+            yield after, ObjectProductionMethod("cook_in_water", (before, BOILED_WATER), ("heatSource",))
         for recipe in self.recipes:
             tools = [kind for kind in (recipe.vessel, recipe.source) if kind]
             equipment = ("mixingTool",) if recipe.by == "stirring" else tuple(tools)
             for made in recipe.makes:
-                yield made, ProductionMethod("recipe", tuple(recipe.takes), equipment, recipe)
+                yield made, ObjectProductionMethod("recipe", tuple(recipe.takes), equipment, recipe)
 
 
 class ObjectKinds:
@@ -172,7 +172,7 @@ class ObjectKinds:
         source = self._kinds.get(synset, {}).get(ability)
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
-    def get_substances_given_by(self, synset: str) -> Sequence[str]:
+    def get_substances_supplied_by_kind(self, synset: str) -> Sequence[str]:
         """Return the substances that objects of a kind give (as sinks do), or apply to other objects."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances

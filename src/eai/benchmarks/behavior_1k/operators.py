@@ -397,7 +397,7 @@ def make_emptying_action() -> Operator:
     return Operator("EMPTY", (X, Y), checks, effects, text)
 
 
-def make_apply_action() -> Operator:
+def make_apply_substance_action() -> Operator:
     """Return the action APPLY (after OmniGibson's object states particle_modifier, ParticleApplier).
 
     The action covers an object with the substances of a held object, such as a spray bottle. If the substance
@@ -603,9 +603,9 @@ def make_freeze_action() -> Operator:
     return Operator("FREEZE", (X, H), _require_heat_or_cold(p.cold_source, "cools nothing"), effects, text)
 
 
-def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ...]:
+def _require_running_machine(machine_ability: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        require_ability(H, ability, reason),
+        require_ability(H, machine_ability, reason),
         require_existing(H),
         missing_step(p.is_toggled_on(H), "{h} is not switched on"),
         missing_step(~p.is_open(H), "{h} is open"),
@@ -669,7 +669,7 @@ def make_wait_action() -> Operator:
     return Operator("WAIT", (), (), effects, text)
 
 
-def add_argument_checks_and_movement(operator: Operator) -> Operator:
+def add_solidity_checks_and_robot_movement(operator: Operator) -> Operator:
     """Return a copy of an action that also checks its arguments, and moves the robot.
 
     The copy checks that arguments are solid objects. It moves the robot to the action's last argument, unless
@@ -695,7 +695,7 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
         make_fill_action,
         make_pour_action,
         make_emptying_action,
-        make_apply_action,
+        make_apply_substance_action,
         make_wipe_action,
         make_soak_action,
         make_rinse_action,
@@ -735,7 +735,7 @@ def build_domain() -> Domain:
     return Domain(
         "behavior-1k",
         p.VOCABULARY,
-        tuple(map(add_argument_checks_and_movement, operators)),
+        tuple(map(add_solidity_checks_and_robot_movement, operators)),
         find_when_action_was_possible,
         visible=p.real(X) & ((~p.substance(X) & is_in_sight(X)) | Exists(Y, openly & is_in_sight(Y))),
         landmarks=p.floor(X) | p.fixed(X),

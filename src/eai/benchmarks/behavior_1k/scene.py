@@ -32,7 +32,7 @@ GROUND = ("floor", "lawn", "driveway")
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 _SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
 _MOVING_PREDICATES = ("inside", "ontop", "under", "attached")
-_SceneFacts: TypeAlias = Iterator[tuple[Predicate, tuple[str, ...]]]
+_SceneFactIterator: TypeAlias = Iterator[tuple[Predicate, tuple[str, ...]]]
 _NEED_PREDICATES = {"toggled_on": p.works_on, "closed": p.works_closed, "inside": p.works_inside}
 _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
     **{
@@ -99,7 +99,7 @@ class _Activity:
             if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
                 yield fact.predicate, names
 
-    def yield_goal_categories(self) -> Iterator[str]:
+    def yield_categories_mentioned_in_goal(self) -> Iterator[str]:
         """Yield the category of each object and each variable that the goal mentions."""
         for formula in walk_subformulas(self.problem.goal):
             if isinstance(formula, f.Atom):
@@ -186,7 +186,7 @@ class _SceneMaker:
         self._rooms = {
             names[0]: names[1] for predicate, names in activity.yield_initial_facts() if predicate == "inroom"
         }
-        self._recipes: list[k.Recipe] = []
+        self._recipes: list[k.ObjectRecipe] = []
 
     def make_state(self) -> State:
         """Return the initial state.
@@ -196,16 +196,16 @@ class _SceneMaker:
         """
         self._add_substances_supplied_by_objects()
         wanted = {self._declared_kinds[name] for name in self._future}
-        in_goal = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
+        in_goal = (self._activity.synsets[c] for c in self._activity.yield_categories_mentioned_in_goal())
         present = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
         wanted |= {
             kind for kind in in_goal if kind in self._kinds.rules.production_methods and kind not in present
         }
-        self._add_recipes_and_products(sorted(wanted), present)
+        self._add_recipes_and_products_to_scene(sorted(wanted), present)
         recipes = {f"recipe_{number}": recipe for number, recipe in enumerate(self._recipes, 1)}
         made = {name: f"made__{k.get_lemma(kind)}" for name, kind in self._kind_of_each.items()}
         objects = {**made, **self._activity.category_by_object, **dict.fromkeys(recipes, RECIPE)}
-        facts = dict.fromkeys((*self._yield_facts(), *self._yield_recipe_facts(recipes)))
+        facts = dict.fromkeys((*self._yield_facts(), *self._yield_facts_describing_recipes(recipes)))
         return Scene(p.VOCABULARY, objects).state((predicate.name, names) for predicate, names in facts)
 
     # The objects.
@@ -227,7 +227,7 @@ class _SceneMaker:
         Facts that the definition of the activity states are not added again.
         """
         for name, kind in list(self._declared_kinds.items()):
-            for substance in self._kinds.get_substances_given_by(kind):
+            for substance in self._kinds.get_substances_supplied_by_kind(kind):
                 objects = self._find_objects_of_kind(substance)
                 if not any((name, given) in self._gives for given in objects):
                     self._gives.add((name, objects[0] if objects else self._add_object(substance)))
@@ -238,7 +238,9 @@ class _SceneMaker:
             self._kinds.has_ability(kind, kind_or_ability) for kind in self._declared_kinds.values()
         )
 
-    def _is_kind_available(self, kind: str, present_kinds: set[str], visited_kinds: tuple[str, ...]) -> bool:
+    def _is_kind_present_or_makeable(
+        self, kind: str, present_kinds: set[str], visited_kinds: tuple[str, ...]
+    ) -> bool:
         """Whether the scene has an object of a kind, or objects from which such an object can be made."""
         if kind in present_kinds:
             return True
@@ -248,16 +250,19 @@ class _SceneMaker:
         )
 
     def _can_method_be_used(
-        self, method: k.ProductionMethod, present_kinds: set[str], visited_kinds: tuple[str, ...]
+        self, method: k.ObjectProductionMethod, present_kinds: set[str], visited_kinds: tuple[str, ...]
     ) -> bool:
         return all(self._has_equipment(need, present_kinds) for need in method.equipment) and all(
-            self._is_kind_available(ingredient, present_kinds, visited_kinds) for ingredient in method.takes
+            self._is_kind_present_or_makeable(ingredient, present_kinds, visited_kinds)
+            for ingredient in method.takes
         )
 
-    def _add_recipes_and_products(self, wanted_kinds: Sequence[str], present_kinds: set[str]) -> None:
+    def _add_recipes_and_products_to_scene(
+        self, wanted_kinds: Sequence[str], present_kinds: set[str]
+    ) -> None:
         """Add recipes for objects of the wanted kinds to the scene, with intermediate and final products."""
         makings = self._kinds.rules.production_methods
-        pending, ways = list(wanted_kinds), dict[str, list[k.ProductionMethod]]()
+        pending, ways = list(wanted_kinds), dict[str, list[k.ObjectProductionMethod]]()
         while pending:
             kind = pending.pop()
             if kind in ways:
@@ -271,12 +276,14 @@ class _SceneMaker:
                 pending += [taken for taken in making.takes if taken not in present_kinds or taken in makings]
         for kind, makings_of_kind in ways.items():
             if kind not in present_kinds or kind in {self._kind_of_each[name] for name in self._future}:
-                self._add_objects_of_kind(kind, makings_of_kind)
+                self._add_producible_objects_of_kind(kind, makings_of_kind)
         for kind in dict.fromkeys(self._declared_kinds.values()):
             if kind in self._kinds.rules.slice and self._has_equipment("slicer", present_kinds):
                 self._add_halves_made_by_slicing(kind)
 
-    def _add_objects_of_kind(self, kind: str, methods: Sequence[k.ProductionMethod]) -> None:
+    def _add_producible_objects_of_kind(
+        self, kind: str, production_methods: Sequence[k.ObjectProductionMethod]
+    ) -> None:
         """Add objects of a kind until the scene has the greatest number that a method can make.
 
         Slicing makes two halves of each whole object. A recipe makes its number of products, but only one
@@ -284,12 +291,12 @@ class _SceneMaker:
         the scene has no object of the kind.
         """
         number = 1
-        for making in methods:
+        for making in production_methods:
             if making.by == "slice":
                 number = max(number, 2 * len(self._find_objects_of_kind(making.takes[0])))
             if making.recipe is not None and not self._kinds.has_ability(kind, "substance"):
                 number = max(number, making.recipe.makes[kind])
-        by_slicing = any(making.by == "slice" for making in methods)
+        by_slicing = any(making.by == "slice" for making in production_methods)
         if by_slicing or not self._find_objects_of_kind(kind):
             while len(self._find_objects_of_kind(kind)) < number:
                 self._future.add(self._add_object(kind))
@@ -308,18 +315,18 @@ class _SceneMaker:
 
     # The facts.
 
-    def _yield_facts(self) -> _SceneFacts:
+    def _yield_facts(self) -> _SceneFactIterator:
         for name, kind in self._kind_of_each.items():
             yield from self._yield_ability_facts(name, kind)
             yield from self._yield_heat_and_cold_facts(name, kind)
             yield from self._yield_substance_removal_facts(name, kind)
-            yield from self._yield_facts_on_products_and_attachments(name, kind)
+            yield from self._yield_transformation_and_attachment_facts(name, kind)
         yield from self._yield_facts_on_sliced_halves()
         for name, substance in sorted(self._gives):
             yield p.gives, (name, substance)
-        yield from self._yield_initial_state()
+        yield from self._yield_facts_of_initial_state()
 
-    def _yield_ability_facts(self, name: str, kind: str) -> _SceneFacts:
+    def _yield_ability_facts(self, name: str, kind: str) -> _SceneFactIterator:
         has, rules = self._kinds.has_ability, self._kinds.rules
         for predicate, abilities in _ABILITIES_OF_PREDICATE.items():
             if has(kind, *abilities):
@@ -351,7 +358,7 @@ class _SceneMaker:
             for need in source.needs if source is not None else ():
                 yield _NEED_PREDICATES[need], (name,)
 
-    def _yield_heat_and_cold_facts(self, name: str, kind: str) -> _SceneFacts:
+    def _yield_heat_and_cold_facts(self, name: str, kind: str) -> _SceneFactIterator:
         """Yield facts that state which objects a source of heat or cold cooks, melts or chills."""
         heat, cold = (
             self._kinds.get_heat_source(kind, "heatSource"),
@@ -372,7 +379,7 @@ class _SceneMaker:
             if cold is not None and cold.temperature <= 0 and self._kinds.has_ability(its_kind, "freezable"):
                 yield p.chills, (name, other)
 
-    def _yield_substance_removal_facts(self, tool: str, tool_kind: str) -> _SceneFacts:
+    def _yield_substance_removal_facts(self, tool: str, tool_kind: str) -> _SceneFactIterator:
         washes = tool_kind == k.WASHER or self._kinds.has_ability(tool_kind, "drains")
         for other, substance in self._kind_of_each.items():
             if not self._kinds.has_ability(substance, "substance"):
@@ -391,13 +398,13 @@ class _SceneMaker:
                     yield p.washes_off, (tool, other)
                 yield from self._yield_solvent_facts(other, needed or ())
 
-    def _yield_solvent_facts(self, substance: str, solvent_kinds: Iterable[str]) -> _SceneFacts:
+    def _yield_solvent_facts(self, substance: str, solvent_kinds: Iterable[str]) -> _SceneFactIterator:
         for kind in solvent_kinds:
             yield from (
                 (p.dissolved_by, (substance, solvent)) for solvent in self._find_objects_of_kind(kind)
             )
 
-    def _yield_facts_on_products_and_attachments(self, name: str, kind: str) -> _SceneFacts:
+    def _yield_transformation_and_attachment_facts(self, object_name: str, kind: str) -> _SceneFactIterator:
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
         is_substance = self._kinds.has_ability(kind, "substance")
@@ -410,19 +417,19 @@ class _SceneMaker:
             (p.diced_cooked_as, dice.get("cooked")),
         ):
             for other in self._find_objects_of_kind(made) if made is not None else ():
-                yield predicate, (name, other)
+                yield predicate, (object_name, other)
         for one, to in rules.fits:
             if one == kind:
-                yield from ((p.fits, (name, other)) for other in self._find_objects_of_kind(to))
+                yield from ((p.fits, (object_name, other)) for other in self._find_objects_of_kind(to))
 
-    def _yield_facts_on_sliced_halves(self) -> _SceneFacts:
+    def _yield_facts_on_sliced_halves(self) -> _SceneFactIterator:
         for whole, (half, number) in self._kinds.rules.slice.items():
             halves = [name for name in self._find_objects_of_kind(half) if name in self._future]
             for position, name in enumerate(self._find_objects_of_kind(whole)):
                 for half_name in halves[number * position : number * (position + 1)]:
                     yield p.part_of, (half_name, name)
 
-    def _yield_initial_state(self) -> _SceneFacts:
+    def _yield_facts_of_initial_state(self) -> _SceneFactIterator:
         placed: set[str] = set()
         present = {substance for _, substance in self._gives}
         for predicate, names in self._activity.yield_initial_facts():
@@ -446,7 +453,7 @@ class _SceneMaker:
                 yield p.present, (name,)
         yield from self._yield_floor_facts()
 
-    def _yield_floor_facts(self) -> _SceneFacts:
+    def _yield_floor_facts(self) -> _SceneFactIterator:
         floors = [name for name, kind in self._declared_kinds.items() if k.get_lemma(kind) in GROUND]
         for name, kind in self._kind_of_each.items():
             room = self._rooms.get(name)
@@ -460,7 +467,7 @@ class _SceneMaker:
 
     # Recipes.
 
-    def _yield_recipe_facts(self, recipes: Mapping[str, k.Recipe]) -> _SceneFacts:
+    def _yield_facts_describing_recipes(self, recipes: Mapping[str, k.ObjectRecipe]) -> _SceneFactIterator:
         for name, recipe in recipes.items():
             yield p.recipe, (name,)
             if recipe.by != "machine":
@@ -486,8 +493,14 @@ class _SceneMaker:
                 yield from ((p.mixer, (machine,)) for machine in self._find_objects_of_kind(recipe.vessel))
 
     def _yield_ingredient_facts(
-        self, recipe_name: str, recipe: k.Recipe, ingredient_kind: str, needed_count: int, *, is_baking: bool
-    ) -> _SceneFacts:
+        self,
+        recipe_name: str,
+        recipe: k.ObjectRecipe,
+        ingredient_kind: str,
+        needed_count: int,
+        *,
+        is_baking: bool,
+    ) -> _SceneFactIterator:
         """Yield facts that state which objects of a kind (the ingredient) a recipe takes.
 
         A recipe for baking takes a substance only if it is a topping, or if a topping lies on or covers it.

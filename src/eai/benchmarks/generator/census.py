@@ -22,10 +22,10 @@ from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan
 from eai.benchmarks.generator.usual_goals import (
     LiteralPattern,
     Patterns,
-    UsualGoals,
+    UsualGoalsOfDataSet,
     UsualGoalsOfTaskTitle,
     filter_patterns,
-    find_argument_uses,
+    find_categories_used_as_arguments,
     find_patterns,
     restrict_to_categories,
 )
@@ -44,7 +44,7 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate
 
 
-class DomainOfActionsSeenInPlans:
+class DomainLimitedToActionsSeenInPlans:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
     An action is usual if plans of the data set use its operator. Each of its arguments must have the category
@@ -54,18 +54,19 @@ class DomainOfActionsSeenInPlans:
         domain: the restricted domain.
     """
 
-    def __init__(self, domain: Domain, prior: UsualGoals) -> None:
+    def __init__(self, domain: Domain, usual_goals: UsualGoalsOfDataSet) -> None:
         self.domain, self._original = domain, domain.vocabulary
         self._kinds = group_pairs(
-            (_make_usual_argument_predicate(name, place), kind) for name, place, kind in sorted(prior.uses)
+            (_make_predicate_marking_usual_arguments(name, place), kind)
+            for name, place, kind in sorted(usual_goals.uses)
         )
         if self._kinds:
             vocabulary = replace(self._original, predicates=(*self._original.predicates, *self._kinds))
-            used = [operator for operator in domain.operators if operator.name in prior.operators]
+            used = [operator for operator in domain.operators if operator.name in usual_goals.operators]
             self.domain = replace(
                 domain,
                 vocabulary=vocabulary,
-                operators=tuple(map(_restrict_to_arguments_seen_in_plans, used)),
+                operators=tuple(map(_add_checks_for_usual_arguments, used)),
             )
 
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
@@ -75,7 +76,7 @@ class DomainOfActionsSeenInPlans:
         """
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
         return own.state(
-            (*self._select_declared_facts(facts), *self._make_facts_on_arguments_seen_in_plans(own))
+            (*self._select_declared_facts(facts), *self._yield_facts_marking_usual_arguments(own))
         )
 
     def convert_state_to_original_domain(self, state: State) -> State:
@@ -89,13 +90,13 @@ class DomainOfActionsSeenInPlans:
     def _select_declared_facts(self, facts: Iterable[Fact]) -> Iterator[Fact]:
         return (fact for fact in facts if self._original.find_stored_predicate(fact.predicate) is not None)
 
-    def _make_facts_on_arguments_seen_in_plans(self, scene: Scene) -> Iterator[Fact]:
+    def _yield_facts_marking_usual_arguments(self, scene: Scene) -> Iterator[Fact]:
         for predicate, kinds in self._kinds.items():
             for kind in kinds:
                 yield from (Fact(predicate.name, (i,)) for i in iterate_bits(scene.get_category_mask(kind)))
 
 
-def _make_usual_argument_predicate(operator: str, argument_index: int) -> Predicate:
+def _make_predicate_marking_usual_arguments(operator: str, argument_index: int) -> Predicate:
     """Return the predicate that marks the usual objects for one argument of an operator.
 
     An object is usual if a plan uses an object of its category as this argument.
@@ -103,10 +104,10 @@ def _make_usual_argument_predicate(operator: str, argument_index: int) -> Predic
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
-def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
+def _add_checks_for_usual_arguments(operator: Operator) -> Operator:
     checks = [
         affordance(
-            _make_usual_argument_predicate(operator.name, place)(parameter),
+            _make_predicate_marking_usual_arguments(operator.name, place)(parameter),
             f"{{{parameter.name}}} is unusual",
         )
         for place, parameter in enumerate(operator.parameters)
@@ -114,7 +115,7 @@ def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
     return replace(operator, checks=(*checks, *operator.checks))
 
 
-MAX_MEAN_TARGETS = 1.5
+MAX_MEAN_PLACES_PER_OBJECT = 1.5
 """Maximum mean number of targets per source of a relation that states places, such as *inside*.
 
 A relation with a greater mean, such as *near*, does not tell where an object is.
@@ -137,27 +138,29 @@ A pattern is a literal with categories in place of objects.
 """
 
 
-def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
+def learn_usual_goals_from_tasks(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoalsOfDataSet:
     """Count goals, places of objects and actions in tasks of a benchmark, and return which are usual."""
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
     states = [task.initial for task in tasks]
     courses = [execute_plan(domain, task.initial, _cut_plan_at_error(task.script, domain)) for task in tasks]
     done = [(action, course.final_state.scene) for course in courses for action in course.executed_actions]
-    kinds = frozenset([use for action, scene in done for use in find_argument_uses(action, scene)])
+    kinds = frozenset(
+        [use for action, scene in done for use in find_categories_used_as_arguments(action, scene)]
+    )
     goals = [goal for task in tasks for goal in task.goals]
     forms = Counter([_get_class_name_of_goal_formula(goal) for goal in goals])
     is_plain = not any(forms[form] for form in _QUANTIFIED)
     asked = [
         (formula, pattern, task.scene)
         for task in tasks
-        for formula, pattern in _find_goals_with_patterns(task)
+        for formula, pattern in _yield_goals_with_literal_patterns(task)
     ]
     wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_about_agent(p, scene)])
-    weights = _compute_pattern_weights_from_plans(tasks, courses, listings)
+    weights = _compute_weights_for_drawing_goal_patterns(tasks, courses, listings)
     if not kinds:
         wanted.update(product([listing.predicate for listing in listings], (True, False)))
-        for pattern in _make_all_patterns_of_predicates(wanted, states):
+        for pattern in _combine_predicates_with_all_categories(wanted, states):
             weights[pattern] += _FACT_WEIGHT
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
@@ -165,14 +168,14 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
     is_odd = benchmark.notation.english.is_unlikely_request
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
-    nestings, combinations, needy = _find_goal_combinations(tasks)
+    nestings, combinations, needy = _find_combined_goals_about_same_object(tasks)
     places, parts = _find_location_relations_and_part_relations(domain, states)
     several = {kind for task in tasks for kind, number in _count_categories(task).items() if number > 1}
-    return UsualGoals(
+    return UsualGoalsOfDataSet(
         patterns=patterns,
         goal_counts=wanted,
         themes=_find_usual_goals_by_title(tasks, sound),
-        shape_counts=_compute_weights_of_goal_shapes(forms) if is_plain else forms,
+        shape_counts=_compute_draw_weights_of_formula_classes(forms) if is_plain else forms,
         pair_patterns=frozenset(
             [pattern for formula, pattern, _ in asked if isinstance(formula, f.ForPairs)]
         ),
@@ -194,7 +197,7 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
         part_relations=parts,
         countable_categories=frozenset(several if is_plain else ()),
         part_categories=frozenset(_find_categories_of_object_parts(states, parts)),
-        holding_predicate_names=frozenset(_find_predicates_of_held_objects(domain)),
+        holding_predicate_names=frozenset(_find_holding_predicates(domain)),
         unique_states=frozenset(
             [
                 predicate.name
@@ -210,7 +213,7 @@ def _get_class_name_of_goal_formula(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
-def _find_goals_with_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
+def _yield_goals_with_literal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
     """Yield pairs: a goal about states, and the pattern of one of its literals.
 
     A pattern is a literal with categories in place of objects.
@@ -220,7 +223,7 @@ def _find_goals_with_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPa
             yield from ((goal.formula, pattern) for pattern in find_patterns(goal.formula, task.scene))
 
 
-def _compute_pattern_weights_from_plans(
+def _compute_weights_for_drawing_goal_patterns(
     tasks: Sequence[Task], executions: Sequence[Trajectory], fact_listers: Sequence[FactLister]
 ) -> defaultdict[LiteralPattern, float]:
     """Return a mapping from patterns to weights, for drawing random goals.
@@ -231,24 +234,24 @@ def _compute_pattern_weights_from_plans(
     - `_GOAL_WEIGHT` for each goal with this pattern,
     - `_EFFECT_WEIGHT` for each task whose plan has an effect with this pattern,
     - `_FACT_WEIGHT` if a task has an initial fact with this pattern. Facts of a relation do not count if the
-      relation has too many facts to state places (`_count_facts_above_max_mean_targets`).
+      relation has too many facts to state places (`_count_facts_beyond_place_relation_limit`).
     """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
     crowds: Counter[str] = Counter()
     for task, course in zip(tasks, executions, strict=True):
         objects = _find_mentioned_or_used_objects(task)
-        before = _find_fact_patterns(task.initial, objects, fact_listers)
+        before = _collect_patterns_of_facts_in_state(task.initial, objects, fact_listers)
         initial_patterns |= before
-        crowds.update(_count_facts_above_max_mean_targets(task.initial, objects, fact_listers))
+        crowds.update(_count_facts_beyond_place_relation_limit(task.initial, objects, fact_listers))
         afterwards = [course.final_state, *([] if task.annotated_final is None else [task.annotated_final])]
         came_about = [
-            _find_changed_patterns(before, _find_fact_patterns(state, objects, fact_listers))
+            _find_changed_patterns(before, _collect_patterns_of_facts_in_state(state, objects, fact_listers))
             for state in afterwards
         ]
         for pattern in dict.fromkeys(chain(*came_about)):
             weights[pattern] += _EFFECT_WEIGHT
-        for _, pattern in _find_goals_with_patterns(task):
+        for _, pattern in _yield_goals_with_literal_patterns(task):
             weights[pattern] += _GOAL_WEIGHT
     for pattern in initial_patterns:
         weights[pattern] += _FACT_WEIGHT if crowds[pattern.predicate] <= 0 else 0.0
@@ -258,10 +261,12 @@ def _compute_pattern_weights_from_plans(
 _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
-def _find_goal_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
+def _find_combined_goals_about_same_object(
+    tasks: Iterable[Task],
+) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
     """Return which combinations of two goals about one object occur in tasks.
 
-    The results are the fields `nestings`, `combinations` and `dependent_states` of `UsualGoals`.
+    The results are the fields `nestings`, `combinations` and `dependent_states` of `UsualGoalsOfDataSet`.
     """
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
@@ -304,15 +309,22 @@ def _find_usual_goals_by_title(
     return themes
 
 
-def _compute_weights_of_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
+def _compute_draw_weights_of_formula_classes(counts_by_formula_class: Counter[str]) -> Mapping[str, int]:
     """Return the weight of each shape of goals (formula class) for drawing goals at random.
 
     The caller uses these weights only if the data set has no quantified goals. Then `_WEIGHTS_OF_SHAPES`
     gives new goals quantifiers. The share of goals that ask for actions stays as in the data set.
     """
-    states, shares = shape_counts.total() - shape_counts["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
+    states, shares = (
+        counts_by_formula_class.total() - counts_by_formula_class["Occurs"],
+        sum(_WEIGHTS_OF_SHAPES.values()),
+    )
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
-    return {**varied, "Occurs": shape_counts["Occurs"] * shares} if shape_counts["Occurs"] else varied
+    return (
+        {**varied, "Occurs": counts_by_formula_class["Occurs"] * shares}
+        if counts_by_formula_class["Occurs"]
+        else varied
+    )
 
 
 def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:
@@ -331,8 +343,8 @@ def _find_mentioned_or_used_objects(task: Task) -> list[int]:
     return list(dict.fromkeys((*list_objects_in_prompt(task), *used)))
 
 
-def _find_fact_patterns(
-    state: State, objects: Sequence[int], listings: Iterable[FactLister]
+def _collect_patterns_of_facts_in_state(
+    state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> dict[LiteralPattern, None]:
     """Return a state's facts that goals can mention, as patterns: categories replace objects.
 
@@ -341,24 +353,24 @@ def _find_fact_patterns(
     things = state.scene.objects
     return {
         LiteralPattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
-        for listing in listings
+        for listing in fact_listers
         for fact in listing.list_facts(state, objects)
     }
 
 
-def _count_facts_above_max_mean_targets(
+def _count_facts_beyond_place_relation_limit(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
     """Return, for each relation, its number of facts minus the maximum for relations that state places.
 
     Such a relation, for example *inside*, relates an object to few others. The maximum is
-    `MAX_MEAN_TARGETS` times the number of objects that are the first argument of a fact.
+    `MAX_MEAN_PLACES_PER_OBJECT` times the number of objects that are the first argument of a fact.
     """
     crowds: Counter[str] = Counter()
     for listing in fact_listers:
         pairs = [fact.arguments for fact in listing.list_facts(state, objects) if len(fact.arguments) == 2]
         crowds[listing.predicate] = round(
-            len(pairs) - MAX_MEAN_TARGETS * len({source for source, _ in pairs})
+            len(pairs) - MAX_MEAN_PLACES_PER_OBJECT * len({source for source, _ in pairs})
         )
     return crowds
 
@@ -380,7 +392,7 @@ def _find_changed_patterns(
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
 
-def _make_all_patterns_of_predicates(
+def _combine_predicates_with_all_categories(
     signed_predicates: Iterable[tuple[str, bool]], states: Sequence[State]
 ) -> Iterator[LiteralPattern]:
     """Yield a pattern (form of goal) for every combination of a predicate, its truth value and categories.
@@ -402,7 +414,7 @@ def _find_location_relations_and_part_relations(
     """Return two lists of relations: relations that state places, and relations of parts to wholes.
 
     Actions can change a place, but not a part. A relation of the first kind relates an object to at most
-    `MAX_MEAN_TARGETS` objects on average, a relation of the second kind to exactly one object.
+    `MAX_MEAN_PLACES_PER_OBJECT` objects on average, a relation of the second kind to exactly one object.
     """
     places, parts = [], []
     for predicate in domain.vocabulary.predicates:
@@ -410,7 +422,7 @@ def _find_location_relations_and_part_relations(
             relations = [state.relation(predicate.name) for state in states]
             pairs = sum([len(relation) for relation in relations])
             sources = sum([relation.sources.bit_count() for relation in relations])
-            if not predicate.static and pairs <= MAX_MEAN_TARGETS * sources:
+            if not predicate.static and pairs <= MAX_MEAN_PLACES_PER_OBJECT * sources:
                 places.append(predicate.name)
             if predicate.static and pairs == sources:
                 parts.append(predicate.name)
@@ -423,7 +435,7 @@ def _find_categories_of_object_parts(states: Sequence[State], part_relations: Se
             yield from (state.scene.objects[i].category for i in iterate_bits(state.relation(name).sources))
 
 
-def _find_predicates_of_held_objects(domain: Domain) -> Iterator[str]:
+def _find_holding_predicates(domain: Domain) -> Iterator[str]:
     """Yield predicates, such as "holding", that only operators for taking an object make true."""
     taking = [
         operator for operator in domain.operators if infer_operator_role(operator) is OperatorRole.TAKES

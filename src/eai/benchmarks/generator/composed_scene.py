@@ -15,13 +15,13 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import CompareObjects, TaskObject
 from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan
 from eai.benchmarks.generator.scene import (
-    find_place_relations_and_categories,
+    describe_place_by_relation_and_category,
     find_states_of_object,
     has_no_contents,
     list_in_random_order,
     make_free_name,
 )
-from eai.benchmarks.generator.usual_goals import UsualGoals
+from eai.benchmarks.generator.usual_goals import UsualGoalsOfDataSet
 from eai.tasks.task import Task
 from eai.world.relation import iterate_bits
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -42,7 +42,7 @@ def compose_scene_from_tasks(
     reduced_state: State,
     other_tasks: Iterable[Task],
     task_objects: MentionedObjectsByCategory,
-    prior: UsualGoals,
+    usual_goals: UsualGoalsOfDataSet,
     rng: random.Random,
     size: int,
     origins: MutableMapping[str, TaskObject] | None = None,
@@ -60,7 +60,7 @@ def compose_scene_from_tasks(
         reduced_state: the scene.
         other_tasks: tasks whose objects are added, in order, until the scene has `size` objects.
         task_objects: objects of other tasks, whose places are taken over.
-        prior: the usual goals, places of objects and actions.
+        usual_goals: the usual goals, places of objects and actions.
         rng: the random generator.
         size: maximum number of objects.
         origins: name of an object -> the object of a task from which it was made. It gets an entry for each
@@ -72,7 +72,7 @@ def compose_scene_from_tasks(
             only below this maximum, or as the first object of its category.
     """
     scene = _ComposedScene(
-        reduced_state, prior, rng, size, {} if origins is None else origins, model_of, limits or {}
+        reduced_state, usual_goals, rng, size, {} if origins is None else origins, model_of, limits or {}
     )
     for index, thing in enumerate(reduced_state.scene.objects):
         places = task_objects.get(thing.category)
@@ -80,12 +80,12 @@ def compose_scene_from_tasks(
             scene.move_object_like_other_scene(index, *rng.choice(places))
     for task in other_tasks:
         for index in list_in_random_order(sorted(find_objects_of_goals_and_plan(task)), rng):
-            scene.find_or_add_object_like_other_scene(task, index)
+            scene.find_or_add_counterpart_of_object(task, index)
     return scene.make_state()
 
 
-def add_relations_of_task_objects(
-    state: State, origins: Mapping[str, TaskObject], compare_objects: CompareObjects
+def add_static_facts_comparing_objects(
+    state: State, origin_by_object_name: Mapping[str, TaskObject], compare_objects: CompareObjects
 ) -> State:
     """Return the state with the static facts that compare its objects, such as relations of size.
 
@@ -93,11 +93,11 @@ def add_relations_of_task_objects(
 
     Args:
         state: the state.
-        origins: name of each object of the state -> the task's object from which it was made.
+        origin_by_object_name: name of each object of the state -> the task's object from which it was made.
         compare_objects: returns these facts for objects of tasks.
     """
     scene = state.scene
-    facts = compare_objects([origins[thing.name] for thing in scene.objects])
+    facts = compare_objects([origin_by_object_name[thing.name] for thing in scene.objects])
     return Scene(scene.vocabulary, scene.objects, scene.agent).state(dict.fromkeys([*state.facts(), *facts]))
 
 
@@ -106,7 +106,7 @@ class _ComposedScene:
 
     Args:
         reduced_state: the scene before the objects are added.
-        prior: the usual goals, places of objects and actions.
+        usual_goals: the usual goals, places of objects and actions.
         rng: the random generator.
         size: maximum number of objects.
         origins: name of an object -> the object of a task from which it was made. Added objects get an entry.
@@ -119,29 +119,31 @@ class _ComposedScene:
     def __init__(
         self,
         reduced_state: State,
-        prior: UsualGoals,
+        usual_goals: UsualGoalsOfDataSet,
         rng: random.Random,
         size: int,
         origins: MutableMapping[str, TaskObject],
         model_of: Callable[[Task, int], str] | None,
         limits: Mapping[str, int],
     ) -> None:
-        self._reduced_state, self._prior, self._rng, self._size = reduced_state, prior, rng, size
+        self._reduced_state, self._prior, self._rng, self._size = reduced_state, usual_goals, rng, size
         self._origins, self._model_of, self._limits = origins, model_of, limits
         self._objects, self._facts = list(reduced_state.scene.objects), dict.fromkeys(reduced_state.facts())
         self._held = {
-            fact.arguments[-1] for fact in self._facts if fact.predicate in prior.holding_predicate_names
+            fact.arguments[-1]
+            for fact in self._facts
+            if fact.predicate in usual_goals.holding_predicate_names
         }
-        self._excluded = set(prior.part_categories)
+        self._excluded = set(usual_goals.part_categories)
 
     def is_movable(self, index: int) -> bool:
         """Whether an object is portable and empty, has a place, and is not held."""
-        reduced_state, prior = self._reduced_state, self._prior
+        reduced_state, usual_goals = self._reduced_state, self._prior
         return (
-            reduced_state.scene.objects[index].category in prior.taken_categories
+            reduced_state.scene.objects[index].category in usual_goals.taken_categories
             and index not in self._held
-            and has_no_contents(index, reduced_state, prior)
-            and bool(find_place_relations_and_categories(index, reduced_state, prior))
+            and has_no_contents(index, reduced_state, usual_goals)
+            and bool(describe_place_by_relation_and_category(index, reduced_state, usual_goals))
         )
 
     def move_object_like_other_scene(self, index: int, other_task: Task, other_object: int) -> None:
@@ -154,7 +156,7 @@ class _ComposedScene:
             other_task: the task of the other scene.
             other_object: the object of the other scene.
         """
-        places = self._find_equal_places_in_this_scene(other_task, other_object)
+        places = self._find_corresponding_place_in_this_scene(other_task, other_object)
         if places and all(target != index for _, target in places):
             static = {p.name for p in self._reduced_state.scene.vocabulary.predicates if p.static}
             self._facts = {
@@ -164,7 +166,7 @@ class _ComposedScene:
             }
             self._facts |= {Fact(name, (index, target)): None for name, target in places}
 
-    def find_or_add_object_like_other_scene(
+    def find_or_add_counterpart_of_object(
         self, other_task: Task, other_object: int, counterparts: Mapping[int, int] | None = None
     ) -> int | None:
         """Return the index of an object of this scene that corresponds to an object of another scene.
@@ -199,9 +201,9 @@ class _ComposedScene:
         if alike and len(alike) >= self._limits.get(thing.category, 0):
             return None
         self._excluded.add(thing.category)  # such objects may be in each other
-        places = self._find_equal_places_in_this_scene(other_task, other_object)
+        places = self._find_corresponding_place_in_this_scene(other_task, other_object)
         self._excluded.remove(thing.category)
-        parts = list(self._list_relations_and_object_parts(other_state, other_object))
+        parts = list(self._yield_part_relations_and_parts_of_object(other_state, other_object))
         if places is None or len(self._objects) + len(parts) >= self._size:
             return None
         index = self._add_object(other_task, other_object, make_free_name(thing.name, self._objects))
@@ -215,10 +217,12 @@ class _ComposedScene:
             self._facts[Fact(name, (self._add_object(other_task, part, part_name), index))] = None
         return index
 
-    def _list_relations_and_object_parts(self, state: State, index: int) -> Iterator[tuple[str, int]]:
+    def _yield_part_relations_and_parts_of_object(
+        self, state: State, whole_object: int
+    ) -> Iterator[tuple[str, int]]:
         """Yield, for each part of an object, a pair: the relation of the part to the object, and the part."""
         for name in self._prior.part_relations:
-            yield from ((name, part) for part in iterate_bits(state.relation(name).column(index)))
+            yield from ((name, part) for part in iterate_bits(state.relation(name).column(whole_object)))
 
     def _add_object(self, other_task: Task, other_object: int, name: str) -> int:
         """Add an object with its states. Return its index."""
@@ -231,7 +235,7 @@ class _ComposedScene:
         )
         return index
 
-    def _find_equal_places_in_this_scene(
+    def _find_corresponding_place_in_this_scene(
         self, other_task: Task, other_object: int
     ) -> list[tuple[str, int]] | None:
         """Return the place in this scene that corresponds to the place of an object in another scene.
@@ -251,7 +255,7 @@ class _ComposedScene:
             found = (
                 None
                 if target == other_state.scene.agent
-                else self.find_or_add_object_like_other_scene(other_task, target, counterparts)
+                else self.find_or_add_counterpart_of_object(other_task, target, counterparts)
             )
             if found is None:
                 return None

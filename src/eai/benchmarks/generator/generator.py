@@ -22,9 +22,9 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.census import DomainOfActionsSeenInPlans, count_usual_goals
+from eai.benchmarks.generator.census import DomainLimitedToActionsSeenInPlans, learn_usual_goals_from_tasks
 from eai.benchmarks.generator.composed_scene import (
-    add_relations_of_task_objects,
+    add_static_facts_comparing_objects,
     compose_scene_from_tasks,
     list_mentioned_objects_by_category,
 )
@@ -35,15 +35,15 @@ from eai.benchmarks.generator.growing_plan import (
     find_min_plan_length,
     make_shortened_plan,
 )
-from eai.benchmarks.generator.hazards import add_goals_against_hazards, find_hazard_goals, may_hazard_occur
+from eai.benchmarks.generator.hazards import add_hazard_avoidance_goals, find_hazard_goals, may_hazard_occur
 from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model, measure_task
 from eai.benchmarks.generator.scene import (
     MIN_OBJECTS,
     add_objects_of_other_tasks,
     add_similar_portable_objects,
     hide_object,
-    make_hiding_place_finder,
-    make_reduced_scene,
+    make_object_hiding_pattern_finder,
+    make_state_with_subset_of_objects,
 )
 from eai.benchmarks.generator.seeds import TaskSeedOutcome, select_tasks
 from eai.benchmarks.generator.spec import (
@@ -60,14 +60,14 @@ from eai.benchmarks.generator.spec import (
     get_tier_of_length,
 )
 from eai.benchmarks.generator.twins import (
-    ImpossibleTaskExcess,
-    TaskPairChooser,
-    make_clear_and_ambiguous_pair,
-    make_task_pair_chooser,
+    ImpossibleMinusPossibleTasks,
+    PossibleImpossiblePairChooser,
+    make_clear_task_paired_with_ambiguous,
+    make_possible_impossible_pair_chooser,
 )
 from eai.benchmarks.generator.usual_goals import (
     LiteralPattern,
-    UsualGoals,
+    UsualGoalsOfDataSet,
     UsualGoalsOfTaskTitle,
     do_goals_clash,
     find_goal_subjects,
@@ -156,7 +156,7 @@ class _SceneLimits(NamedTuple):
     counts: Mapping[str, int]
 
 
-class _RejectionFinder:
+class _TaskRejectionReasonFinder:
     """Finds reasons to reject a new task, such as an inexact instruction, or the goals of a published task.
 
     Args:
@@ -167,7 +167,7 @@ class _RejectionFinder:
 
     def __init__(self, domain: Domain, public: Sequence[Task], spec: TaskSpecification) -> None:
         self._domain, self._by_place, self._held_out = domain, spec.by_place, spec.held_out
-        self._public = set(map(self._get_digests_revealing_public_copy, public))
+        self._public = set(map(self._get_digests_for_finding_public_copies, public))
         self._table = SimilarTaskTable(public, domain)
 
     def find_rejection_reason(
@@ -192,13 +192,13 @@ class _RejectionFinder:
             return SeedRejectionReason.NO_CERTIFICATE
         if (reason := self._find_instruction_problem(task, words)) is not None:
             return reason
-        if self._get_digests_revealing_public_copy(task) in self._public:
+        if self._get_digests_for_finding_public_copies(task) in self._public:
             return SeedRejectionReason.PUBLIC
         if self._table.solves_by_adapted_plan(task):
             return SeedRejectionReason.PUBLIC_PLAN
         return None
 
-    def _get_digests_revealing_public_copy(self, task: Task) -> tuple[str, ...]:
+    def _get_digests_for_finding_public_copies(self, task: Task) -> tuple[str, ...]:
         """Return digests of a task. A new task with the digests of a public task is rejected as its copy.
 
         Usually the digest of the goals decides alone. If training and test may share goals, the digest of the
@@ -215,12 +215,12 @@ class _RejectionFinder:
         """
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in find_object_names(goal))
-        if self._by_place and not all(map(words.can_be_described_without_name, named)):
+        if self._by_place and not all(map(words.can_object_be_described_without_name, named)):
             return SeedRejectionReason.NAMELESS
         has_hazards = len(task.goals_without_hazards) < len(
             goals
         )  # sentences about hazards cannot be read back into goals
-        says = words.reads_as_goals(task.instruction, goals) or has_hazards
+        says = words.does_instruction_state_exactly_goals(task.instruction, goals) or has_hazards
         return None if says else SeedRejectionReason.AMBIGUOUS
 
 
@@ -263,7 +263,7 @@ class TaskGenerator:
                 "leave out the option `difficulty`"
             )
         self._tasks = list(self.benchmark.tasks(self.source).values())
-        self.prior: UsualGoals = count_usual_goals(self.benchmark, self._tasks)
+        self.usual_goals: UsualGoalsOfDataSet = learn_usual_goals_from_tasks(self.benchmark, self._tasks)
         self._bases = sets.select_public_tasks_of_split(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
@@ -272,16 +272,19 @@ class TaskGenerator:
             )
         self._tasks_by_title = group_pairs((task.title, task) for task in self._bases)
         self._compare_objects = self.benchmark.data.compare_objects
-        self._is_composed = bool(self.prior.countable_categories) or self._compare_objects is not None
+        self._is_composed = bool(self.usual_goals.countable_categories) or self._compare_objects is not None
         self._donors = list_mentioned_objects_by_category(self._bases)
         self._title_weights = {
             title: 1
-            + sum(is_usual_goal(p, self.prior) for p in chain(*self.prior.themes[title].patterns.values()))
+            + sum(
+                is_usual_goal(p, self.usual_goals)
+                for p in chain(*self.usual_goals.themes[title].patterns.values())
+            )
             for title in self._tasks_by_title
         }
-        self._objections = _RejectionFinder(self.benchmark.domain, self._tasks, self.spec)
-        self._usage = DomainOfActionsSeenInPlans(self.benchmark.domain, self.prior)
-        self._hiding = make_hiding_place_finder(self.benchmark.domain, self.prior)
+        self._objections = _TaskRejectionReasonFinder(self.benchmark.domain, self._tasks, self.spec)
+        self._usage = DomainLimitedToActionsSeenInPlans(self.benchmark.domain, self.usual_goals)
+        self._hiding = make_object_hiding_pattern_finder(self.benchmark.domain, self.usual_goals)
         self._weights = list(self._compute_draw_weights_of_public_tasks())
         self._replace_planners_to_free_memory()
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).fact_listers_of_goal_predicates
@@ -294,16 +297,16 @@ class TaskGenerator:
     def _compute_draw_weights_of_public_tasks(self) -> Iterator[float]:
         """Yield the weight of each published task, for drawing the base task of a new task.
 
-        If no category is countable (`UsualGoals.countable_categories`), all weights are 1. Otherwise,
+        If no category is countable (`UsualGoalsOfDataSet.countable_categories`), all weights are 1. Otherwise,
         tasks with the same title share one weight, so that titles with many tasks are not drawn more often.
         Some tasks weigh more (`_OFFER_WEIGHT`).
         """
-        several = self.prior.countable_categories & self.prior.taken_categories
+        several = self.usual_goals.countable_categories & self.usual_goals.taken_categories
         numbers = Counter([task.title for task in self._bases])
         for task in self._bases:
-            offers = not several.isdisjoint(self.prior.themes[task.title].categories)
+            offers = not several.isdisjoint(self.usual_goals.themes[task.title].categories)
             more = _OFFER_WEIGHT * (offers + bool(self._hiding(task)))
-            yield (1 + more) / numbers[task.title] if self.prior.countable_categories else 1.0
+            yield (1 + more) / numbers[task.title] if self.usual_goals.countable_categories else 1.0
 
     def _draw_order_of_task_titles(self, first_title: str, rng: random.Random) -> list[str]:
         """Return the titles of the data set's tasks in random order after a given first title.
@@ -322,7 +325,7 @@ class TaskGenerator:
         fingerprints (digests of goals and scene) are in ``known_fingerprints``.
         """
         return self.make_task_from_seed(seed, known_fingerprints).decide_outcome_given_earlier_tasks(
-            known_fingerprints, ImpossibleTaskExcess()
+            known_fingerprints, ImpossibleMinusPossibleTasks()
         )
 
     def make_task_from_seed(
@@ -335,16 +338,16 @@ class TaskGenerator:
         """
         compared: list[tuple[str, str]] = []
 
-        def is_copy(fingerprint: tuple[str, str]) -> bool:
+        def is_copy_of_earlier_task(fingerprint: tuple[str, str]) -> bool:
             compared.append(fingerprint)
             return fingerprint in known_fingerprints
 
-        outcome = self._make_outcome_or_pair_chooser(seed, is_copy)
+        outcome = self._generate_task_or_pair_chooser(seed, is_copy_of_earlier_task)
         return TaskSeedOutcome(outcome, compared[0] if compared else None)
 
-    def _make_outcome_or_pair_chooser(
-        self, seed: str, is_copy: Callable[[tuple[str, str]], bool]
-    ) -> GenerationOutcome | TaskPairChooser:
+    def _generate_task_or_pair_chooser(
+        self, seed: str, is_copy_of_earlier_task: Callable[[tuple[str, str]], bool]
+    ) -> GenerationOutcome | PossibleImpossiblePairChooser:
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
             self._replace_planners_to_free_memory()
@@ -357,19 +360,21 @@ class TaskGenerator:
         ):
             return SeedRejectionReason.NO_HAZARD
         least, most = self._get_plan_length_range(base)
-        growing_plan = self._make_action_sequence(goal_titles, initial, hidden, rng, least, most)
+        growing_plan = self._make_plan_for_random_usual_goals(goal_titles, initial, hidden, rng, least, most)
         if not growing_plan.goals:
             return SeedRejectionReason.NO_GOALS
         goals, start = list(growing_plan.goals), self._usage.convert_state_to_original_domain(initial)
         held_out, is_over_time = self.spec.held_out, self.spec.kind.has_temporal_goal
         split = sets.choose_split_of_goals(goals, start, held_out)
-        is_known = not is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start, held_out))
+        is_known = not is_over_time and is_copy_of_earlier_task(
+            sets.fingerprint_goals_and_scene(goals, start, held_out)
+        )
         if self.spec.split not in (TaskSplit.ALL, split):
             return SeedRejectionReason.OTHER_SPLIT
         if is_known:
             return SeedRejectionReason.COPY
         words = InstructionWriter.make_writer_for_benchmark(
-            self.benchmark, start, by_place=self.spec.by_place
+            self.benchmark, start, distinguishes_objects_by_place=self.spec.by_place
         )
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
         unsolved = make_task(name, words.make_instruction(goals, rng), start, *goals)
@@ -377,14 +382,14 @@ class TaskGenerator:
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.find_rejection_reason(task, words, least, most)
         if reason is None and is_over_time:
-            proposals = self._make_goal_sampler(initial, self.prior.themes[base.title])
-            timed = self._add_goals_over_time(task, initial, proposals, words, rng)
+            proposals = self._make_goal_sampler(initial, self.usual_goals.themes[base.title])
+            timed = self._add_temporal_goals(task, initial, proposals, words, rng)
             if isinstance(timed, SeedRejectionReason):
                 return timed
             task = timed.task
             about |= timed.about
             reason = self._objections.find_rejection_reason(task, words, least, most + _MAX_EXTRA_STEPS)
-            if reason is None and is_copy(sets.fingerprint_task(task, held_out)):
+            if reason is None and is_copy_of_earlier_task(sets.fingerprint_task(task, held_out)):
                 reason = SeedRejectionReason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = SeedRejectionReason.KNOWN_PLAN
@@ -394,29 +399,31 @@ class TaskGenerator:
         return (
             outcome
             if isinstance(outcome, SeedRejectionReason)
-            else self._make_pair_if_specified(outcome, rng)
+            else self._make_task_pair_if_specified(outcome, rng)
         )
 
-    def _make_pair_if_specified(
-        self, made: GeneratedTask, rng: random.Random
-    ) -> GenerationOutcome | TaskPairChooser:
+    def _make_task_pair_if_specified(
+        self, generated: GeneratedTask, rng: random.Random
+    ) -> GenerationOutcome | PossibleImpossiblePairChooser:
         """Return the task, or a pair of tasks made from it if the specification asks for pairs.
 
         For pairs of a possible and an impossible task, return a function that makes the pair
-        (`TaskPairChooser`).
+        (`PossibleImpossiblePairChooser`).
         """
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
-            return make_task_pair_chooser(made, planner, may_lack, rng)
+            return make_possible_impossible_pair_chooser(generated, planner, may_lack, rng)
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return (
-                make_clear_and_ambiguous_pair(made, self.benchmark, self.prior, planner, rng)
+                make_clear_task_paired_with_ambiguous(
+                    generated, self.benchmark, self.usual_goals, planner, rng
+                )
                 or SeedRejectionReason.NOT_AMBIGUOUS
             )
-        return made
+        return generated
 
-    def _add_goals_over_time(
+    def _add_temporal_goals(
         self,
         task: Task,
         initial: State,
@@ -447,7 +454,7 @@ class TaskGenerator:
         guards = list(
             find_hazard_goals(self.benchmark.notation.english.hazards, self.benchmark.domain, words)
         )
-        safe = add_goals_against_hazards(
+        safe = add_hazard_avoidance_goals(
             task,
             initial,
             guards,
@@ -503,44 +510,46 @@ class TaskGenerator:
         }
 
     def _make_scene(
-        self, base: Task, titles: Sequence[str], rng: random.Random
+        self, base_task: Task, task_titles: Sequence[str], rng: random.Random
     ) -> tuple[State, frozenset[int], Sequence[str]]:
         """Return a scene after random actions, the indices of hidden objects, and titles of published tasks.
 
         New goals resemble the goals of published tasks with these titles. The objects come from the data
-        set's task `base`. A composed scene also has objects of one random task for each further title
-        in `titles`. Random actions are undone if the agent then holds an object that it did not hold
+        set's task `base_task`. A composed scene also has objects of one random task for each further title
+        in `task_titles`. Random actions are undone if the agent then holds an object that it did not hold
         before.
         """
         rich = self.spec.tier in _RICH_TIERS
-        limits = self._draw_scene_limits(base, rng)
+        limits = self._draw_scene_limits(base_task, rng)
         most = limits.most_objects
-        place, pair = self._draw_hiding_relation_and_objects(base, rng)
-        scene = make_reduced_scene(
-            base,
-            self.prior,
+        place, pair = self._draw_object_and_container_for_hiding(base_task, rng)
+        scene = make_state_with_subset_of_objects(
+            base_task,
+            self.usual_goals,
             rng,
             limits.most_of_base,
-            leaves_room=rich,
+            leaves_room_for_other_tasks=rich,
             only_relevant=self._is_composed,
-            required_objects=[*pair, *self._find_objects_with_unique_states(base)],
+            required_objects=[*pair, *self._find_objects_with_unique_states(base_task)],
             min_objects=limits.least_of_base,
         )
-        origins = {thing.name: (base, base.scene.index[thing.name]) for thing in scene.scene.objects}
+        origins = {
+            thing.name: (base_task, base_task.scene.index[thing.name]) for thing in scene.scene.objects
+        }
         if self._is_composed:
-            kinds = self.prior.themes[base.title].categories
-            scene = add_similar_portable_objects(scene, self.prior, rng, most, kinds, origins)
-            guests = (rng.choice(self._tasks_by_title[title]) for title in titles[1:])
+            kinds = self.usual_goals.themes[base_task.title].categories
+            scene = add_similar_portable_objects(scene, self.usual_goals, rng, most, kinds, origins)
+            guests = (rng.choice(self._tasks_by_title[title]) for title in task_titles[1:])
             model_of = self.benchmark.data.model_of
             scene = compose_scene_from_tasks(
-                scene, guests, self._donors, self.prior, rng, most, origins, model_of, limits.counts
+                scene, guests, self._donors, self.usual_goals, rng, most, origins, model_of, limits.counts
             )
         if rich:
-            scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most, origins)
+            scene = add_objects_of_other_tasks(scene, self._bases, self.usual_goals, rng, most, origins)
         if self._compare_objects is not None:
-            scene = add_relations_of_task_objects(scene, origins, self._compare_objects)
+            scene = add_static_facts_comparing_objects(scene, origins, self._compare_objects)
             present = {task.title for task, _ in origins.values()}
-            titles = [title for title in titles if title in present]
+            task_titles = [title for title in task_titles if title in present]
         closed = self._usage.make_state(scene.scene, scene.facts())
         proposals = self._make_goal_sampler(closed)
         growing_plan = GoalByGoalPlan(self._planner, closed)
@@ -553,12 +562,12 @@ class TaskGenerator:
                 growing_plan.state = before
         last, hidden = growing_plan.state, frozenset[int]()
         if place is not None:
-            names = [base.scene.objects[i].name for i in pair]
+            names = [base_task.scene.objects[i].name for i in pair]
             start = self._usage.convert_state_to_original_domain(last)
             after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 last, hidden = after, frozenset({after.scene.index[names[0]]})
-        return self._usage.make_state(last.scene, last.facts()), hidden, titles
+        return self._usage.make_state(last.scene, last.facts()), hidden, task_titles
 
     def _draw_scene_limits(self, base: Task, rng: random.Random) -> _SceneLimits:
         """Return the limits of a scene that is made from the published task `base`.
@@ -577,33 +586,34 @@ class TaskGenerator:
         return _SceneLimits(round(number * _MIN_KEPT_SHARE), min(number, most), most, counts)
 
     def _find_objects_with_unique_states(self, task: Task) -> Iterator[int]:
-        for predicate in sorted(self.prior.unique_states):
+        for predicate in sorted(self.usual_goals.unique_states):
             yield from iterate_bits(task.initial.mask(predicate))
 
-    def _draw_hiding_relation_and_objects(
-        self, base: Task, rng: random.Random
+    def _draw_object_and_container_for_hiding(
+        self, base_task: Task, rng: random.Random
     ) -> tuple[LiteralPattern | None, Sequence[int]]:
         """Return a random way to hide an object: a relation between two categories, and two objects for it.
 
         If no object is to be hidden, return None and no objects.
         """
         places = (
-            self._hiding(base)
-            if self.prior.countable_categories and rng.random() < _HIDING_PROBABILITY
+            self._hiding(base_task)
+            if self.usual_goals.countable_categories and rng.random() < _HIDING_PROBABILITY
             else ()
         )
         if not places:
             return None, ()
         place = rng.choice(places)
         return place, [
-            rng.choice(list(iterate_bits(base.scene.get_category_mask(kind)))) for kind in place.categories
+            rng.choice(list(iterate_bits(base_task.scene.get_category_mask(kind))))
+            for kind in place.categories
         ]
 
     def _find_held_objects(self, state: State) -> set[int]:
         return {
             fact.arguments[-1]
             for fact in state.facts()
-            if fact.predicate in self.prior.holding_predicate_names
+            if fact.predicate in self.usual_goals.holding_predicate_names
         }
 
     def _get_plan_length_range(self, base: Task) -> tuple[int, int]:
@@ -617,12 +627,12 @@ class TaskGenerator:
     def _make_goal_sampler(self, state: State, theme: UsualGoalsOfTaskTitle | None = None) -> GoalSampler:
         spec = self.spec
         return GoalSampler.make_goal_sampler_for_scene(
-            state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme
+            state.scene, self.usual_goals, spec.forms, actions=spec.actions, theme=theme
         )
 
-    def _make_action_sequence(
+    def _make_plan_for_random_usual_goals(
         self,
-        titles: Sequence[str],
+        task_titles: Sequence[str],
         initial: State,
         hidden_objects: frozenset[int],
         rng: random.Random,
@@ -641,14 +651,14 @@ class TaskGenerator:
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
         # number of actions from which on no goals of a further title are added
         enough = wanted if is_rich else (min_steps + max_steps) // 2
-        max_themes = len(titles) if is_rich else _MAX_THEMES
+        max_themes = len(task_titles) if is_rich else _MAX_THEMES
         ending: list[f.Formula] = []
         if self._is_composed:
-            theme = self.prior.themes[titles[0]]
+            theme = self.usual_goals.themes[task_titles[0]]
             ending = self._make_goal_sampler(initial, theme).draw_agent_goals(theme, rng)
         occasions = 0
-        for title in (*titles, titles[0]) if self._is_composed else titles:
-            theme = self.prior.themes[title]
+        for title in (*task_titles, task_titles[0]) if self._is_composed else task_titles:
+            theme = self.usual_goals.themes[title]
             proposals = self._make_goal_sampler(initial, theme)
             if len(growing_plan.trail) >= enough or occasions == max_themes:
                 break
@@ -697,14 +707,14 @@ class TaskGenerator:
             if (
                 wish is None
                 or wish in tried
-                or is_goal_pointless(wish, growing_plan.goals, scene, self.prior)
+                or is_goal_pointless(wish, growing_plan.goals, scene, self.usual_goals)
             ):
                 continue
             if is_search and find_goal_subjects(wish, scene).isdisjoint(hidden_objects):
                 continue
             tried.add(wish)
             others = (*growing_plan.goals, *final_goals)
-            if any(do_goals_clash(wish, other, scene, self.prior) for other in others):
+            if any(do_goals_clash(wish, other, scene, self.usual_goals) for other in others):
                 continue
             if not growing_plan.goal_holds(wish, initial):
                 reached = self._reach_goal_and_release_its_objects(growing_plan, wish)

@@ -17,7 +17,7 @@ from eai.benchmarks.generator.spec import GoalFormFrequency
 from eai.benchmarks.generator.usual_goals import (
     LiteralPattern,
     Patterns,
-    UsualGoals,
+    UsualGoalsOfDataSet,
     UsualGoalsOfTaskTitle,
     filter_patterns,
     restrict_to_categories,
@@ -48,7 +48,7 @@ class GoalSampler:
         pair_patterns: patterns allowed in goals about pairs of objects. If empty, all patterns are allowed.
     """
 
-    prior: UsualGoals
+    usual_goals: UsualGoalsOfDataSet
     scene: Scene
     forms: Mapping[str, int]
     patterns: Patterns
@@ -57,7 +57,7 @@ class GoalSampler:
     @staticmethod
     def make_goal_sampler_for_scene(
         scene: Scene,
-        usual_goals: UsualGoals,
+        usual_goals: UsualGoalsOfDataSet,
         goal_forms: GoalFormFrequency,
         *,
         actions: bool,
@@ -73,7 +73,9 @@ class GoalSampler:
         patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, usual_goals))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
         fitting -= (
-            set() if _filter_quantifiable_patterns(patterns, scene, usual_goals) else {*_QUANTIFIED_SHAPES}
+            set()
+            if _select_patterns_for_quantified_goals(patterns, scene, usual_goals)
+            else {*_QUANTIFIED_SHAPES}
         )
         usual_shapes = dict.fromkeys(_SHAPES, 1) if goal_forms == "all" else usual_goals.shape_counts
         shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
@@ -124,9 +126,9 @@ class GoalSampler:
         """Return a random goal. Its shape is drawn first; return None if no objects fit this shape."""
         shape = _draw_weighted(self.forms, rng)
         if shape == "Occurs":
-            alternatives: tuple[str, ...] = _draw_weighted(self.prior.action_counts, rng)
+            alternatives: tuple[str, ...] = _draw_weighted(self.usual_goals.action_counts, rng)
             return f.Or(tuple(map(f.Occurs, alternatives)))
-        countable = _filter_quantifiable_patterns(self.patterns, self.scene, self.prior)
+        countable = _select_patterns_for_quantified_goals(self.patterns, self.scene, self.usual_goals)
         known = self if shape not in _QUANTIFIED_SHAPES else replace(self, patterns=countable)
         pattern = known._draw_pattern(rng, truth=shape != "Not")
         if pattern is None:
@@ -137,7 +139,7 @@ class GoalSampler:
             case "Or":
                 return self._draw_disjunction(pattern, rng)
             case "ForPairs":
-                return self._make_goal_pairing_two_categories(pattern)
+                return self._make_goal_pairing_objects_one_to_one(pattern)
         return self._draw_quantified_goal(shape, pattern, rng)
 
     def _draw_pattern(
@@ -149,7 +151,7 @@ class GoalSampler:
         """
         arity = self.scene.vocabulary.find_arity
         wanted = {
-            key: self.prior.goal_counts[key]
+            key: self.usual_goals.goal_counts[key]
             for key in self.patterns
             if truth in (None, key[1]) and not (relations_only and arity(key[0]) != 2)
         }
@@ -196,13 +198,13 @@ class GoalSampler:
         same = f.Atom(second.predicate, (first.arguments[0], *second.arguments[1:]))
         return None if same == first else f.Or((first, same))
 
-    def _draw_quantified_literal(
-        self, pattern: LiteralPattern, rng: random.Random, *, several: bool = False
+    def _draw_literal_with_variable_and_count(
+        self, pattern: LiteralPattern, rng: random.Random, *, may_quantify_second: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
         The category is the first category of the pattern, a literal with categories in place of objects. A
-        second argument of the literal is one random object of the second category. With ``several``,
+        second argument of the literal is one random object of the second category. With ``may_quantify_second``,
         a variable may replace it: the literal then holds if it holds for any object of the second category.
         Return None if a goal cannot quantify over the first category.
         """
@@ -210,13 +212,17 @@ class GoalSampler:
             return None
         category, *others = pattern.categories
         members = self._list_category_members(category)
-        if len(members) < 2 or category in others or not _may_be_quantified(category, self.prior):
+        if (
+            len(members) < 2
+            or category in others
+            or not _may_goals_quantify_over_category(category, self.usual_goals)
+        ):
             return None
         terms: list[f.Term] = [f.Variable(X)]
         inner: f.Variable | None = None
         for other in others:
             targets = self._list_category_members(other)
-            if several and len(targets) > 1 and rng.random() < 0.5:
+            if may_quantify_second and len(targets) > 1 and rng.random() < 0.5:
                 inner = f.Variable(Y, other)
                 terms.append(f.Variable(Y))
             else:
@@ -233,7 +239,9 @@ class GoalSampler:
         """
         if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_share_of_negated_goals()):
             pattern = self._draw_pattern(rng, truth=False) or pattern
-        made = self._draw_quantified_literal(pattern, rng, several=shape == "ForAll" and pattern.truth)
+        made = self._draw_literal_with_variable_and_count(
+            pattern, rng, may_quantify_second=shape == "ForAll" and pattern.truth
+        )
         if made is None:
             return None
         variable, body, size = made
@@ -242,11 +250,11 @@ class GoalSampler:
         return f.ForAll(variable, body) if shape == "ForAll" else f.Exists(variable, body)
 
     def _get_share_of_negated_goals(self) -> float:
-        counts = self.prior.goal_counts
+        counts = self.usual_goals.goal_counts
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
-    def _make_goal_pairing_two_categories(self, pattern: LiteralPattern) -> f.Formula | None:
+    def _make_goal_pairing_objects_one_to_one(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
         Return None in these cases:
@@ -264,7 +272,9 @@ class GoalSampler:
         ):
             return None
         few, many = (len(self._list_category_members(kind)) for kind in kinds)
-        if not 2 <= few <= many or not all(_may_be_quantified(kind, self.prior) for kind in kinds):
+        if not 2 <= few <= many or not all(
+            _may_goals_quantify_over_category(kind, self.usual_goals) for kind in kinds
+        ):
             return None
         body = self._make_literal_of_pattern(pattern, (f.Variable(X), f.Variable(Y)))
         return f.ForPairs(f.Variable(X, kinds[0]), f.Variable(Y, kinds[1]), body)
@@ -275,26 +285,31 @@ def _make_ordered_set_of_categories(scene: Scene) -> Mapping[str, None]:
     return dict.fromkeys([thing.category for thing in scene.objects])
 
 
-def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
+def _may_goals_quantify_over_category(category: str, usual_goals: UsualGoalsOfDataSet) -> bool:
     """Whether goals may quantify over the objects of a category."""
-    return not prior.countable_categories or category in prior.countable_categories
+    return not usual_goals.countable_categories or category in usual_goals.countable_categories
 
 
-def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
+def _select_patterns_for_quantified_goals(
+    patterns: Patterns, scene: Scene, usual_goals: UsualGoalsOfDataSet
+) -> Patterns:
     """Return the patterns over whose first category a goal can quantify.
 
     A pattern is a literal with categories in place of objects. The scene must have several objects of the
     first category, and goals must be allowed to quantify over it.
     """
 
-    def has_several_quantifiable_objects(pattern: LiteralPattern) -> bool:
+    def can_goal_quantify_over_first_category(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
-        return any(_may_be_quantified(c, prior) and scene.get_category_mask(c).bit_count() > 1 for c in first)
+        return any(
+            _may_goals_quantify_over_category(c, usual_goals) and scene.get_category_mask(c).bit_count() > 1
+            for c in first
+        )
 
-    return filter_patterns(patterns, has_several_quantifiable_objects)
+    return filter_patterns(patterns, can_goal_quantify_over_first_category)
 
 
-def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bool:
+def _can_be_goal(pattern: LiteralPattern, scene: Scene, usual_goals: UsualGoalsOfDataSet) -> bool:
     """Whether goals may have the form of a pattern: a literal with categories in place of objects.
 
     Such goals are plausible (`is_usual_goal`), have at most two arguments, and are not about the agent or a
@@ -304,20 +319,22 @@ def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bo
         return False
     if scene.agent is not None and scene.objects[scene.agent].category in pattern.categories:
         return False
-    if not prior.part_categories.isdisjoint(pattern.categories):
+    if not usual_goals.part_categories.isdisjoint(pattern.categories):
         return False
-    return is_usual_goal(pattern, prior)
+    return is_usual_goal(pattern, usual_goals)
 
 
-def is_usual_goal(pattern: LiteralPattern, prior: UsualGoals) -> bool:
+def is_usual_goal(pattern: LiteralPattern, usual_goals: UsualGoalsOfDataSet) -> bool:
     """Whether goals of the form of a pattern, a literal with categories in place of objects, are plausible.
 
     A relation is plausible if plans of the data set pick up objects of its first category, and use objects of
     its other categories. Goals of all other forms are plausible. If the data set has no plans, all goals are.
     """
     first, *others = pattern.categories or ("",)
-    is_relation = bool(others and prior.uses)
-    return not is_relation or (first in prior.taken_categories and prior.used_categories.issuperset(others))
+    is_relation = bool(others and usual_goals.uses)
+    return not is_relation or (
+        first in usual_goals.taken_categories and usual_goals.used_categories.issuperset(others)
+    )
 
 
 def _draw_weighted(weights: Mapping[K, float], rng: random.Random) -> K:

@@ -301,8 +301,8 @@ class TemporalGoalFinder:
         if self.task.get_goals_of_kind(GoalKind.ACTION):
             return None
         ways = [
-            self._find_goal_requiring_detour,
-            self._find_goal_forbidding_side_effect,
+            self._find_goal_requiring_intermediate_fact,
+            self._find_goal_that_forbids_a_side_effect,
             self._find_goal_about_order,
         ]
         candidates = (way() for way in self.rng.sample(ways, len(ways)))
@@ -318,9 +318,9 @@ class TemporalGoalFinder:
 
     def _execute_plan(self, plan: Sequence[Action]) -> _ExecutedPlan:
         trajectory = execute_plan(self.domain, self.task.initial, plan)
-        return _ExecutedPlan(plan, trajectory, self._find_states_of_new_facts(trajectory.states))
+        return _ExecutedPlan(plan, trajectory, self._map_new_facts_to_state_indices(trajectory.states))
 
-    def _find_goal_requiring_detour(self) -> _TemporalGoal | None:
+    def _find_goal_requiring_intermediate_fact(self) -> _TemporalGoal | None:
         """Return a temporal goal that requires a detour, or None if none is found.
 
         A fact must become true before one of the task's goals. At the end of the plan, the fact is false.
@@ -344,7 +344,7 @@ class TemporalGoalFinder:
         )
         return None if kept is None else replace(kept, plan=make_shortened_plan(growing_plan, goal))
 
-    def _find_goal_forbidding_side_effect(self) -> _TemporalGoal | None:
+    def _find_goal_that_forbids_a_side_effect(self) -> _TemporalGoal | None:
         """Return a temporal goal that forbids two facts to hold together, or None if none is found.
 
         One of the facts is a side effect that the solving plan does not undo.
@@ -407,37 +407,37 @@ class TemporalGoalFinder:
         final = other.trajectory.final_state
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
             return None
-        candidates = list(self._propose_goals_excluding_plan(other))
+        candidates = list(self._propose_goals_that_plan_fails(other))
         self.rng.shuffle(candidates)
         candidates.sort(key=itemgetter(0))
         kept = (_make_goal_if_only_first_fulfils(goal, self._solving_plan, other) for _, goal in candidates)
         return next((candidate for candidate in kept if candidate is not None), None)
 
-    def _propose_goals_excluding_plan(
-        self, excluded_plan: _ExecutedPlan
+    def _propose_goals_that_plan_fails(
+        self, failing_plan: _ExecutedPlan
     ) -> Iterator[tuple[_SortKey, f.Formula]]:
-        """Yield candidates for a temporal goal that the solving plan fulfils and `excluded_plan` fails.
+        """Yield candidates for a temporal goal that the solving plan fulfils and `failing_plan` fails.
 
         Each candidate is a pair: a sort key and the goal. The sort key is False if the facts of the goal
         share an object. The caller tests the candidates.
         """
         ours, things = self._solving_plan, self.task.scene.objects
-        both = [atom for atom in ours.new_facts if atom in excluded_plan.new_facts]
+        both = [atom for atom in ours.new_facts if atom in failing_plan.new_facts]
         for first, then in permutations(both, 2):
-            if ours.becomes_true_first(first, then) and not excluded_plan.becomes_true_first(first, then):
+            if ours.becomes_true_first(first, then) and not failing_plan.becomes_true_first(first, then):
                 yield _have_no_common_object(then, first), f.Until(f.Not(then), first)
-            if find_object_names(first) < find_object_names(then) and excluded_plan.have_held_together(
+            if find_object_names(first) < find_object_names(then) and failing_plan.have_held_together(
                 first, then
             ) > ours.have_held_together(first, then):
                 yield _have_no_common_object(first, then), f.Always(f.Not(f.And((first, then))))
-        wanted = {name for alternatives in self.proposals.prior.action_counts for name in alternatives}
+        wanted = {name for alternatives in self.proposals.usual_goals.action_counts for name in alternatives}
         for action in ours.plan:
             if action.operator in wanted and action.arguments:
                 names = [f.Constant(things[i].name) for i in action.arguments]
                 done = f.Occurs(action.operator, tuple(names))
                 yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
-    def _find_states_of_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
+    def _map_new_facts_to_state_indices(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
         """Return the new facts that may be goals, each with the indices of the states in which it holds.
 
         A fact is new if it does not hold in the first state.
@@ -445,7 +445,7 @@ class TemporalGoalFinder:
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         new_facts: dict[Fact, list[int]] = {}
         for listing in self.listings:
-            if (listing.predicate, True) in self.proposals.prior.goal_counts:
+            if (listing.predicate, True) in self.proposals.usual_goals.goal_counts:
                 at_start = set(listing.list_facts(states[0], about))
                 for number, state in enumerate(states):
                     for fact in listing.list_facts(state, about):
@@ -454,10 +454,10 @@ class TemporalGoalFinder:
         return {
             f.Atom(fact.predicate, tuple([f.Constant(things[i].name) for i in fact.arguments])): when
             for fact, when in new_facts.items()
-            if agent not in fact.arguments and self._is_changed_by_usual_plans(fact)
+            if agent not in fact.arguments and self._may_plans_of_data_set_change_fact(fact)
         }
 
-    def _is_changed_by_usual_plans(self, fact: Fact) -> bool:
+    def _may_plans_of_data_set_change_fact(self, fact: Fact) -> bool:
         """Whether plans of the data set may change facts of this form.
 
         They may change every fact about fewer than two objects. They may change a fact about two objects if
@@ -465,8 +465,8 @@ class TemporalGoalFinder:
         """
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
-        moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior
-        return not prior.uses or moved in prior.taken_categories
+        moved, usual_goals = self.task.scene.objects[fact.arguments[0]].category, self.proposals.usual_goals
+        return not usual_goals.uses or moved in usual_goals.taken_categories
 
 
 def _make_goal_if_only_first_fulfils(

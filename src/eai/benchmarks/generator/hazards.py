@@ -46,7 +46,7 @@ _LIMITS_OF_SEARCH_IGNORING_HAZARDS = Limits(100)
 """Limits of a search that ignores hazards. If its plan is safe by chance, the task is discarded."""
 
 
-class _HazardGoal(NamedTuple):
+class _HazardAvoidanceGoal(NamedTuple):
     """A danger (hazard) that certain objects may cause, with the temporal goal that forbids it.
 
     Attributes:
@@ -70,7 +70,7 @@ class _HazardGoal(NamedTuple):
         """Whether the execution of a plan avoids the hazard, that is, fulfils the temporal goal."""
         return semantics.holds(self.formula, to_trace(execution))
 
-    def is_plausible_execution(self, execution: Trajectory, planner: Planner) -> bool:
+    def is_execution_plausible_for_people(self, execution: Trajectory, planner: Planner) -> bool:
         """Whether a person might execute the plan.
 
         The final state must not be `odd`, a state that nobody wants. No object may stay unsafe for more than
@@ -94,7 +94,7 @@ class _HazardGoal(NamedTuple):
 
 def find_hazard_goals(
     hazards: Sequence[HazardEvent], domain: Domain, words: InstructionWriter
-) -> Iterator[_HazardGoal]:
+) -> Iterator[_HazardAvoidanceGoal]:
     """Yield a goal against each danger (hazard), for each combination of objects that may cause it."""
     scene = words.scene
     lexicon = make_goal_lexicon(domain, scene)
@@ -102,9 +102,9 @@ def find_hazard_goals(
         for chosen in product(*_find_objects_of_variables(hazard, scene)):
             names_by_variable = dict(zip("xy", [lexicon.get_object_name(i) for i in chosen], strict=False))
             words_by_variable = dict(
-                zip("xy", [words.name_object(scene.objects[i].name) for i in chosen], strict=False)
+                zip("xy", [words.get_words_for_object(scene.objects[i].name) for i in chosen], strict=False)
             )
-            yield _HazardGoal(
+            yield _HazardAvoidanceGoal(
                 hazard.name,
                 read_goal(hazard.formula.format(**names_by_variable), domain, scene),
                 read_goal(hazard.safe.format(**names_by_variable), domain, scene) if hazard.safe else None,
@@ -145,10 +145,10 @@ class _HazardousTask(NamedTuple):
     is_safe_if_shut_last: bool
 
 
-def add_goals_against_hazards(
+def add_hazard_avoidance_goals(
     task: Task,
     start: State,
-    hazard_goals: Sequence[_HazardGoal],
+    hazard_goals: Sequence[_HazardAvoidanceGoal],
     planner_of_all_actions: Planner,
     planner_of_usual_actions: Planner,
     rng: random.Random,
@@ -158,7 +158,7 @@ def add_goals_against_hazards(
     """Return a copy of a task with goals against the hazards (dangers) of its plan, and with a safe plan.
 
     Return None if the plan causes no hazard, or if no safe plan is found. Tasks are also discarded at random.
-    A task is kept with the greatest probability `_HazardGoal.kept` of the hazards of its plan.
+    A task is kept with the greatest probability `_HazardAvoidanceGoal.kept` of the hazards of its plan.
 
     Args:
         task: the task. All its goals are about states.
@@ -186,8 +186,10 @@ def add_goals_against_hazards(
     execution = ways.execute_in_task(plan)
     # a plan is unsafe even if the hazard already exists in the initial state
     is_safe = all(hazard_goal.is_hazard_avoided_in(execution) for hazard_goal in hazard_goals)
-    is_sensible = all(hazard_goal.is_plausible_execution(execution, ways.planner) for hazard_goal in broken)
-    if not is_safe or not is_sensible or ways.is_plan_ignoring_hazards_safe(broken):
+    is_sensible = all(
+        hazard_goal.is_execution_plausible_for_people(execution, ways.planner) for hazard_goal in broken
+    )
+    if not is_safe or not is_sensible or ways.is_safe_plan_found_ignoring_hazards(broken):
         return None
     sentences = () if untold else [hazard_goal.sentence for hazard_goal in broken]
     hazardous = replace(
@@ -225,18 +227,18 @@ class _SafePlanFinder:
         return execute_plan(self.planner.domain, self.task.initial, plan)
 
     def find_plan_avoiding_hazards(
-        self, hazard_goals: Sequence[_HazardGoal], plan_failing_last_goal: Sequence[Action]
+        self, hazard_goals: Sequence[_HazardAvoidanceGoal], plan_causing_only_last_hazard: Sequence[Action]
     ) -> Sequence[Action] | None:
         """Return the shortest plan found that avoids all hazards, or None.
 
         Args:
             hazard_goals: for each hazard, the goal to avoid it.
-            plan_failing_last_goal: a plan that avoids all these hazards except the last.
+            plan_causing_only_last_hazard: a plan that avoids all these hazards except the last.
         """
         asked = f.And(tuple([hazard_goal.formula for hazard_goal in hazard_goals]))
         safe: list[Sequence[Action]] = []
         for growing_plan in (
-            *self._add_precaution_to_plan(hazard_goals[-1], plan_failing_last_goal),
+            *self._add_precaution_to_plan(hazard_goals[-1], plan_causing_only_last_hazard),
             *self._find_plans_without_unsafe_states(hazard_goals),
         ):
             if all(
@@ -248,7 +250,7 @@ class _SafePlanFinder:
         return min(safe, key=len, default=None)
 
     def _add_precaution_to_plan(
-        self, hazard_goal: _HazardGoal, plan: Sequence[Action]
+        self, hazard_goal: _HazardAvoidanceGoal, plan: Sequence[Action]
     ) -> Iterator[GoalByGoalPlan]:
         """Yield copies of the plan in which further actions remove the danger, such as closing a fridge."""
         if hazard_goal.safe is None:
@@ -263,7 +265,7 @@ class _SafePlanFinder:
                 yield growing_plan
 
     def _find_plans_without_unsafe_states(
-        self, hazard_goals: Sequence[_HazardGoal]
+        self, hazard_goals: Sequence[_HazardAvoidanceGoal]
     ) -> Iterator[GoalByGoalPlan]:
         """Yield plans that avoid unsafe states; none if a hazard cannot be recognized in a single state."""
         invariants = [
@@ -286,7 +288,7 @@ class _SafePlanFinder:
             if try_to_reach_goals_in_order(growing_plan, ordered):
                 yield growing_plan
 
-    def is_plan_safe_if_objects_are_shut_at_end(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
+    def is_plan_safe_if_objects_are_shut_at_end(self, hazard_goals: Sequence[_HazardAvoidanceGoal]) -> bool:
         """Whether the task's plan becomes safe if the agent shuts and switches off all objects at the end."""
         growing_plan = GoalByGoalPlan(self.planner, self.task.initial)
         safe = [hazard_goal.safe for hazard_goal in hazard_goals if hazard_goal.safe is not None]
@@ -299,7 +301,7 @@ class _SafePlanFinder:
             for hazard_goal in hazard_goals
         )
 
-    def is_plan_ignoring_hazards_safe(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
+    def is_safe_plan_found_ignoring_hazards(self, hazard_goals: Sequence[_HazardAvoidanceGoal]) -> bool:
         """Whether a planner that ignores hazards finds a safe plan that is no longer than the task's plan."""
         goals = PlanningGoal(tuple(self._goals))
         plan = self.planner.find_plan(

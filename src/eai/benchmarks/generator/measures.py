@@ -103,7 +103,7 @@ class TaskMeasure(str, Enum):
     """Number of plan steps that need a tool, such as a knife, which is not among their arguments."""
 
 
-class _VisibilityPredicate(NamedTuple):
+class _ContainerVisibilityPredicate(NamedTuple):
     """A state of a container, such as being open, that decides whether its contents are visible.
 
     Attributes:
@@ -117,7 +117,7 @@ class _VisibilityPredicate(NamedTuple):
 
 def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
     """Return a mapping from each measure to its value for a task."""
-    needed, tools = find_objects_of_goals_and_plan(task), find_tool_operators(domain)
+    needed, tools = find_objects_of_goals_and_plan(task), find_operators_needing_implicit_tool(domain)
     operators = [action.operator for action in task.script]
     containers, hidden = _find_opened_and_revealed_objects(task, needed, domain)
     return {
@@ -138,7 +138,7 @@ def _find_opened_and_revealed_objects(
     containers: set[int] = set()
     hidden: set[int] = set()
     needed_mask = make_mask(needed)
-    opening_lids, arities = set(find_visibility_predicates(domain)), domain.operator_arities
+    opening_lids, arities = set(find_container_visibility_predicates(domain)), domain.operator_arities
     known = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
     states = execute_plan(domain, task.initial, known).states if opening_lids else ()
     for before, after in pairwise(states):
@@ -151,21 +151,21 @@ def _find_opened_and_revealed_objects(
 
 
 def _find_containers_opened_between(
-    visibility: _VisibilityPredicate, before: State, after: State
+    visibility: _ContainerVisibilityPredicate, before: State, after: State
 ) -> Iterator[int]:
     then, now = before.mask(visibility.predicate), after.mask(visibility.predicate)
     return iterate_bits(now & ~then if visibility.reveals else then & ~now)
 
 
-def find_visibility_predicates(domain: Domain) -> Iterator[_VisibilityPredicate]:
+def find_container_visibility_predicates(domain: Domain) -> Iterator[_ContainerVisibilityPredicate]:
     """Yield the states of containers, such as being open, that decide whether objects in them are visible."""
     if domain.visible is not None:
-        yield from _yield_visibility_predicates(
+        yield from _yield_container_visibility_predicates(
             domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True
         )
 
 
-def find_tool_operators(domain: Domain) -> frozenset[str]:
+def find_operators_needing_implicit_tool(domain: Domain) -> frozenset[str]:
     """Return names of operators that need a tool which their arguments do not name, such as a knife."""
     kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
     return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))
@@ -191,7 +191,7 @@ def _requires_object_of_kind(formula: f.Formula, kinds: set[str]) -> bool:
     return any(_requires_object_of_kind(subformula, kinds) for subformula in get_subformulas(formula))
 
 
-def make_condition_that_object_exists(domain: Domain) -> f.Formula:
+def make_formula_that_object_x_exists(domain: Domain) -> f.Formula:
     """Return the formula that holds if the object ``x`` exists in the scene.
 
     The formula consists of the domain's conditions for the visibility of ``x`` that depend neither on
@@ -208,7 +208,8 @@ def _is_independent_of_containers_and_agent(vocabulary: Vocabulary, condition: f
     """Whether a condition on ``x`` depends neither on the state of a container nor on the agent."""
     variable = frozenset({"x"})
     has_lid = any(
-        True for _ in _yield_visibility_predicates(vocabulary, condition, variable, (), reveals=True)
+        True
+        for _ in _yield_container_visibility_predicates(vocabulary, condition, variable, (), reveals=True)
     )
     return not has_lid and all(
         AGENT not in atom.arguments for atom in _find_atoms_in_formula_and_definitions(vocabulary, condition)
@@ -228,14 +229,14 @@ def _find_atoms_in_formula_and_definitions(vocabulary: Vocabulary, formula: f.Fo
                     pending.append(derived.definition)
 
 
-def _yield_visibility_predicates(
+def _yield_container_visibility_predicates(
     vocabulary: Vocabulary,
     formula: f.Formula,
     object_variables: frozenset[str],
     expanded_predicates: tuple[str, ...],
     *,
     reveals: bool,
-) -> Iterator[_VisibilityPredicate]:
+) -> Iterator[_ContainerVisibilityPredicate]:
     """Yield the predicates of containers, such as *open*, that decide whether an object is visible.
 
     The formula is the condition for its visibility. Variables in `object_variables` stand for the object, all
@@ -243,7 +244,7 @@ def _yield_visibility_predicates(
     """
     match formula:
         case f.Not(operand):
-            yield from _yield_visibility_predicates(
+            yield from _yield_container_visibility_predicates(
                 vocabulary, operand, object_variables, expanded_predicates, reveals=not reveals
             )
         case f.Atom(name, terms):
@@ -251,16 +252,16 @@ def _yield_visibility_predicates(
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
                 if variables[0] is not None and variables[0] not in object_variables:
-                    yield _VisibilityPredicate(name, reveals)
+                    yield _ContainerVisibilityPredicate(name, reveals)
             elif isinstance(derived, DefinedPredicate) and name not in expanded_predicates:
                 pairs = zip(derived.parameters, variables, strict=True)
                 inner = frozenset([parameter.name for parameter, name in pairs if name in object_variables])
-                yield from _yield_visibility_predicates(
+                yield from _yield_container_visibility_predicates(
                     vocabulary, derived.definition, inner, (*expanded_predicates, name), reveals=reveals
                 )
         case _:
             for part in get_subformulas(formula):
-                yield from _yield_visibility_predicates(
+                yield from _yield_container_visibility_predicates(
                     vocabulary, part, object_variables, expanded_predicates, reveals=reveals
                 )
 

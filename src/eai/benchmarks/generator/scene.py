@@ -14,8 +14,8 @@ from typing import TypeVar
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import TaskObject
-from eai.benchmarks.generator.measures import find_visibility_predicates
-from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoals, UsualGoalsOfTaskTitle
+from eai.benchmarks.generator.measures import find_container_visibility_predicates
+from eai.benchmarks.generator.usual_goals import LiteralPattern, UsualGoalsOfDataSet, UsualGoalsOfTaskTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
@@ -31,7 +31,9 @@ _LIMITS = Limits(100, thorough=False)
 """Limits of the search for a plan that puts an object into a container and shuts the container."""
 
 
-def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
+def make_object_hiding_pattern_finder(
+    domain: Domain, usual_goals: UsualGoalsOfDataSet
+) -> Callable[[Task], list[LiteralPattern]]:
     """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
     A pattern is listed if all of this holds:
@@ -41,35 +43,37 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     - Tasks with the title of the given task have a usual goal about such an object, other than this pattern.
     """
     decisive = find_stored_dependencies(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
-    names = {lid.predicate for lid in find_visibility_predicates(domain)}
+    names = {lid.predicate for lid in find_container_visibility_predicates(domain)}
     opening = {
         operator.name
         for operator in domain.operators
         if any(schema.atom.predicate in names for schema in make_effect_schemas(operator))
     }
-    opened = {category for operator, _, category in prior.uses if operator in opening}
-    usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))
+    opened = {category for operator, _, category in usual_goals.uses if operator in opening}
+    usual = chain(*(known for theme in usual_goals.themes.values() for known in theme.patterns.values()))
     places = [
         pattern
         for pattern in dict.fromkeys(usual)
         if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in decisive
-        if pattern.categories[0] in prior.taken_categories and pattern.categories[1] in opened
+        if pattern.categories[0] in usual_goals.taken_categories and pattern.categories[1] in opened
     ]
 
-    def find_hiding_places(task: Task) -> list[LiteralPattern]:
-        here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
+    def find_object_hiding_patterns(task: Task) -> list[LiteralPattern]:
+        here, theme = {thing.category for thing in task.scene.objects}, usual_goals.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
-        return [place for place in fitting if _do_other_usual_goals_mention_object(place, theme, prior)]
+        return [
+            place for place in fitting if _do_goals_beyond_placement_mention_object(place, theme, usual_goals)
+        ]
 
-    return find_hiding_places
+    return find_object_hiding_patterns
 
 
-def _do_other_usual_goals_mention_object(
-    placement: LiteralPattern, theme: UsualGoalsOfTaskTitle, prior: UsualGoals
+def _do_goals_beyond_placement_mention_object(
+    placement: LiteralPattern, theme: UsualGoalsOfTaskTitle, usual_goals: UsualGoalsOfDataSet
 ) -> bool:
     thing = placement.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
-    usual = [p for p in wanted if p.truth and prior.used_categories.issuperset(p.categories[1:])]
+    usual = [p for p in wanted if p.truth and usual_goals.used_categories.issuperset(p.categories[1:])]
     asked = (*usual, *chain(*theme.agent_goal_counts))
     return any(thing in pattern.categories for pattern in asked if pattern != placement)
 
@@ -84,7 +88,7 @@ def hide_object(
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
-    for lid in sorted(set(find_visibility_predicates(planner.domain))):
+    for lid in sorted(set(find_container_visibility_predicates(planner.domain))):
         shown = f.Atom(lid.predicate, (f.Constant(container),))
         wanted.append(f.Not(shown) if lid.reveals else shown)
     for number in range(1, len(wanted) + 1):
@@ -101,13 +105,13 @@ MIN_OBJECTS = 16
 """Minimum number of objects in a generated scene. A smaller scene of the data set keeps all its objects."""
 
 
-def make_reduced_scene(
+def make_state_with_subset_of_objects(
     task: Task,
-    prior: UsualGoals,
+    usual_goals: UsualGoalsOfDataSet,
     rng: random.Random,
     max_objects: int,
     *,
-    leaves_room: bool = False,
+    leaves_room_for_other_tasks: bool = False,
     only_relevant: bool = False,
     required_objects: Sequence[int] = (),
     min_objects: int = MIN_OBJECTS,
@@ -120,52 +124,60 @@ def make_reduced_scene(
 
     Args:
         task: the task.
-        prior: the usual goals, places of objects and actions.
+        usual_goals: the usual goals, places of objects and actions.
         rng: the random generator.
         max_objects: maximum number of objects.
-        leaves_room: whether to leave a third of the room to objects of other tasks
+        leaves_room_for_other_tasks: whether to leave a third of the room to objects of other tasks
             (`add_objects_of_other_tasks`), and to choose objects by random usual goals.
         only_relevant: whether to leave out objects that are not relevant, to make room for the objects that
             `compose_scene_from_tasks` adds.
         required_objects: indices of objects that the scene must contain.
         min_objects: minimum number of objects, if the task has so many. It does not apply if
-            `leaves_room` is true.
+            `leaves_room_for_other_tasks` is true.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
-    size = max_objects * 2 // 3 if leaves_room else rng.randint(min(min_objects, max_objects), max_objects)
+    size = (
+        max_objects * 2 // 3
+        if leaves_room_for_other_tasks
+        else rng.randint(min(min_objects, max_objects), max_objects)
+    )
     chosen: set[int] = (
-        set() if state.scene.agent is None else _find_attached_objects(state.scene.agent, state, prior)
+        set() if state.scene.agent is None else _find_attached_objects(state.scene.agent, state, usual_goals)
     )
     for index in required_objects:
-        chosen |= _find_attached_objects(index, state, prior)
-    usual = prior.taken_categories | prior.used_categories
+        chosen |= _find_attached_objects(index, state, usual_goals)
+    usual = usual_goals.taken_categories | usual_goals.used_categories
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
     usually = list_in_random_order(task.relevant, rng)
     usually += () if only_relevant else _order_by_category(others, state.scene, rng)
-    for index in _list_objects_of_random_goals(prior, state.scene, rng) if leaves_room else usually:
+    for index in (
+        _list_objects_of_random_goals(usual_goals, state.scene, rng)
+        if leaves_room_for_other_tasks
+        else usually
+    ):
         if len(chosen) >= size:
             break
-        wider = chosen | _find_attached_objects(index, state, prior)
+        wider = chosen | _find_attached_objects(index, state, usual_goals)
         if len(wider) <= max_objects:
             chosen = wider
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
 
-    def is_fact_kept(fact: Fact) -> bool:
+    def is_fact_kept_in_reduced_scene(fact: Fact) -> bool:
         predicate, arguments = fact
         if len(arguments) != 2 or predicate in static:
             return True
-        if predicate in prior.place_relations:
+        if predicate in usual_goals.place_relations:
             return not state.has(predicate, *reversed(arguments))
         return state.scene.agent in arguments
 
-    return restrict_state(state, sorted(chosen), is_fact_kept)
+    return restrict_state(state, sorted(chosen), is_fact_kept_in_reduced_scene)
 
 
 def add_objects_of_other_tasks(
     reduced_state: State,
     tasks: Sequence[Task],
-    prior: UsualGoals,
+    usual_goals: UsualGoalsOfDataSet,
     rng: random.Random,
     max_objects: int,
     origins: MutableMapping[str, TaskObject] | None = None,
@@ -180,27 +192,29 @@ def add_objects_of_other_tasks(
     here = {thing.category for thing in objects}
     wanted = {
         pattern.categories[0]
-        for (_, truth), known in prior.patterns.items()
+        for (_, truth), known in usual_goals.patterns.items()
         for pattern in known
         if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
     }
-    taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken_categories]
-    hosts = group_pairs((find_place_relations_and_categories(i, reduced_state, prior), i) for i in taken)
+    taken = [i for i, thing in enumerate(objects) if thing.category in usual_goals.taken_categories]
+    hosts = group_pairs(
+        (describe_place_by_relation_and_category(i, reduced_state, usual_goals), i) for i in taken
+    )
     for _ in range(_DRAWS_PER_GUEST * (max_objects - len(objects))):
         if len(objects) >= max_objects:
             break
         home = rng.choice(tasks)
         guest = rng.choice(home.relevant)
         thing = home.scene.objects[guest]
-        standing = find_place_relations_and_categories(guest, home.initial, prior)
+        standing = describe_place_by_relation_and_category(guest, home.initial, usual_goals)
         if (
-            thing.category in wanted & prior.taken_categories - prior.part_categories
+            thing.category in wanted & usual_goals.taken_categories - usual_goals.part_categories
             and standing in hosts
             and standing
         ):
             host = rng.choice(hosts[standing])
             facts += _append_similar_object(
-                objects, thing, find_states_of_object(guest, home.initial), host, reduced_state, prior
+                objects, thing, find_states_of_object(guest, home.initial), host, reduced_state, usual_goals
             )
             if origins is not None:
                 origins[objects[-1].name] = home, guest
@@ -209,7 +223,7 @@ def add_objects_of_other_tasks(
 
 def add_similar_portable_objects(
     state: State,
-    prior: UsualGoals,
+    usual_goals: UsualGoalsOfDataSet,
     rng: random.Random,
     max_objects: int,
     categories: Collection[str],
@@ -222,69 +236,76 @@ def add_similar_portable_objects(
     objects of tasks from which they were made. A new object gets the entry of the object that it is like.
     """
     objects, facts = list(state.scene.objects), list(state.facts())
-    usual = prior.countable_categories & prior.taken_categories & frozenset(categories)
+    usual = usual_goals.countable_categories & usual_goals.taken_categories & frozenset(categories)
     hosts = [
         i
         for i, thing in enumerate(objects)
-        if thing.category in usual and find_place_relations_and_categories(i, state, prior)
+        if thing.category in usual and describe_place_by_relation_and_category(i, state, usual_goals)
     ]
     number = rng.randint(1, _MAX_SIMILAR_OBJECTS)
     for _ in range(min(number, max_objects - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
         facts += _append_similar_object(
-            objects, objects[host], find_states_of_object(host, state), host, state, prior
+            objects, objects[host], find_states_of_object(host, state), host, state, usual_goals
         )
         if origins is not None and objects[host].name in origins:
             origins[objects[-1].name] = origins[objects[host].name]
     return Scene(state.scene.vocabulary, objects, state.scene.agent).state(facts)
 
 
-def add_copy_of_object(state: State, prior: UsualGoals, original: int, object_at_place: int) -> State:
-    """Return the state with a copy of the object `original`, in the place of `object_at_place`.
+def add_copy_of_object(
+    state: State, usual_goals: UsualGoalsOfDataSet, original_object: int, object_with_wanted_place: int
+) -> State:
+    """Return the state with a copy of the object `original_object`, in the place of `object_with_wanted_place`.
 
     The copy has the states and static relations of the original, such as its size.
     """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
     more = _append_similar_object(
-        objects, objects[original], find_states_of_object(original, state), object_at_place, state, prior
+        objects,
+        objects[original_object],
+        find_states_of_object(original_object, state),
+        object_with_wanted_place,
+        state,
+        usual_goals,
     )
     known = set(facts)
     for name, arguments in facts:
         stored = scene.vocabulary.find_stored_predicate(name)
         is_fixed = stored is not None and stored.static
-        model = original if is_fixed else object_at_place
+        model = original_object if is_fixed else object_with_wanted_place
         if len(arguments) == 2 and model in arguments and (is_fixed or (name, arguments[::-1]) in known):
             more.append(Fact(name, tuple([len(scene.objects) if i == model else i for i in arguments])))
     return Scene(scene.vocabulary, objects, scene.agent).state([*facts, *more])
 
 
-def has_no_contents(index: int, state: State, prior: UsualGoals) -> bool:
+def has_no_contents(object_index: int, state: State, usual_goals: UsualGoalsOfDataSet) -> bool:
     """Whether no object is in or on the given object.
 
     Symmetric relations, such as being beside the object, do not count.
     """
-    relations = map(state.relation, prior.place_relations)
-    return not any(relation.column(index) & ~relation.row(index) for relation in relations)
+    relations = map(state.relation, usual_goals.place_relations)
+    return not any(relation.column(object_index) & ~relation.row(object_index) for relation in relations)
 
 
 def _append_similar_object(
     objects: list[WorldObject],
     original: WorldObject,
     states: Iterable[str],
-    object_at_place: int,
+    object_with_wanted_place: int,
     state: State,
-    prior: UsualGoals,
+    usual_goals: UsualGoalsOfDataSet,
 ) -> list[Fact]:
     """Append an object like `original` to `objects`, and return its facts.
 
-    The object has the given states, and the place of the object `object_at_place`.
+    The object has the given states, and the place of the object `object_with_wanted_place`.
     """
     another = len(objects)
     objects.append(WorldObject(make_free_name(original.name, objects), original.category))
     places = [
         (name, target)
-        for name in prior.place_relations
-        for target in iterate_bits(state.relation(name).row(object_at_place))
+        for name in usual_goals.place_relations
+        for target in iterate_bits(state.relation(name).row(object_with_wanted_place))
     ]
     own = [Fact(name, (another,)) for name in states]
     return [*own, *(Fact(name, (another, target)) for name, target in places)]
@@ -296,27 +317,28 @@ _MAX_SIMILAR_OBJECTS = 5
 _DRAWS_PER_GUEST = 30
 """Maximum number of random draws from the objects of other tasks, for each object that a scene may still get.
 
-Most drawn objects do not fit. Either no usual goal (`UsualGoals`) relates them to an object of the scene,
+Most drawn objects do not fit. Either no usual goal (`UsualGoalsOfDataSet`) relates them to an object of the scene,
 or no object of the scene has a place like theirs, such as on a table.
 """
 
 
-def find_place_relations_and_categories(
-    index: int, state: State, prior: UsualGoals
+def describe_place_by_relation_and_category(
+    object_index: int, state: State, usual_goals: UsualGoalsOfDataSet
 ) -> frozenset[tuple[str, str]]:
     """Return pairs: a relation that places the object, and the category of the object at that place.
 
     The result is empty for an object that has parts or is a part of another object.
     """
     if any(
-        state.relation(name).row(index) | state.relation(name).column(index) for name in prior.part_relations
+        state.relation(name).row(object_index) | state.relation(name).column(object_index)
+        for name in usual_goals.part_relations
     ):
         return frozenset()
     things = state.scene.objects
     return frozenset(
         (name, things[target].category)
-        for name in prior.place_relations
-        for target in iterate_bits(state.relation(name).row(index))
+        for name in usual_goals.place_relations
+        for target in iterate_bits(state.relation(name).row(object_index))
     )
 
 
@@ -355,34 +377,36 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
     return (index for _, _, index in sorted(order))
 
 
-def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
+def _list_objects_of_random_goals(
+    usual_goals: UsualGoalsOfDataSet, scene: Scene, rng: random.Random
+) -> Iterator[int]:
     """Yield objects that random usual goals need. Objects can repeat.
 
     A usual goal names categories of objects. Each category gives a random object of the scene. Goals with a
     category that the scene lacks are skipped.
     """
     for pattern in list_in_random_order(
-        [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
+        [p for (_, truth), known in usual_goals.patterns.items() if truth for p in known], rng
     ):
         members = [list(iterate_bits(scene.get_category_mask(category))) for category in pattern.categories]
         if all(members):
             yield from map(rng.choice, members)
 
 
-def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[int]:
+def _find_attached_objects(object_index: int, state: State, usual_goals: UsualGoalsOfDataSet) -> set[int]:
     """Return the indices of an object and of all objects that are directly or indirectly attached to it.
 
     Attached to an object are its containers and supports, its parts and its whole.
     """
-    attached, pending = set(), [index]
+    attached, pending = set(), [object_index]
     while pending:
         current = pending.pop()
         if current in attached:
             continue
         attached.add(current)
-        for name in prior.place_relations:
+        for name in usual_goals.place_relations:
             pending += iterate_bits(state.relation(name).row(current))
-        for name in prior.part_relations:
+        for name in usual_goals.part_relations:
             pending += iterate_bits(state.relation(name).row(current) | state.relation(name).column(current))
     return attached
 

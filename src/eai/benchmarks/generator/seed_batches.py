@@ -22,15 +22,18 @@ from eai.world.vocabulary import Vocabulary
 
 
 def open_generator(
-    spec: TaskSpecification, source: Source, earlier: tuple[Path, ...] = (), later: tuple[Path, ...] = ()
+    spec: TaskSpecification,
+    source: Source,
+    earlier_split_files: tuple[Path, ...] = (),
+    later_split_files: tuple[Path, ...] = (),
 ) -> TaskGenerator:
     """Return a task generator that can be pickled: another process opens the benchmark and files again.
 
     Args:
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        earlier: task files of the splits, such as the training set, that precede the tasks' split.
-        later: task files of the splits that follow the tasks' split.
+        earlier_split_files: task files of the splits, such as the training set, that precede the tasks' split.
+        later_split_files: task files of the splits that follow the tasks' split.
 
     Raises:
         InputError: a line of a file is not a task, or the benchmark cannot meet the specification.
@@ -38,10 +41,10 @@ def open_generator(
     benchmark, source = find_benchmark(spec.like), replace(source, report=ignore_progress)
     known, held_out = (
         chain.from_iterable(sets.read_tasks_of_set(file, benchmark.domain) for file in files)
-        for files in (earlier, later)
+        for files in (earlier_split_files, later_split_files)
     )
     is_given_away = sets.make_shared_plan_detector(benchmark.domain, known, held_out)
-    reopen = partial(open_generator, spec, source, earlier, later)
+    reopen = partial(open_generator, spec, source, earlier_split_files, later_split_files)
     return TaskGenerator(benchmark, spec, source, is_given_away, reopen)
 
 

@@ -21,7 +21,7 @@ from eai.benchmarks.generator.spec import (
     TaskSpecification,
     TaskSplit,
 )
-from eai.benchmarks.generator.twins import ImpossibleTaskExcess, TaskPairChooser
+from eai.benchmarks.generator.twins import ImpossibleMinusPossibleTasks, PossibleImpossiblePairChooser
 
 _MAX_FAILED_SEEDS = 300
 """Maximum number of seeds in a row without a task. If it is reached, generation fails.
@@ -50,29 +50,31 @@ class TaskSeedOutcome:
     Attributes:
         outcome: the task, the reason why the seed is rejected, or a function that makes a pair of a possible
             and an impossible task. The function takes counts of the pairs of earlier seeds
-            (`ImpossibleTaskExcess`), because they decide which pair it makes.
+            (`ImpossibleMinusPossibleTasks`), because they decide which pair it makes.
         fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before these
             were known.
     """
 
-    outcome: GenerationOutcome | TaskPairChooser
+    outcome: GenerationOutcome | PossibleImpossiblePairChooser
     fingerprint: tuple[str, str] | None = None
 
     def decide_outcome_given_earlier_tasks(
-        self, known_fingerprints: Collection[tuple[str, str]], impossible_excess: ImpossibleTaskExcess
+        self,
+        known_fingerprints: Collection[tuple[str, str]],
+        impossible_minus_possible: ImpossibleMinusPossibleTasks,
     ) -> GenerationOutcome:
         """Return the task of the seed, or the reason why the seed is rejected.
 
         Args:
             known_fingerprints: fingerprints of earlier tasks.
-            impossible_excess: numbers of impossible minus possible tasks in the pairs of earlier seeds.
+            impossible_minus_possible: numbers of impossible minus possible tasks in the pairs of earlier seeds.
                 The pair of this seed is added to these numbers.
         """
         if self.fingerprint in known_fingerprints and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY
         if isinstance(self.outcome, GeneratedTask | SeedRejectionReason):
             return self.outcome
-        return self.outcome(impossible_excess) or SeedRejectionReason.NO_TWIN
+        return self.outcome(impossible_minus_possible) or SeedRejectionReason.NO_TWIN
 
 
 def select_tasks(
@@ -95,7 +97,7 @@ def select_tasks(
         InputError: too many seeds in a row give no task.
     """
     generated = failures = 0
-    reasons, goals, impossible_excess = Counter[str](), Counter[str](), ImpossibleTaskExcess()
+    reasons, goals, impossible_minus_possible = Counter[str](), Counter[str](), ImpossibleMinusPossibleTasks()
     fingerprint_log = [] if fingerprint_log is None else fingerprint_log
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if spec.kind is TaskKind.PAIRS else 1)
     if spec.split is not TaskSplit.ALL:
@@ -110,7 +112,7 @@ def select_tasks(
             message = f"only {generated} of {number} tasks generated; {given}"
             raise InputError(message + few * has_few_goals)
         seed = next(seeds)
-        outcome = seed.decide_outcome_given_earlier_tasks(known_fingerprints, impossible_excess)
+        outcome = seed.decide_outcome_given_earlier_tasks(known_fingerprints, impossible_minus_possible)
         if seed.fingerprint is not None:
             goals[seed.fingerprint[0]] += 1
         if isinstance(outcome, GeneratedTask):

@@ -121,18 +121,18 @@ def _compute_digest(texts: Iterable[str]) -> str:
 
 def choose_split(key: str) -> TaskSplit:
     """Return the split (such as training or test) that the hash of a text determines."""
-    return _get_split_at_share(_hash_to_share(key))
+    return _find_split_containing_position(_hash_to_share(key))
 
 
 def _hash_to_share(key: str) -> float:
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") / 2**64
 
 
-def _get_split_at_share(position: float) -> TaskSplit:
+def _find_split_containing_position(position_from_0_to_1: float) -> TaskSplit:
     """Return the split in whose interval a number from 0 to 1 lies. Intervals have the lengths `SHARES`."""
     for split, share in SHARES.items():
-        position -= share
-        if position < 0:
+        position_from_0_to_1 -= share
+        if position_from_0_to_1 < 0:
             return split
     return _ORDER[-1]
 
@@ -175,7 +175,9 @@ def select_public_tasks_of_split(
         return tasks
     keys = [task.title if held_out == "titles" else task.id for task in tasks]
     ranked = sorted(set(keys), key=lambda key: _hash_to_share(f"{held_out} {key}"))
-    splits = {key: _get_split_at_share((rank + 0.5) / len(ranked)) for rank, key in enumerate(ranked)}
+    splits = {
+        key: _find_split_containing_position((rank + 0.5) / len(ranked)) for rank, key in enumerate(ranked)
+    }
     return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
 
 
@@ -222,7 +224,7 @@ def measure_overlap(
     }
 
 
-def estimate_number_of_tasks(fingerprint_log: Iterable[tuple[str, str]]) -> int | None:
+def estimate_number_of_distinct_tasks(fingerprint_log: Iterable[tuple[str, str]]) -> int | None:
     """Return an estimate of how many different tasks seeds can give, or None if no task occurred twice.
 
     This is the bias-corrected estimator Chao1 of a lower bound (A. Chao, Scandinavian Journal of Statistics
@@ -264,18 +266,20 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
     return [min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers)]
 
 
-def find_other_task_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path]:
-    """Return the sets of tasks in a folder that use the benchmark `base`: set name -> task file.
+def find_other_task_sets_of_benchmark(
+    folder: Path, benchmark_name: str, *, excluded_file: Path
+) -> dict[str, Path]:
+    """Return the sets of tasks in a folder that use the benchmark `benchmark_name`: set name -> task file.
 
-    Empty files and the file `without`, which the caller will write, are left out.
+    Empty files and the file `excluded_file`, which the caller will write, are left out.
 
     Raises:
         InputError: a line of a file is not a task.
     """
     files = sorted(folder.iterdir()) if folder.is_dir() else []
-    others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
+    others = [file for file in files if file.name.endswith(ENDINGS) and file != excluded_file]
     opened = {file: open_task_files(file) for file in others if file.stat().st_size}
-    return {task_file.name: file for file, task_file in opened.items() if task_file.base == base}
+    return {task_file.name: file for file, task_file in opened.items() if task_file.base == benchmark_name}
 
 
 def read_tasks_of_set(path: Path, domain: Domain) -> list[Task]:
@@ -301,7 +305,7 @@ def make_manifest_entry(
     Only `secret`, a text without which nobody can make the set, is left out; its digest is in the entry.
 
     The entry also has counts of rejected seeds, statistics of the tasks, and an estimate of the number of
-    different tasks (`estimate_number_of_tasks`).
+    different tasks (`estimate_number_of_distinct_tasks`).
     """
     reasons = Counter(rejected)
     hazardous = [
@@ -330,7 +334,7 @@ def make_manifest_entry(
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in SeedRejectionReason if reasons[reason]},
-        "estimated_tasks": estimate_number_of_tasks(fingerprint_log),
+        "estimated_tasks": estimate_number_of_distinct_tasks(fingerprint_log),
         "shape": compute_set_statistics([generated.task for generated in made]),
         **dangers,
     }
@@ -353,7 +357,7 @@ def find_task_file_of_split(folder: Path, split: str) -> Path | None:
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
 
-def find_contradictions_to_seed_secret(folder: Path, split: str, secret: str | None) -> Iterator[str]:
+def find_reasons_to_doubt_published_set(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
     The content of the file and the secret must have the published digests. The seeds of the tasks must follow
@@ -399,12 +403,15 @@ def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
         ) from error
 
 
-def write_manifest(
-    folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], dict[str, int]]
+def add_set_to_manifest(
+    folder: Path,
+    split: str,
+    manifest_entry: dict[str, Json],
+    overlap_by_pair_of_sets: Mapping[tuple[str, str], dict[str, int]],
 ) -> None:
     """Add the entry of a set to the manifest, the file that describes the sets in a folder.
 
-    `overlap` maps pairs (set, other set) to counts of tasks that overlap (`measure_overlap`).
+    `overlap_by_pair_of_sets` maps pairs (set, other set) to counts of tasks that overlap (`measure_overlap`).
 
     Raises:
         InputError: the existing file is not a manifest, or the manifest cannot be written.
@@ -415,8 +422,8 @@ def write_manifest(
         name: {other: counts for other, counts in others.items() if split not in (name, other)}
         for name, others in known.items()
     }
-    for (name, other), counts in overlap.items():
+    for (name, other), counts in overlap_by_pair_of_sets.items():
         common.setdefault(name, {})[other] = counts
     common = {name: others for name, others in common.items() if others}
-    content = {"canary": CANARY, "sets": {**sets, split: entry}, "overlap": common}
+    content = {"canary": CANARY, "sets": {**sets, split: manifest_entry}, "overlap": common}
     write_files_atomically({file: f"{json.dumps(content, indent=2)}\n"})

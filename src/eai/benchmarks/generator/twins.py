@@ -25,15 +25,15 @@ import eai.logic.formula as f
 from eai.abilities.reports import fact_text
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.measures import make_condition_that_object_exists
+from eai.benchmarks.generator.measures import make_formula_that_object_x_exists
 from eai.benchmarks.generator.scene import (
     add_copy_of_object,
-    find_place_relations_and_categories,
+    describe_place_by_relation_and_category,
     has_no_contents,
     list_in_random_order,
 )
 from eai.benchmarks.generator.spec import GeneratedTask
-from eai.benchmarks.generator.usual_goals import UsualGoals
+from eai.benchmarks.generator.usual_goals import UsualGoalsOfDataSet
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import find_object_names, get_bound_variables, walk_subformulas
@@ -54,13 +54,13 @@ _HALF = 0.5
 _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the added copy of an object instead of the object."""
 
-ImpossibleTaskExcess: TypeAlias = Counter[tuple[str, str]]
+ImpossibleMinusPossibleTasks: TypeAlias = Counter[tuple[str, str]]
 """Property and category -> number of impossible tasks minus number of possible tasks.
 
 Only tasks count from which a fact was removed that stated this property of an object of this category.
 """
 
-TaskPairChooser: TypeAlias = Callable[[ImpossibleTaskExcess], "GeneratedTask | None"]
+PossibleImpossiblePairChooser: TypeAlias = Callable[[ImpossibleMinusPossibleTasks], "GeneratedTask | None"]
 """Function that returns a pair of a possible and an impossible task, or None.
 
 From both tasks, a fact is removed that states a property of an object. Only the impossible task needs its
@@ -88,35 +88,37 @@ class _TaskPairCandidate:
     similar: Sequence[Fact]
 
 
-def _choose_task_pair(
+def _choose_possible_impossible_pair(
     made: GeneratedTask,
     candidates: Sequence[_TaskPairCandidate],
     rng: random.Random,
-    impossible_excess: ImpossibleTaskExcess,
+    impossible_minus_possible: ImpossibleMinusPossibleTasks,
 ) -> GeneratedTask | None:
     """Return a pair of tasks, or None if every pair would unbalance the counts of categories."""
     for candidate in candidates:
-        kind = _get_property_and_category(candidate.fact, made.task)
+        kind = _get_property_and_object_category(candidate.fact, made.task)
         partners = candidate.same or [
             other
             for other in candidate.similar
-            if impossible_excess[kind] <= 0 <= impossible_excess[_get_property_and_category(other, made.task)]
+            if impossible_minus_possible[kind]
+            <= 0
+            <= impossible_minus_possible[_get_property_and_object_category(other, made.task)]
         ]
         if partners:
             other = rng.choice(partners)
-            impossible_excess[kind] += 1
-            impossible_excess[_get_property_and_category(other, made.task)] -= 1
-            return _make_possible_and_impossible_copy(made, candidate.fact, other, rng)
+            impossible_minus_possible[kind] += 1
+            impossible_minus_possible[_get_property_and_object_category(other, made.task)] -= 1
+            return _make_possible_task_paired_with_impossible(made, candidate.fact, other, rng)
     return None
 
 
-def make_task_pair_chooser(
+def make_possible_impossible_pair_chooser(
     made: GeneratedTask, planner: Planner, removable_properties: Collection[str], rng: random.Random
-) -> TaskPairChooser:
+) -> PossibleImpossiblePairChooser:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
     The function takes the numbers of impossible minus possible tasks in earlier pairs
-    (`ImpossibleTaskExcess`). Candidates are facts without which the task has no plan. The search for
+    (`ImpossibleMinusPossibleTasks`). Candidates are facts without which the task has no plan. The search for
     candidates stops if the objects of both tasks have the same category. Such a pair can always be used,
     because it leaves the numbers unchanged.
 
@@ -128,7 +130,7 @@ def make_task_pair_chooser(
         rng: the random generator.
     """
     task, domain = made.task, planner.domain
-    presence_condition, holds = make_condition_that_object_exists(domain), planner.heuristic.readings.holds
+    presence_condition, holds = make_formula_that_object_x_exists(domain), planner.heuristic.readings.holds
     properties = _find_removable_facts(task, domain, removable_properties)
     facts = [fact for fact in properties if holds(presence_condition, {"x": fact.arguments[0]}, task.initial)]
     rng.shuffle(facts)
@@ -137,15 +139,15 @@ def make_task_pair_chooser(
     roles = {fact: _make_fact_similarity_key(fact, task) for fact in facts}
     candidates: list[_TaskPairCandidate] = []
     for fact in needed:
-        kind, lacking = _get_property_and_category(fact, task), _remove_fact(task, fact)
+        kind, lacking = _get_property_and_object_category(fact, task), _remove_fact(task, fact)
         similar = [other for other in others if roles[other] == roles[fact]]
         if not similar or _looks_solvable(lacking, planner) or not is_impossible(lacking, domain):
             continue
-        same = [other for other in similar if _get_property_and_category(other, task) == kind]
+        same = [other for other in similar if _get_property_and_object_category(other, task) == kind]
         candidates.append(_TaskPairCandidate(fact, same, [] if same else similar))
         if same:
             break
-    return partial(_choose_task_pair, made, candidates, rng)
+    return partial(_choose_possible_impossible_pair, made, candidates, rng)
 
 
 def _looks_solvable(task: Task, planner: Planner) -> bool:
@@ -181,11 +183,11 @@ def _make_fact_similarity_key(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     return (
         fact.predicate,
         thing in task.find_objects_named_in_goals(task.goals),
-        _get_property_and_category(fact, task)[1] in kinds,
+        _get_property_and_object_category(fact, task)[1] in kinds,
     )
 
 
-def _get_property_and_category(fact: Fact, task: Task) -> tuple[str, str]:
+def _get_property_and_object_category(fact: Fact, task: Task) -> tuple[str, str]:
     """Return the property that a fact states, and the category of its object."""
     return fact.predicate, task.scene.objects[fact.arguments[0]].category
 
@@ -194,15 +196,15 @@ def _remove_fact(task: Task, fact: Fact) -> Task:
     return replace(task, initial=task.scene.state(other for other in task.initial.facts() if other != fact))
 
 
-def _draw_ids_of_pair(task: Task, rng: random.Random) -> list[str]:
+def _draw_ids_of_task_pair(task: Task, rng: random.Random) -> list[str]:
     """Return the ids of the two tasks of a pair in random order."""
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
 
-def _make_possible_and_impossible_copy(
+def _make_possible_task_paired_with_impossible(
     made: GeneratedTask, needed_fact: Fact, needless_fact: Fact, rng: random.Random
 ) -> GeneratedTask:
-    task, scene, names = made.task, made.task.scene, _draw_ids_of_pair(made.task, rng)
+    task, scene, names = made.task, made.task.scene, _draw_ids_of_task_pair(made.task, rng)
     solved = replace(
         _remove_fact(task, needless_fact), id=names[0], title=task.id, special=ImpossibleTaskMark(())
     )
@@ -214,8 +216,12 @@ def _make_possible_and_impossible_copy(
     return GeneratedTask(solved, lacks, GeneratedTask(unsolved, made.about))
 
 
-def make_clear_and_ambiguous_pair(
-    made: GeneratedTask, benchmark: Benchmark, prior: UsualGoals, planner: Planner, rng: random.Random
+def make_clear_task_paired_with_ambiguous(
+    made: GeneratedTask,
+    benchmark: Benchmark,
+    usual_goals: UsualGoalsOfDataSet,
+    planner: Planner,
+    rng: random.Random,
 ) -> GeneratedTask | None:
     """Return two tasks with one instruction. It fits one object in the first task, and two in the second.
 
@@ -224,7 +230,7 @@ def make_clear_and_ambiguous_pair(
     Args:
         made: a generated task with a plan.
         benchmark: the benchmark of the task.
-        prior: the usual places of objects.
+        usual_goals: the usual places of objects.
         planner: a planner for the benchmark's domain.
         rng: the random generator.
     """
@@ -232,32 +238,39 @@ def make_clear_and_ambiguous_pair(
     hosts = [
         i
         for i in task.relevant
-        if kinds[i] in prior.taken_categories and find_place_relations_and_categories(i, task.initial, prior)
+        if kinds[i] in usual_goals.taken_categories
+        and describe_place_by_relation_and_category(i, task.initial, usual_goals)
     ]
     named = task.find_objects_named_in_goals(task.goals)
     for thing in list_in_random_order(
-        [i for i in hosts if i in named and has_no_contents(i, task.initial, prior)], rng
+        [i for i in hosts if i in named and has_no_contents(i, task.initial, usual_goals)], rng
     ):
-        beside = add_copy_of_object(task.initial, prior, thing, thing)
-        seen = InstructionWriter.make_writer_for_benchmark(benchmark, beside, by_place=True).initial_facts
+        beside = add_copy_of_object(task.initial, usual_goals, thing, thing)
+        seen = InstructionWriter.make_writer_for_benchmark(
+            benchmark, beside, distinguishes_objects_by_place=True
+        ).initial_facts
         for host in list_in_random_order(hosts, rng):
-            apart = add_copy_of_object(task.initial, prior, thing, host)
-            words = InstructionWriter.make_writer_for_benchmark(benchmark, apart, by_place=True)
-            if _has_copy_in_described_place(words, seen, thing):
+            apart = add_copy_of_object(task.initial, usual_goals, thing, host)
+            words = InstructionWriter.make_writer_for_benchmark(
+                benchmark, apart, distinguishes_objects_by_place=True
+            )
+            if _are_object_and_copy_in_described_place(words, seen, thing):
                 pair = _make_tasks_with_same_instruction(task, words, (apart, beside), thing, rng)
-                if pair is not None and _are_goals_reachable_with_both_objects(*pair, thing, planner):
+                if pair is not None and _are_goals_reachable_with_object_and_copy(*pair, thing, planner):
                     return GeneratedTask(pair[0], made.about, GeneratedTask(pair[1], made.about))
                 break
     return None
 
 
-def _has_copy_in_described_place(words: InstructionWriter, known_facts: Iterable[Fact], obj: int) -> bool:
+def _are_object_and_copy_in_described_place(
+    words: InstructionWriter, known_facts: Iterable[Fact], obj: int
+) -> bool:
     """Whether an object and its copy are both in the place by which instructions describe the object.
 
     The copy is the last object of the scene. `known_facts` state where objects are. The result is False if
     instructions do not describe the object by its place.
     """
-    said = words.distinguishing_facts.get(obj)
+    said = words.distinguishing_fact_by_object.get(obj)
     if said is None or len(said.arguments) == 1:
         return False
     place = said.arguments[1:]
@@ -276,9 +289,9 @@ def _make_tasks_with_same_instruction(
 
     Return None if the written instruction cannot be read back as the goals of the task.
     """
-    ids, formulas = _draw_ids_of_pair(task, rng), [task_goal.formula for task_goal in task.goals]
+    ids, formulas = _draw_ids_of_task_pair(task, rng), [task_goal.formula for task_goal in task.goals]
     instruction = words.make_instruction(formulas, rng)
-    if not words.reads_as_goals(instruction, formulas):
+    if not words.does_instruction_state_exactly_goals(instruction, formulas):
         return None
     initial, unclear_initial = two_states
     names = (task.scene.objects[obj].name, initial.scene.objects[-1].name)
@@ -288,7 +301,7 @@ def _make_tasks_with_same_instruction(
         title=task.id,
         instruction=instruction,
         initial=initial,
-        goals=(*task.goals, _forbid_goals_for_second_object(task.goals, names)),
+        goals=(*task.goals, _negate_goals_for_copied_object(task.goals, names)),
         relevant=(*task.relevant, len(task.scene.objects)),
     )
     unclear = replace(clear, id=ids[1], initial=unclear_initial)
@@ -324,10 +337,14 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
     )
 
 
-def _forbid_goals_for_second_object(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
+def _negate_goals_for_copied_object(goals: Sequence[Goal], object_and_copy_names: Sequence[str]) -> Goal:
     """Return the negation of the goals about the first object, with the second object in its place."""
-    asked = [task_goal for task_goal in goals if names[0] in find_object_names(task_goal.formula)]
-    done = tuple([task_goal.formula for task_goal in _exchange_object_names_in_goals(asked, names)])
+    asked = [
+        task_goal for task_goal in goals if object_and_copy_names[0] in find_object_names(task_goal.formula)
+    ]
+    done = tuple(
+        [task_goal.formula for task_goal in _exchange_object_names_in_goals(asked, object_and_copy_names)]
+    )
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
@@ -341,7 +358,7 @@ def _map_two_names_to_each_other(names: Sequence[str]) -> Mapping[str, str]:
     return dict(zip(names, reversed(names), strict=True))
 
 
-def _are_goals_reachable_with_both_objects(
+def _are_goals_reachable_with_object_and_copy(
     clear_task: Task, ambiguous_task: Task, obj: int, planner: Planner
 ) -> bool:
     """Whether both tasks are solved by their plans, and the ambiguous task has a plan for either object.

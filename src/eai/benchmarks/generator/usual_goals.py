@@ -16,7 +16,7 @@ from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import Scene
 
 
-def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: UsualGoals) -> bool:
+def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, usual_goals: UsualGoalsOfDataSet) -> bool:
     """Whether two goals should not be combined in one task.
 
     They should not be combined in these cases:
@@ -37,15 +37,17 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Usual
         list(_find_literals_with_possible_objects(goal, scene)),
         list(_find_literals_with_possible_objects(other, scene)),
     )
-    return bool(prior.uses) and any(
-        _is_unseen_combination(one, another, scene, prior)
-        or _is_unseen_combination(another, one, scene, prior)
+    return bool(usual_goals.uses) and any(
+        _is_combination_unseen_in_data_set(one, another, scene, usual_goals)
+        or _is_combination_unseen_in_data_set(another, one, scene, usual_goals)
         for one in parts
         for another in others
     )
 
 
-def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: UsualGoals) -> bool:
+def is_goal_pointless(
+    goal: f.Formula, others: Iterable[f.Formula], scene: Scene, usual_goals: UsualGoalsOfDataSet
+) -> bool:
     """Whether a goal makes sense only together with another goal that the task does not have.
 
     For example, nobody starts a dishwasher without putting dishes into the machine.
@@ -54,7 +56,7 @@ def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene
         terms[0]
         for predicate, terms in _find_literals_with_possible_objects(goal, scene)
         if len(terms) == 1
-        and (predicate, _get_category_of_first_object(terms[0], scene)) in prior.dependent_states
+        and (predicate, _get_category_of_first_object(terms[0], scene)) in usual_goals.dependent_states
     ]
     places = [
         terms[1]
@@ -89,11 +91,11 @@ def _find_literals_with_possible_objects(
             yield _LiteralWithPossibleObjects(formula.predicate, tuple(masks))
 
 
-def _is_unseen_combination(
+def _is_combination_unseen_in_data_set(
     literal: _LiteralWithPossibleObjects,
     other: _LiteralWithPossibleObjects,
     scene: Scene,
-    usual_goals: UsualGoals,
+    usual_goals: UsualGoalsOfDataSet,
 ) -> bool:
     """Whether no published task combines two such goals, as in: food on a plate, this plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
@@ -173,7 +175,7 @@ def restrict_to_categories(patterns: Patterns, categories: Collection[str]) -> P
     return filter_patterns(patterns, lambda pattern: about.issuperset(pattern.categories))
 
 
-ArgumentUse: TypeAlias = tuple[str, int, str]
+CategoryUsedAsArgument: TypeAlias = tuple[str, int, str]
 """A use of an object in plans: operator, position of the argument, and category of the object."""
 
 
@@ -185,7 +187,7 @@ class UsualGoalsOfTaskTitle:
         categories: categories of objects that some of these tasks need for a goal or plan, or that most of
             these tasks mention or use.
         agent_goal_counts: set of goals about the agent (possibly empty) -> number of tasks with this set.
-        patterns: the part of `UsualGoals.patterns` whose patterns have only these categories. Literals
+        patterns: the part of `UsualGoalsOfDataSet.patterns` whose patterns have only these categories. Literals
             that an instruction would hardly request are left out.
     """
 
@@ -195,7 +197,7 @@ class UsualGoalsOfTaskTitle:
 
 
 @dataclass(frozen=True)
-class UsualGoals:
+class UsualGoalsOfDataSet:
     """The usual goals, places of objects and actions in the tasks of a benchmark.
 
     Attributes:
@@ -239,7 +241,7 @@ class UsualGoals:
     dependent_states: frozenset[tuple[str, str]]
     action_counts: Mapping[tuple[str, ...], int]
     operators: frozenset[str]
-    uses: frozenset[ArgumentUse]
+    uses: frozenset[CategoryUsedAsArgument]
     place_relations: tuple[str, ...]
     part_relations: tuple[str, ...]
     taken_categories: frozenset[str]
@@ -250,7 +252,7 @@ class UsualGoals:
     unique_states: frozenset[str]
 
 
-def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
+def find_categories_used_as_arguments(action: Action, scene: Scene) -> Iterator[CategoryUsedAsArgument]:
     """Yield each argument's use in an action: operator, position of the argument, category of the object."""
     for place, index in enumerate(action.arguments):
         yield action.operator, place, scene.objects[index].category

@@ -50,17 +50,17 @@ class InstructionWriter:
 
     @staticmethod
     def make_writer_for_benchmark(
-        benchmark: Benchmark, initial: State, *, by_place: bool = False
+        benchmark: Benchmark, initial: State, *, distinguishes_objects_by_place: bool = False
     ) -> InstructionWriter:
         """Return a writer of instructions for tasks in a benchmark's scene.
 
-        If `by_place` is true, instructions distinguish objects of one category by place or
+        If `distinguishes_objects_by_place` is true, instructions distinguish objects of one category by place or
         state, not by name.
         """
         arity, scene = benchmark.domain.vocabulary.find_arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
-        everything = range(len(scene.objects)) if by_place else ()
+        everything = range(len(scene.objects)) if distinguishes_objects_by_place else ()
         seen = [
             fact
             for listing in wording.fact_listers_of_goal_predicates
@@ -89,22 +89,22 @@ class InstructionWriter:
             nouns.setdefault(thing.category, thing.category if taken else noun)
         return nouns
 
-    def name_object(self, name: str) -> str:
+    def get_words_for_object(self, object_name: str) -> str:
         """Return words for an object: ``the lamp`` for the only lamp, a description by place, or its name."""
-        index = self.scene.index[name]
+        index = self.scene.index[object_name]
         return (
             self._name_by_category(index)
             if self._is_only_one_of_category(index)
-            else self._description_by_object.get(index, name)
+            else self._description_by_object.get(index, object_name)
         )
 
-    def can_be_described_without_name(self, name: str) -> bool:
+    def can_object_be_described_without_name(self, object_name: str) -> bool:
         """Whether words other than its name can describe an object."""
-        index = self.scene.index[name]
+        index = self.scene.index[object_name]
         return self._is_only_one_of_category(index) or index in self._description_by_object
 
     @cached_property
-    def distinguishing_facts(self) -> Mapping[int, Fact]:
+    def distinguishing_fact_by_object(self) -> Mapping[int, Fact]:
         """Mapping from an object to the initial fact by which it differs from others of its category.
 
         The fact states a state that no other object of the category has, or a relation to the only object of
@@ -125,9 +125,12 @@ class InstructionWriter:
 
     @cached_property
     def _description_by_object(self) -> Mapping[int, str]:
-        return {thing: self._describe_by_fact(*fact) for thing, fact in self.distinguishing_facts.items()}
+        return {
+            thing: self._describe_object_by_fact(*fact)
+            for thing, fact in self.distinguishing_fact_by_object.items()
+        }
 
-    def _describe_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
+    def _describe_object_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.get_sentences(predicate)[0]
         sentence = sentence if there else f"{sentence} now"  # e.g. "the lamp that is off now"
@@ -154,7 +157,7 @@ class InstructionWriter:
         opening = rng.choice(e.REQUESTS if style.requests else e.OPENINGS)
         return f"{opening} {_join_clauses([self.make_clause(goal, style) for goal in goals])}."
 
-    def reads_as_goals(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
+    def does_instruction_state_exactly_goals(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
         """Whether the goals read from an instruction are exactly these goals."""
         try:
             return _InstructionReader(self).read_goals(instruction) == tuple(goals)
@@ -169,7 +172,7 @@ class InstructionWriter:
 
     def _make_request(self, goal: f.Formula, style: e.PhraseStyle) -> str | None:
         """Return a request that states a goal, such as "put ...", or None if no request can state it."""
-        plain = _find_only_atom_and_negation(goal)
+        plain = _find_single_atom_and_whether_negated(goal)
         if plain is None:
             return None
         atom, negated = plain
@@ -197,7 +200,7 @@ class InstructionWriter:
                 )
             case f.Exactly(count, _, f.Atom() as atom):
                 return self._make_sentence(atom, self._name_variables(goal, style), style, plural=count != 1)
-        plain = _find_only_atom_and_negation(goal)
+        plain = _find_single_atom_and_whether_negated(goal)
         if plain is None:
             return self._make_statement_of_temporal_goal(goal, style)
         atom, negated = plain
@@ -209,7 +212,7 @@ class InstructionWriter:
                 never = self._make_sentence(one, {}, style, never=True)
                 return f"{never} {e.WHILE} {self._make_statement(other, style)}"
             case f.Until(f.Not(f.Atom() as then), f.Occurs(action, terms)):
-                named = " with ".join([self.name_object(term.name) for term in terms])
+                named = " with ".join([self.get_words_for_object(term.name) for term in terms])
                 taken = f"the action {action} has been taken on {named}"
                 return f"{self._make_sentence(then, {}, style, negated=True)} {e.UNTIL} {taken}"
             case f.Until(f.Not(f.Atom() as then), first):
@@ -256,12 +259,13 @@ class InstructionWriter:
 
     def _fill_in_objects(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [
-            values[t.name] if isinstance(t, f.Variable) else self.name_object(t.name) for t in atom.arguments
+            values[t.name] if isinstance(t, f.Variable) else self.get_words_for_object(t.name)
+            for t in atom.arguments
         ]
         return _fill_sentence(sentence, words)
 
 
-def _find_only_atom_and_negation(goal: f.Formula) -> tuple[f.Atom, bool] | None:
+def _find_single_atom_and_whether_negated(goal: f.Formula) -> tuple[f.Atom, bool] | None:
     """Return the only atom of a goal and whether the atom is negated; None for goals of other shapes."""
     match goal:
         case (
@@ -294,7 +298,7 @@ class _InstructionReader:
 
     def __init__(self, words: InstructionWriter) -> None:
         self._words = words
-        self._objects = {words.name_object(thing.name): thing.name for thing in words.scene.objects}
+        self._objects = {words.get_words_for_object(thing.name): thing.name for thing in words.scene.objects}
         self._categories = {noun: category for category, noun in words.noun_by_category.items()}
         self._plurals = {e.pluralize(noun): category for category, noun in words.noun_by_category.items()}
         self._counts = {word: number for number, word in e.NUMBERS.items()}

@@ -30,7 +30,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
-    find_contradictions_to_seed_secret,
+    find_reasons_to_doubt_published_set,
     find_task_file_of_split,
     read_manifest_entry_of_secret_set,
 )
@@ -250,7 +250,7 @@ def _read_leaderboard_season(folder: Path) -> tuple[Benchmark | None, str]:
     )
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
-        for problem in find_contradictions_to_seed_secret(folder, chosen.split, chosen.secret or None):
+        for problem in find_reasons_to_doubt_published_set(folder, chosen.split, chosen.secret or None):
             raise InputError(
                 f"{folder}: expected the task file and the secret that {MANIFEST} announces, but {problem}; "
                 "restore the announced ones"

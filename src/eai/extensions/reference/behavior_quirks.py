@@ -180,7 +180,7 @@ def make_operators_that_transfer_one_object() -> Iterator[Operator]:
 @_apply_to_all_operators
 def allow_handling_parts_before_slicing(operator: Operator) -> Operator:
     """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
-    unwanted = (o.require_sliced_if_half(X), o.require_sliced_if_half(Y))
+    unwanted = (o.forbid_half_of_unsliced_object(X), o.forbid_half_of_unsliced_object(Y))
 
     def remove_slicing_checks(checks: tuple[Check, ...]) -> tuple[Check, ...]:
         return tuple(check for check in checks if check not in unwanted)

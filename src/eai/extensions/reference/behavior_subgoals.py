@@ -36,7 +36,7 @@ from eai.benchmarks.behavior.notation import (
     PREDICATE_ARITIES,
     BehaviorSubgoalNotation,
     make_behavior_lexicon,
-    map_paper_names_to_objects,
+    map_object_names_of_paper_to_indices,
     map_predicates_to_categories,
 )
 from eai.benchmarks.behavior.tasks import BehaviorTask
@@ -196,7 +196,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
         return make_behavior_lexicon(
             scene,
             Signature(predicates, dict.fromkeys(ACTION_ARITIES), None),
-            map_paper_names_to_objects(scene),
+            map_object_names_of_paper_to_indices(scene),
         )
 
 
