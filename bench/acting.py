@@ -51,7 +51,7 @@ def play_for_progress(
     setup: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool
 ) -> EpisodeProgress:
     """Play an episode with an agent for the largest budget of actions."""
-    game = Game(setup.make_setup_without_limits())
+    game = Game(setup.copy_setup_without_failures_and_step_limit())
     agent, held, done = make(game, seed), [all(game.reached)], None
     most = max(TIMES[-1] * (setup.reference.shortest or 0), setup.action_limit or 0)
     while True:

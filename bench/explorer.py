@@ -23,7 +23,7 @@ from bench.record import write_rows
 from bench.report import read_report_options
 from eai.base.files import write_files_atomically
 from eai.base.grouping import group_pairs
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.cli.report import read_domain_data_for_explorer_page
 from eai.results.runs import find_record_files, read_runs
 from eai.studies.report.explorer import ExplorerData, ExplorerDomainData, build_explorer_page
@@ -46,7 +46,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder, "explorer.html")
         background = partial(
-            read_domain_data_for_explorer_page, Store(), {}, Path(folder), prompts=True, pictures=False
+            read_domain_data_for_explorer_page,
+            DataPackStore(),
+            {},
+            Path(folder),
+            prompts=True,
+            pictures=False,
         )
         count = write_explorer(options.records, options.models, page, background)
         used = resource.getrusage(resource.RUSAGE_SELF)

@@ -19,7 +19,7 @@ from pathlib import Path
 from bench.record import add_write_option, write_rows
 from bench.result import Figure
 from boxes import lacking
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.extensions.harbor.folders import IMAGE, write_task_folders
 from extensions.harbor.trials import HARBOR, Trial, asked, lint
@@ -27,7 +27,7 @@ from extensions.harbor.trials import HARBOR, Trial, asked, lint
 
 def measure_trial_rewards(folder: Path, place: Path) -> tuple[float, float]:
     """Return the reward of an untouched trial, and the reward after the solution."""
-    with Trial(folder, place, Store()) as trial:
+    with Trial(folder, place, DataPackStore()) as trial:
         idle = trial.judge()["reward"]
         trial.solve()
         return idle, trial.judge()["reward"]

@@ -36,8 +36,8 @@ from eai.agents.command import DONE
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
 from eai.benchmarks.copied_answers import (
+    open_answers_copied_from_questions,
     open_answers_of_similar_tasks,
-    open_copied_answers,
     open_empty_answers,
 )
 from eai.benchmarks.gold_answers import AnswersByTask, join_operators_as_answer
@@ -67,14 +67,14 @@ def list_null_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]
     yield '""', lambda task_id: ""
     for name, opened in (
         ("empty", open_empty_answers),
-        ("copy", open_copied_answers),
+        ("copy", open_answers_copied_from_questions),
         ("lookup", open_answers_of_similar_tasks),
     ):
         yield name, get_answer_text(opened(benchmark, ability, source))
     yield "random", lambda task_id: chance(task_id, "0", ()).text
     yield "the prompt", lambda task_id: prompts[task_id].user
     if ability is Ability.ACTION_SEQUENCING:
-        copies = open_copied_answers(benchmark, ability, source)
+        copies = open_answers_copied_from_questions(benchmark, ability, source)
         yield "copy, walking", lambda task_id: add_movements(suite, task_id, copies[task_id].text)
     if ability is Ability.GOAL_INTERPRETATION:
         yield "everything", lambda task_id: write_all_goals(suite, task_id)

@@ -73,7 +73,7 @@ class Rules:
 def make_rules(protocol: Protocol) -> Rules:
     """Return rules in which all parts follow one protocol."""
     simulator = (
-        virtualhome.make_domain_in_paper_order()
+        virtualhome.make_domain_with_checks_in_paper_order()
         if protocol is STRICT
         else virtualhome_quirks.make_domain_with_all_quirks()
     )
@@ -108,7 +108,7 @@ class Judge:
     def scorers(self) -> Mapping[Protocol, ActionSequencingScorer]:
         return {
             STRICT: ActionSequencingScorer(
-                self.task, virtualhome.make_domain_in_paper_order(), VirtualHomePlanNotation()
+                self.task, virtualhome.make_domain_with_checks_in_paper_order(), VirtualHomePlanNotation()
             ),
             REFERENCE: VirtualHomeActionSequencingScorer(self.task, with_ids=self.with_ids),
         }

@@ -17,7 +17,7 @@ from benchmarks.published import index, packs, store, wheel
 from browsing import quiet_page, started_browser
 from command_line import eai
 from eai.base.errors import DataError
-from eai.base.store import FOLDER_VARIABLE, Store
+from eai.base.store import FOLDER_VARIABLE, DataPackStore
 from eai.benchmarks.packs import fetch_packs, find_packs
 from eai.benchmarks.registry import list_paper_benchmarks
 from eai.results.collector import reduce_garbage_collection
@@ -128,25 +128,25 @@ def fetch_errors() -> Mapping[str, DataError]:
 
 
 @pytest.fixture(scope="session")
-def data_store(fetch_errors: Mapping[str, DataError]) -> Store:
+def data_store(fetch_errors: Mapping[str, DataError]) -> DataPackStore:
     """Return the user's default folder with the paper's data set."""
     return _store_with(_PAPER, fetch_errors)
 
 
 @pytest.fixture(scope="session")
-def activity_store(fetch_errors: Mapping[str, DataError]) -> Store:
+def activity_store(fetch_errors: Mapping[str, DataError]) -> DataPackStore:
     """Return the user's default folder with BEHAVIOR-1K's activities."""
     return _store_with(_BEHAVIOR_1K, fetch_errors)
 
 
-def _store_with(name: str, fetch_errors: Mapping[str, DataError]) -> Store:
+def _store_with(name: str, fetch_errors: Mapping[str, DataError]) -> DataPackStore:
     if name in fetch_errors:
         pytest.skip(f"the data set {name} cannot be had: {fetch_errors[name]}")
-    return Store()
+    return DataPackStore()
 
 
 @pytest.fixture(scope="session")
-def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
+def virtualhome_tasks(data_store: DataPackStore) -> VirtualHomeTasks:
     """Return the real VirtualHome tasks."""
     from eai.benchmarks.virtualhome.tasks import open_tasks
 
@@ -154,7 +154,7 @@ def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
 
 
 @pytest.fixture(scope="session")
-def behavior_tasks(data_store: Store) -> BehaviorTasks:
+def behavior_tasks(data_store: DataPackStore) -> BehaviorTasks:
     """Return the real BEHAVIOR tasks."""
     from eai.benchmarks.behavior.tasks import open_tasks
 

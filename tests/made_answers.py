@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import make_noisy_answer, make_random_generator
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
@@ -14,7 +14,9 @@ _NOISE = 0.3
 """Share of the parts of a noisy answer that are corrupted."""
 
 
-def made_answers(name: str, ability: Ability, store: Store, seed: str = "made") -> list[tuple[str, str]]:
+def made_answers(
+    name: str, ability: Ability, store: DataPackStore, seed: str = "made"
+) -> list[tuple[str, str]]:
     """Return (task id, text) for each task in order: in turn a gold, noisy, random and cut-off answer."""
     book = answer_book(name, ability, store)
     random_answer = open_random_answers(find_benchmark(name), ability, Source(store))

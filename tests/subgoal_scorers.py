@@ -28,6 +28,6 @@ def behavior_subgoals(
     limits: ExplorationLimits | None = None,
 ) -> Callable[[BehaviorTask], SubgoalDecompositionScorer]:
     """Return a function that makes the scorer of a BEHAVIOR task."""
-    domain, notation = behavior.make_domain_in_paper_order(), BehaviorSubgoalNotation()
+    domain, notation = behavior.make_domain_with_checks_in_paper_order(), BehaviorSubgoalNotation()
     refinement = SubgoalRefiner(domain)
     return lambda task: SubgoalDecompositionScorer(task, domain, notation, refinement, limits=limits)

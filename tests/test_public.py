@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 import eai
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 
-def test_an_answer_is_scored_in_one_line(data_store: Store) -> None:
+def test_an_answer_is_scored_in_one_line(data_store: DataPackStore) -> None:
     suite = eai.open("virtualhome", "action_sequencing", source=eai.Source(data_store))
     verdict = suite.score("27_2", '{"WALK": ["washing_machine", "1001"]}')
     assert (verdict.error, verdict.success) == (None, False)

@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.paper_tables import read_published_scores
 from oracle import NO_REFERENCE
 
@@ -188,7 +188,9 @@ def test_every_claim_is_on_the_page_once(study: ModuleType) -> None:
         assert is_there or claim.plans
 
 
-def test_claims_that_need_no_answers_come_out_as_on_the_page(study: ModuleType, data_store: Store) -> None:
+def test_claims_that_need_no_answers_come_out_as_on_the_page(
+    study: ModuleType, data_store: DataPackStore
+) -> None:
     evidence = sys.modules["evidence"].Evidence(study.Source(data_store))
     found = sections(study, evidence, "D1 D2 D3 E1 F1 G1 H1 I1 I2 I3 J1 K1 K2 K3")
     assert len(found) == 14
@@ -205,7 +207,7 @@ def test_claims_that_need_no_answers_come_out_as_on_the_page(study: ModuleType, 
     ],
 )
 def test_the_page_is_current(
-    study: ModuleType, data_store: Store, domain: str, ability: Ability, keys: str
+    study: ModuleType, data_store: DataPackStore, domain: str, ability: Ability, keys: str
 ) -> None:
     if not study.ANSWERS.is_dir():
         pytest.skip(NO_REFERENCE)
@@ -252,7 +254,9 @@ def test_statements_that_were_missing_have_the_measured_status() -> None:
     assert {text: rows[text][1].strip("*") for text in MEASURED} == MEASURED
 
 
-def test_statements_about_tables_come_out_as_on_the_page(study: ModuleType, data_store: Store) -> None:
+def test_statements_about_tables_come_out_as_on_the_page(
+    study: ModuleType, data_store: DataPackStore
+) -> None:
     source = study.Source(data_store)
     evidence = sys.modules["evidence"].Evidence(source, read_published_scores("eai-1.0.5").suites)
     module = sys.modules["statements"]
@@ -287,7 +291,7 @@ def test_statements_about_tables_come_out_as_on_the_page(study: ModuleType, data
     ],
 )
 def test_statements_about_subgoals_come_out_as_on_the_page(
-    study: ModuleType, data_store: Store, domain: str, names: str
+    study: ModuleType, data_store: DataPackStore, domain: str, names: str
 ) -> None:
     if not study.ANSWERS.is_dir():
         pytest.skip(NO_REFERENCE)
@@ -302,7 +306,9 @@ def test_statements_about_subgoals_come_out_as_on_the_page(
             assert rows[text][1:] == [f"**{finding.status.value}**", finding.summary.rstrip(".")]
 
 
-def test_statements_about_the_data_set_come_out_as_on_the_page(study: ModuleType, data_store: Store) -> None:
+def test_statements_about_the_data_set_come_out_as_on_the_page(
+    study: ModuleType, data_store: DataPackStore
+) -> None:
     evidence = sys.modules["evidence"].Evidence(study.Source(data_store))
     module, rows = sys.modules["statements"], rows_of_page()
     checker = module.Checker(evidence, {}, planner=False)
@@ -367,7 +373,7 @@ def test_no_two_rows_make_the_same_statement(study: ModuleType) -> None:
     ],
 )
 def test_a_comparison_can_hold_and_fail(
-    study: ModuleType, data_store: Store, check: str, status: str
+    study: ModuleType, data_store: DataPackStore, check: str, status: str
 ) -> None:
     source = study.Source(data_store)
     evidence = sys.modules["evidence"].Evidence(source, read_published_scores("eai-1.0.5").suites)
@@ -376,7 +382,7 @@ def test_a_comparison_can_hold_and_fail(
 
 
 def test_answers_are_searched_for_steps_errors_and_clear_differences(
-    study: ModuleType, data_store: Store
+    study: ModuleType, data_store: DataPackStore
 ) -> None:
     if not study.ANSWERS.is_dir():
         pytest.skip(NO_REFERENCE)
@@ -398,7 +404,9 @@ def test_answers_are_searched_for_steps_errors_and_clear_differences(
     assert list(found.values()) == [*["reproduced", REFUTED] * 3, PARTLY, REFUTED]
 
 
-def test_rows_with_a_word_are_printed_without_the_others(study: ModuleType, data_store: Store) -> None:
+def test_rows_with_a_word_are_printed_without_the_others(
+    study: ModuleType, data_store: DataPackStore
+) -> None:
     evidence = sys.modules["evidence"].Evidence(
         study.Source(data_store), read_published_scores("eai-1.0.5").suites
     )
@@ -430,7 +438,7 @@ def test_the_first_condition_of_a_measure_depends_on_data() -> None:
 
 
 def test_a_figure_counts_only_if_table_and_public_answers_have_it(
-    study: ModuleType, data_store: Store
+    study: ModuleType, data_store: DataPackStore
 ) -> None:
     evidence = sys.modules["evidence"].Evidence(
         study.Source(data_store), read_published_scores("eai-1.0.5").suites
@@ -448,7 +456,7 @@ def test_a_figure_counts_only_if_table_and_public_answers_have_it(
     assert without_answers.summary.endswith("Claude-3.5 Sonnet is number 2 by the table.")
 
 
-def test_without_records_the_page_says_what_is_missing(study: ModuleType, data_store: Store) -> None:
+def test_without_records_the_page_says_what_is_missing(study: ModuleType, data_store: DataPackStore) -> None:
     evidence = sys.modules["evidence"].Evidence(study.Source(data_store))
     text = sys.modules["page"].page_of(study.CLAIMS, evidence)
     assert "## Left out" in text

@@ -11,7 +11,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, get_title, list_paper_benchmarks
 from eai.benchmarks.suite import open_suite
-from eai.run.context import choose_answer_limit, estimate_longest_answer, estimate_prompt_tokens
+from eai.run.context import choose_default_max_answer_tokens, estimate_longest_answer, estimate_prompt_tokens
 from eai.run.job import DecodingOptions
 from eai.tasks.prompts.prompt import PromptSet
 
@@ -49,7 +49,7 @@ def row(domain: str, ability: Ability) -> str:
         longer = sum(length > SMALL_CONTEXT for length in lengths)
         note = f"; {longer} of {len(lengths)} above {SMALL_CONTEXT:,}" if name == "short" and longer else ""
         cells.append(f"{round(median(lengths)):,} ({max(lengths):,}{note})")
-    limit = choose_answer_limit("", suite, DecodingOptions())
+    limit = choose_default_max_answer_tokens("", suite, DecodingOptions())
     return f"| {' | '.join([*cells, f'{estimate_longest_answer(suite):,}', f'{limit:,}'])} |\n"
 
 

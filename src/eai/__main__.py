@@ -12,7 +12,7 @@ import sys
 def main() -> None:
     """Run the command line."""
     try:
-        atexit.register(_ignore_interrupts_and_shorten_exit)
+        atexit.register(_ignore_interrupts_and_speed_up_exit)
         from eai.results.collector import reduce_garbage_collection
 
         reduce_garbage_collection()
@@ -25,7 +25,7 @@ def main() -> None:
         os._exit(130)  # skip Python's cleanup, which may fail in a half-imported library
 
 
-def _ignore_interrupts_and_shorten_exit() -> None:
+def _ignore_interrupts_and_speed_up_exit() -> None:
     """Ignore interrupts while Python exits, to keep the exit status. Also shorten garbage collection."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # without this, the garbage collection at the end of `eai run` takes a second

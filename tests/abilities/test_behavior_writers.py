@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks, open_tasks
 from eai.benchmarks.gold_answers import open_gold_answers
@@ -19,7 +19,7 @@ WORDS = BehaviorSubgoalNotation()
 
 
 @pytest.fixture(scope="module")
-def tasks(data_store: Store) -> BehaviorTasks:
+def tasks(data_store: DataPackStore) -> BehaviorTasks:
     return open_tasks(Source(data_store))
 
 
@@ -52,7 +52,7 @@ def test_a_plan_is_written_as_the_effects_of_its_actions(tasks: BehaviorTasks) -
     )
 
 
-def test_pouring_is_written_as_the_new_positions_of_objects(data_store: Store) -> None:
+def test_pouring_is_written_as_the_new_positions_of_objects(data_store: DataPackStore) -> None:
     source, ability = Source(data_store), Ability.SUBGOAL_DECOMPOSITION
     book = open_gold_answers(find_benchmark("behavior"), ability, source)
     (task_id,) = [each for each in book if each.startswith("preserving_food")]

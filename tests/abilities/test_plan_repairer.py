@@ -17,7 +17,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT, Repair
 from eai.abilities.verdict import PlanVerdict, Unreadable
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.planning.repair import search as repair_search
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.tasks.goal_test import GoalTest
@@ -71,7 +71,7 @@ def succeeds(scorer: ActionSequencingScorer, plan: list[Action | None]) -> bool:
 
 @pytest.mark.parametrize(("name", "every"), swept(("virtualhome", 31), ("behavior", 29)))
 def test_published_answers_have_distance_zero_exactly_if_they_succeed(
-    name: str, every: int, data_store: Store, oracle: Oracle
+    name: str, every: int, data_store: DataPackStore, oracle: Oracle
 ) -> None:
     files = [oracle(name, "action_sequencing", model) for model in MODELS]
     rows = [row for file in files for row in file.get("tasks") or file["records"]]
@@ -88,11 +88,13 @@ def test_published_answers_have_distance_zero_exactly_if_they_succeed(
 @pytest.mark.parametrize(
     ("name", "every"), [("virtualhome", 57), ("behavior", 15), *swept(("virtualhome", 3), ("behavior", 2))]
 )
-def test_answers_have_distance_zero_exactly_if_they_succeed(name: str, every: int, data_store: Store) -> None:
+def test_answers_have_distance_zero_exactly_if_they_succeed(
+    name: str, every: int, data_store: DataPackStore
+) -> None:
     check_repairs(name, data_store, made_answers(name, Ability.ACTION_SEQUENCING, data_store)[::every])
 
 
-def check_repairs(name: str, store: Store, answers: Sequence[tuple[str, str]]) -> None:
+def check_repairs(name: str, store: DataPackStore, answers: Sequence[tuple[str, str]]) -> None:
     """Check the smallest repairs of answers to tasks."""
     suite = eai.open(name, "action_sequencing", source=Source(store))
     seen = set()

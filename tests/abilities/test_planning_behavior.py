@@ -17,7 +17,7 @@ from eai.world.history import History
 from eai.world.state import State
 from subgoal_scorers import behavior_subgoals
 
-DOMAIN = behavior.make_domain_in_paper_order()
+DOMAIN = behavior.make_domain_with_checks_in_paper_order()
 
 HARD = ("cleaning_up_the_kitchen_only", "packing_lunches", "preserving_food", "setting_up_candles")
 """Tasks in which goals get in each other's way."""

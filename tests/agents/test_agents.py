@@ -17,7 +17,7 @@ from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
 from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD, GameRules
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Always, And, Atom, Constant, Not, Occurs
 from eai.tasks.source import Source
@@ -41,7 +41,7 @@ def played(agent: str, setup: GameSetup, seed: int = 0) -> tuple[Game, list[str]
     return game, commands
 
 
-def setups(name: str, store: Store, rules: GameRules = STANDARD) -> list[GameSetup]:
+def setups(name: str, store: DataPackStore, rules: GameRules = STANDARD) -> list[GameSetup]:
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
     ids = [task_id for task_id in tasks if tasks[task_id].unplannable_reason is None]
@@ -144,7 +144,7 @@ def test_the_novel_agent_prefers_new_states_and_the_blind_agent_takes_any_action
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_planning_agents_win_and_null_agents_lose(name: str, data_store: Store) -> None:
+def test_planning_agents_win_and_null_agents_lose(name: str, data_store: DataPackStore) -> None:
     tasks = setups(name, data_store)
     assert [setup.task.id for setup in tasks if not played("oracle", setup)[0].won] == []
     assert sum(played("explorer", setup)[0].won for setup in tasks) >= 0.95 * len(tasks)

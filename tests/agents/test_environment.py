@@ -19,7 +19,7 @@ from agents.switches import SWITCHES, WON
 from by_path import ROOT
 from eai.agents.gym import ANY, IDS, AnyTextSpace, make
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.tasks.source import Source
 from eai.world import SlipSampler
 
@@ -45,7 +45,9 @@ def test_every_benchmark_of_the_package_has_an_id() -> None:
 
 @pytest.mark.parametrize("options", [{}, {"observe": "partial", "reward": "progress", "slip": 0.5}])
 @pytest.mark.parametrize("name", TASKS)
-def test_gymnasiums_own_check_finds_nothing(name: str, options: dict[str, object], data_store: Store) -> None:
+def test_gymnasiums_own_check_finds_nothing(
+    name: str, options: dict[str, object], data_store: DataPackStore
+) -> None:
     source = Source(data_store)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

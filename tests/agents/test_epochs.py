@@ -14,7 +14,7 @@ from eai.abilities.experiment import Experiment
 from eai.agents.declaration import average_episode_verdicts, compute_share_by_metric
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.benchmarks.suite import open_suite
 from eai.results.certainty import compute_rate_intervals
 from eai.results.comparison import compare_runs
@@ -126,7 +126,7 @@ def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
 
 
 def test_episodes_that_are_excluded_are_in_no_mean() -> None:
-    won, lost = (ActingVerdict(success=success) for success in (True, False))
+    won, lost = (EpisodeVerdict(success=success) for success in (True, False))
     out = replace(won, excluded="unreplayable")
     assert compute_share_by_metric(average_episode_verdicts([out, won, lost]))["success"] == Share(0.5, 1)
     assert average_episode_verdicts([out, out]) == out

@@ -19,7 +19,7 @@ from eai.agents.reference import find_setup, make_setup
 from eai.agents.rules import STANDARD, GameRules, View
 from eai.agents.setting import AgentSetting
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.results.reward import Shaping
 from eai.tasks.short_lists import spell_out
@@ -198,7 +198,7 @@ WORDS = st.sampled_from(
 @pytest.mark.parametrize("name", ["switches", "virtualhome", "behavior"])
 @given(text=st.text() | st.lists(WORDS).map("".join) | st.lists(WORDS).map(" ".join))
 @settings(deadline=None)
-def test_no_text_is_refused(text: str, name: str, data_store: Store) -> None:
+def test_no_text_is_refused(text: str, name: str, data_store: DataPackStore) -> None:
     environment = environment_of(name, data_store)
     environment.reset(seed=0)
     observation, reward, _, _, info = environment.step(text)
@@ -207,7 +207,7 @@ def test_no_text_is_refused(text: str, name: str, data_store: Store) -> None:
 
 
 @cache
-def environment_of(name: str, store: Store) -> TextEnvironment:
+def environment_of(name: str, store: DataPackStore) -> TextEnvironment:
     task_id = {"switches": "both"}.get(name)
     return make(SWITCHES if name == "switches" else name, task_id, source=Source(store))
 
@@ -331,7 +331,7 @@ def test_goals_reached_without_done_are_no_success(reward: str, kept: float) -> 
     assert game.reward_if_ended_now == 1
 
 
-def test_the_setup_of_a_task_is_made_once(data_store: Store) -> None:
+def test_the_setup_of_a_task_is_made_once(data_store: DataPackStore) -> None:
     task_id = eai.open("behavior", "action_sequencing").task_ids[0]
     task, brief = f"behavior/action_sequencing/{task_id}", GameRules(feedback="changes")
     assert find_setup(task) is find_setup(task)

@@ -18,7 +18,7 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.results.reward import Reward, Shaping
 from eai.tasks.short_lists import spell_out
@@ -51,7 +51,7 @@ class Plan(NamedTuple):
 
 
 @cache
-def gold_plans(name: str, store: Store) -> tuple[Plan, ...]:
+def gold_plans(name: str, store: DataPackStore) -> tuple[Plan, ...]:
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(store))
     book = answer_book(name, Ability.ACTION_SEQUENCING, store)
     plans = []
@@ -84,7 +84,7 @@ def play(
 
 
 @names
-def test_gold_plans_win(name: str, data_store: Store) -> None:
+def test_gold_plans_win(name: str, data_store: DataPackStore) -> None:
     environment = make(name, source=Source(data_store))
     plans = gold_plans(name, data_store)
     assert len(plans) == SOLVED[name]
@@ -95,7 +95,7 @@ def test_gold_plans_win(name: str, data_store: Store) -> None:
 
 
 @names
-def test_gold_plans_win_in_a_partial_view(name: str, data_store: Store) -> None:
+def test_gold_plans_win_in_a_partial_view(name: str, data_store: DataPackStore) -> None:
     environment = make(name, observe="partial", source=Source(data_store))
     plans = gold_plans(name, data_store)
     won = [plan for plan in plans if play(environment, plan.task_id, plan.lines)[1]["won"]]
@@ -104,7 +104,7 @@ def test_gold_plans_win_in_a_partial_view(name: str, data_store: Store) -> None:
 
 @names
 def test_an_opening_of_the_standard_setting_has_at_most_12_000_characters(
-    name: str, data_store: Store
+    name: str, data_store: DataPackStore
 ) -> None:
     environment = make(name, source=Source(data_store), rules=STANDARD, budget=None)
     plans = gold_plans(name, data_store)
@@ -114,7 +114,9 @@ def test_an_opening_of_the_standard_setting_has_at_most_12_000_characters(
 
 @names
 @pytest.mark.parametrize("gamma", [1.0, 0.9])
-def test_the_return_of_progress_is_the_gain_at_the_end(name: str, gamma: float, data_store: Store) -> None:
+def test_the_return_of_progress_is_the_gain_at_the_end(
+    name: str, gamma: float, data_store: DataPackStore
+) -> None:
     environment = make(name, reward="progress", gamma=gamma, source=Source(data_store))
     for plan in gold_plans(name, data_store)[::4]:
         _, info = environment.reset(seed=0, options={"task_id": plan.task_id})
@@ -128,7 +130,7 @@ def test_the_return_of_progress_is_the_gain_at_the_end(name: str, gamma: float, 
 
 
 @names
-def test_an_episode_has_the_value_of_its_plan(name: str, data_store: Store) -> None:
+def test_an_episode_has_the_value_of_its_plan(name: str, data_store: DataPackStore) -> None:
     environment = make(name, reward="goals", until="done", source=Source(data_store))
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(data_store))
     worth = Reward(suite, Shaping.GOALS)
@@ -157,7 +159,7 @@ def test_an_episode_has_the_value_of_its_plan(name: str, data_store: Store) -> N
     [*((each, 1 if each is not Shaping.REPAIR else 40) for each in Shaping), *swept((Shaping.REPAIR, 1))],
 )
 def test_an_agent_that_ends_at_once_earns_nothing(
-    name: str, reward: Shaping, every: int, data_store: Store
+    name: str, reward: Shaping, every: int, data_store: DataPackStore
 ) -> None:
     environment = make(name, reward=reward, gamma=0.9, until="done", source=Source(data_store))
     tasks = [
@@ -179,7 +181,7 @@ def introduced(text: str, heading: str) -> set[str]:
 
 
 @names
-def test_no_object_is_mentioned_before_it_is_seen(name: str, data_store: Store) -> None:
+def test_no_object_is_mentioned_before_it_is_seen(name: str, data_store: DataPackStore) -> None:
     environment = make(name, observe="partial", admissible=True, source=Source(data_store))
     hidden = 0
     for plan in gold_plans(name, data_store)[::7]:

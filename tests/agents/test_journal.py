@@ -17,7 +17,7 @@ from agents.switches import SWITCHES
 from eai.agents.journal import EpisodeJournal, read_journal, read_key_that_seals_journals
 from eai.agents.play import OVER, EpisodeFactory, RecordedGame
 from eai.agents.setting import ACTING, AgentSetting
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import hash_text
@@ -53,9 +53,9 @@ def journal_of(folder: Path, commands: list[str]) -> tuple[Path, bytes]:
     return folder / "episode", read_key_that_seals_journals(folder)
 
 
-def verdict_of(path: Path, key: bytes) -> ActingVerdict:
+def verdict_of(path: Path, key: bytes) -> EpisodeVerdict:
     verdict = SUITE.score(TASK.id, read_journal(path, key, beginning()))
-    assert isinstance(verdict, ActingVerdict)
+    assert isinstance(verdict, EpisodeVerdict)
     return verdict
 
 

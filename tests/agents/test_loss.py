@@ -11,7 +11,7 @@ from agents.switches import DOMAIN, SWITCHES, initial
 from eai import Benchmark, make_task, use_tasks
 from eai.agents.declaration import compute_share_by_metric
 from eai.agents.setting import ACTING
-from eai.agents.verdict import ActingVerdict, Recoverability, describe_goal_reachability
+from eai.agents.verdict import EpisodeVerdict, Recoverability, describe_goal_reachability
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
 from eai.results.batch import score_run
@@ -23,11 +23,11 @@ from eai.world.action import Action
 SUITE = open_suite(SWITCHES, ACTING)
 
 
-def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite = SUITE) -> ActingVerdict:
+def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite = SUITE) -> EpisodeVerdict:
     look_back = suite.scorer(task_id).assess("\n".join(commands)).analyze_failure
     assert look_back is not None
     verdict = look_back(states)
-    assert isinstance(verdict, ActingVerdict)
+    assert isinstance(verdict, EpisodeVerdict)
     return verdict
 
 
@@ -72,7 +72,7 @@ def test_goals_over_time_can_only_be_proved_lost() -> None:
 def test_records_have_the_loss_if_a_search_was_requested() -> None:
     answers = ResponseFile("model", (Response("half", "GO(shed)\nOPEN(box)"),))
     (plain,) = score_run(SUITE, answers, {}, ScoringOptions())
-    assert isinstance(plain.verdict, ActingVerdict)
+    assert isinstance(plain.verdict, EpisodeVerdict)
     assert (plain.verdict.outlook, compute_share_by_metric(plain.verdict)["lost_for_good"]) == (
         None,
         (0, 0),
@@ -81,7 +81,7 @@ def test_records_have_the_loss_if_a_search_was_requested() -> None:
     written = json.loads(json.dumps(record_to_json(record)))
     assert (written["outlook"], written["lost_at"]) == ("lost", 2)
     assert record_from_json(written) == record
-    assert isinstance(record.verdict, ActingVerdict)
+    assert isinstance(record.verdict, EpisodeVerdict)
     assert (
         describe_goal_reachability(record.verdict)
         == "lost for good after turn 2: no actions lead to the goals any more"

@@ -19,7 +19,7 @@ from eai.agents.reference import make_setup
 from eai.agents.rewards import SkyRlTask, TrlEnvironment, TrlReward, compute_score, reward_func
 from eai.agents.rules import GameRules
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.reward import METRICS
 
 Face = Callable[[str, Sequence[str], Shaping], float | None]
@@ -89,7 +89,7 @@ def test_discounted_rewards_add_up_to_the_final_value(
     assert paid == pytest.approx(0.9 ** len(commands) * worth)
 
 
-def test_two_actions_in_a_household_earn_equal_rewards(data_store: Store) -> None:
+def test_two_actions_in_a_household_earn_equal_rewards(data_store: DataPackStore) -> None:
     """Three of the five goals are not reached at first; the actions reach one of them."""
     commands = ("WALK(washing_machine.1001)", "SWITCHON(washing_machine.1001)")
     environment = make("virtualhome", "27_2", reward="progress")

@@ -97,18 +97,18 @@ def test_other_goals_have_no_recorded_plans() -> None:
 
 def test_plans_that_are_too_long_are_found_by_a_search() -> None:
     padded = replace(RECORDED, shortest_plan=act(*PADDED, *WON), reference_plan=act(*PADDED, *PADDED, *WON))
-    assert list(describe_wrong_recorded_plans(padded, SWITCHES, searches=False)) == []
-    assert list(describe_wrong_recorded_plans(padded, SWITCHES, searches=True)) == [
+    assert list(describe_wrong_recorded_plans(padded, SWITCHES, searches_shorter_plans=False)) == []
+    assert list(describe_wrong_recorded_plans(padded, SWITCHES, searches_shorter_plans=True)) == [
         "shortest: expected at most 3 steps, as a search finds, found 6",
         "reference: expected at most 5 steps, as a search finds, found 8",
     ]
-    assert list(describe_wrong_recorded_plans(RECORDED, SWITCHES, searches=True)) == []
+    assert list(describe_wrong_recorded_plans(RECORDED, SWITCHES, searches_shorter_plans=True)) == []
 
 
 def test_a_setup_without_limits_has_none_even_if_the_limit_was_read_before() -> None:
     setup = make_setup(BOTH, SWITCHES, STANDARD)
     assert setup.action_limit is not None
-    game = Game(setup.make_setup_without_limits())
+    game = Game(setup.copy_setup_without_failures_and_step_limit())
     for _ in range(2 * setup.action_limit):
         game.act("WAVE()")
     assert not game.is_over

@@ -9,7 +9,7 @@ from eai import Benchmark
 from eai.agents.agents import make_blind_agent, random_agent
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING, AgentSetting
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring
@@ -43,7 +43,7 @@ def test_a_thousand_episodes_replayed_twice_give_equal_bytes() -> None:
     assert not any("unreplayable" in line for line in first)
 
 
-def test_episodes_of_households_replayed_twice_give_equal_bytes(data_store: Store) -> None:
+def test_episodes_of_households_replayed_twice_give_equal_bytes(data_store: DataPackStore) -> None:
     for name in ("virtualhome", "behavior"):
         responses = list(recorded(find_benchmark(name), 4, sample=40))
         first, second = (replayed(open_suite(name, ACTING), responses) for _ in range(2))

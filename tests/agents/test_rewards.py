@@ -26,7 +26,7 @@ from eai.agents.rewards import (
     extract_answer,
     reward_func,
 )
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.reward import METRICS
 
@@ -36,7 +36,7 @@ PROMPT = "<|im_start|>user\nWash the clothes.<|im_end|>\n<|im_start|>assistant\n
 
 
 @pytest.fixture(autouse=True)
-def there(data_store: Store) -> None:
+def there(data_store: DataPackStore) -> None:
     """Skip the tests of this module if the households' data is missing."""
 
 

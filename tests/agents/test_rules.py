@@ -25,7 +25,7 @@ from eai.agents.play import (
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
 from eai.agents.setting import ACTING, STANDARD, AgentSetting
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import OTHER_RULES, score_run, split_answers_by_game_rules
 from eai.results.options import ScoringOptions
@@ -248,7 +248,7 @@ CASE = {
 
 
 def test_exploits_fail_and_are_counted_in_virtualhome(
-    eai: Command, tmp_path: Path, data_store: Store
+    eai: Command, tmp_path: Path, data_store: DataPackStore
 ) -> None:
     file = written(tmp_path, "m", CASE)
     asked = ("score", file, "--domain", "virtualhome", "--ability", "acting", "--out", tmp_path / "out")

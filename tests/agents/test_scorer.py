@@ -20,7 +20,7 @@ from eai.agents.reference import find_reference_solution, make_setup
 from eai.agents.rules import STANDARD, GameRules
 from eai.agents.scorer import NO_REFERENCE
 from eai.agents.setting import ACTING, AgentSetting
-from eai.agents.verdict import ActingVerdict, Turn
+from eai.agents.verdict import EpisodeTurn, EpisodeVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Not
@@ -48,9 +48,9 @@ def episode(
     return play.write_as_json_text("stopped")
 
 
-def verdict_of(suite: Suite, text: str) -> ActingVerdict:
+def verdict_of(suite: Suite, text: str) -> EpisodeVerdict:
     verdict = suite.score(suite.task_ids[0], text)
-    assert isinstance(verdict, ActingVerdict)
+    assert isinstance(verdict, EpisodeVerdict)
     return verdict
 
 
@@ -251,8 +251,8 @@ def test_faults_are_counted_by_kind_and_turn(suite: Suite) -> None:
 
 
 def test_measures_of_length_follow_their_definitions() -> None:
-    turn = Turn("", "", is_action=True, fault=None, slipped=False, goals="", same_as=None)
-    verdict = ActingVerdict(success=True, turns=(turn,) * 6, shortest=4)
+    turn = EpisodeTurn("", "", is_action=True, fault=None, slipped=False, goals="", same_as=None)
+    verdict = EpisodeVerdict(success=True, turns=(turn,) * 6, shortest=4)
     shares = {name: share.numerator for name, share in compute_share_by_metric(verdict).items()}
     assert shares["spl"] == pytest.approx(4 / 6)
     within = [shares[name] for name in ("within_1x", "within_1.5x", "within_2x", "within_4x")]
@@ -285,7 +285,7 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
             for command in [*map(write, plan), "DONE"]:
                 play.play_command(command)
             played = suite.score(task_id, play.write_as_json_text("stopped"))
-            assert isinstance(played, ActingVerdict)
+            assert isinstance(played, EpisodeVerdict)
             if as_plan.error is None:
                 assert (played.success, played.goals) == (as_plan.success, as_plan.goals)  # type: ignore[attr-defined]
             else:

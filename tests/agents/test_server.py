@@ -30,7 +30,7 @@ from eai.agents.episode_server import EpisodeServer, find_journal_path, open_epi
 from eai.agents.play import OVER, EpisodeFactory, RecordedGame
 from eai.agents.server import MAX_BODY, MAX_COMMAND, make_http_app, make_mcp_server
 from eai.agents.setting import ACTING, AgentSetting
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.responses import read_responses
@@ -72,10 +72,10 @@ async def win(client: Client) -> None:
     await call(client, "done")
 
 
-def verdicts(folder: Path, name: str = "agent") -> dict[str, ActingVerdict]:
+def verdicts(folder: Path, name: str = "agent") -> dict[str, EpisodeVerdict]:
     answers = read_responses(folder / f"{name}_outputs.jsonl", SUITE.task_ids).responses
     found = {answer.task_id: SUITE.score(answer.task_id, answer.text) for answer in answers}
-    return {task_id: each for task_id, each in found.items() if isinstance(each, ActingVerdict)}
+    return {task_id: each for task_id, each in found.items() if isinstance(each, EpisodeVerdict)}
 
 
 @asynccontextmanager
@@ -145,7 +145,9 @@ def test_pictures_accompany_observations(tmp_path: Path, monkeypatch: pytest.Mon
             assert (shown.type, shown.mime_type) == ("image", "image/png")
             assert base64.b64decode(shown.data) == b"picture"
 
-    monkeypatch.setattr(RecordedGame, "draw_pictures", lambda play: (Image("image/png", b"picture"),))
+    monkeypatch.setattr(
+        RecordedGame, "draw_pictures_of_current_world", lambda play: (Image("image/png", b"picture"),)
+    )
     setting = AgentSetting(feedback="pictures", observe="full")
     with open_episode_server(tmp_path, SUITE, ONE, setting) as worlds:
         asyncio.run(run(worlds))

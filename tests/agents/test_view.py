@@ -11,7 +11,7 @@ from eai.agents.game import Game
 from eai.agents.observation import Observer
 from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD, Observe
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.successor_generator import generate_applicable_actions_of_operator
 from eai.tasks.short_lists import spell_out
@@ -31,7 +31,7 @@ TASKS = {
 @pytest.mark.parametrize("observe", get_args(Observe))
 @pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
 def test_incremental_observations_equal_new_ones(
-    name: str, task_id: str, observe: Observe, data_store: Store
+    name: str, task_id: str, observe: Observe, data_store: DataPackStore
 ) -> None:
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
@@ -78,7 +78,7 @@ def test_incremental_observations_equal_new_ones(
 
 @pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
 def test_visible_facts_follow_from_the_first_observation_and_changes(
-    name: str, task_id: str, data_store: Store
+    name: str, task_id: str, data_store: DataPackStore
 ) -> None:
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]

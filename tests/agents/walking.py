@@ -8,10 +8,10 @@ from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Share, make_rate_contribution_of_answer
 from eai.agents.declaration import ACTING
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 
 
-def contributions(verdict: ActingVerdict) -> dict[str, Share]:
+def contributions(verdict: EpisodeVerdict) -> dict[str, Share]:
     possible = sum(turn.fault is None for turn in verdict.action_turns)
     return {
         "won": make_rate_contribution_of_answer(bool(verdict.success)),

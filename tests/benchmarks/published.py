@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.synthetic import build_wheel, packs_from
 from eai.base.source import PackageArchive
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.packs import DataPack
 
 
@@ -36,5 +36,5 @@ def packs(wheel: PackageArchive) -> Sequence[DataPack]:
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Store:
-    return Store(tmp_path / "store")
+def store(tmp_path: Path) -> DataPackStore:
+    return DataPackStore(tmp_path / "store")

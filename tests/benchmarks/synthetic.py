@@ -21,7 +21,7 @@ from eai.benchmarks.reference_wheel import (
     PROMPTS,
     RESOURCES,
     TEMPLATE_SOURCE,
-    get_pack_files,
+    get_wheel_path_by_pack_file,
 )
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
@@ -120,7 +120,11 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
     """Return the content of the wheel by path."""
     made = list(tasks)
     goals: dict[str, dict[str, Any]] = {}
-    copied = [file for pack in (RESOURCES, BEHAVIOR_PDDL, PROMPTS) for file in get_pack_files(pack).values()]
+    copied = [
+        file
+        for pack in (RESOURCES, BEHAVIOR_PDDL, PROMPTS)
+        for file in get_wheel_path_by_pack_file(pack).values()
+    ]
     contents = dict.fromkeys(copied, b"[]")
     for task in made:
         goal = {"vh_goal": {"actions": task.actions, "goal": task.goals}, "tl_goal": task.tl_goal}
@@ -130,11 +134,13 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
         contents[f"{PROGRAMS}executable_programs/{SCENE}{task.id}.txt"] = task.script.encode()
         contents[f"{PROBLEMS}{task.title.replace(' ', '_')}/{task.id}.pddl"] = b"(define)"
     contents[GOALS] = json.dumps({"scene_1": goals}).encode()
-    contents[get_pack_files(RESOURCES)["success_task.json"]] = json.dumps([made[0].id]).encode()
-    contents[get_pack_files(RESOURCES)["gold_action.json"]] = b'{"grab": {}}'
+    contents[get_wheel_path_by_pack_file(RESOURCES)["success_task.json"]] = json.dumps([made[0].id]).encode()
+    contents[get_wheel_path_by_pack_file(RESOURCES)["gold_action.json"]] = b'{"grab": {}}'
     prompts = [{"identifier": f"scene_1_{made[0].id}", "llm_prompt": "?"}]
     contents[TEMPLATE_SOURCE] = b'prompt = """<goal_str>"""'
-    contents[get_pack_files(PROMPTS)["virtualhome/subgoal_decomposition.json"]] = json.dumps(prompts).encode()
+    contents[get_wheel_path_by_pack_file(PROMPTS)["virtualhome/subgoal_decomposition.json"]] = json.dumps(
+        prompts
+    ).encode()
     return contents
 
 

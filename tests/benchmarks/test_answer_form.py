@@ -16,7 +16,7 @@ from eai.abilities.answer_schema import Schema, is_schema_accepted_by_providers
 from eai.abilities.notation.notation import Notation
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary, make_answer_schema
@@ -49,12 +49,14 @@ def benchmark(name: str) -> Benchmark:
 
 
 @cache
-def open_questions(name: str, ability: Ability, store: Store, prompts: PromptSet) -> Mapping[str, Prompt]:
+def open_questions(
+    name: str, ability: Ability, store: DataPackStore, prompts: PromptSet
+) -> Mapping[str, Prompt]:
     return PromptLibrary(prompts, None, Source(store)).open(benchmark(name), ability)
 
 
 def make_forms(
-    name: str, ability: Ability, store: Store, prompts: PromptSet = "eai", every: int = SAMPLE_STEP
+    name: str, ability: Ability, store: DataPackStore, prompts: PromptSet = "eai", every: int = SAMPLE_STEP
 ) -> Mapping[str, Schema]:
     declared = benchmark(name)
     tasks, prompts_by_task = declared.tasks(Source(store)), open_questions(name, ability, store, prompts)
@@ -92,7 +94,7 @@ def has_only_listed_names(parts: tuple[str, ...], form: Schema) -> bool:
 
 @pytest.mark.parametrize(("name", "ability"), SUITES)
 def test_gold_answers_fit_the_schema_and_score_alike_in_it(
-    name: str, ability: Ability, data_store: Store
+    name: str, ability: Ability, data_store: DataPackStore
 ) -> None:
     declared, source = benchmark(name), Source(data_store)
     book = open_gold_answers(declared, ability, source)
@@ -111,7 +113,7 @@ def test_gold_answers_fit_the_schema_and_score_alike_in_it(
 @pytest.mark.parametrize("prompts", get_args(PromptSet))
 @pytest.mark.parametrize(("name", "ability"), SUITES)
 def test_a_schema_has_only_words_of_the_question_and_not_too_many(
-    name: str, ability: Ability, prompts: PromptSet, data_store: Store
+    name: str, ability: Ability, prompts: PromptSet, data_store: DataPackStore
 ) -> None:
     prompts_by_task = open_questions(name, ability, data_store, prompts)
     declared = {operator.name for operator in benchmark(name).domain.operators}
@@ -128,7 +130,7 @@ def test_a_schema_has_only_words_of_the_question_and_not_too_many(
             assert word in question or word in declared or word in ("not", "yes", "no", ""), word
 
 
-def test_a_plan_with_an_unknown_object_does_not_fit_the_schema(data_store: Store) -> None:
+def test_a_plan_with_an_unknown_object_does_not_fit_the_schema(data_store: DataPackStore) -> None:
     form = make_forms("virtualhome", Ability.ACTION_SEQUENCING, data_store)["27_2"]
     good = {"action commands": [{"WALK": ["soap", "1002"]}, {"STANDUP": []}, {"WALK": ["soap"]}]}
     jsonschema.validate(good, form)
@@ -141,7 +143,9 @@ def test_a_plan_with_an_unknown_object_does_not_fit_the_schema(data_store: Store
     ("objects", "is_good"),
     [("ball,box", True), ("ball, box", True), ("box", False), ("ball,box,box", False), ("ball,sky", False)],
 )
-def test_a_schema_lists_pairs_of_objects_as_one_text(objects: str, is_good: bool, data_store: Store) -> None:
+def test_a_schema_lists_pairs_of_objects_as_one_text(
+    objects: str, is_good: bool, data_store: DataPackStore
+) -> None:
     form = make_forms("lamps", Ability.ACTION_SEQUENCING, data_store, every=1)["pack"]
     answer = {"plan": [{"action": "PUT", "object": objects}]}
     assert jsonschema.Draft202012Validator(form).is_valid(answer) == is_good
@@ -149,7 +153,7 @@ def test_a_schema_lists_pairs_of_objects_as_one_text(objects: str, is_good: bool
 
 @pytest.mark.parametrize(("name", "open_ones"), [("virtualhome", 30), ("behavior", 0)])
 def test_a_schema_with_too_many_words_accepts_any_object_name(
-    name: str, open_ones: int, data_store: Store
+    name: str, open_ones: int, data_store: DataPackStore
 ) -> None:
     tasks = benchmark(name).tasks(Source(data_store))
     forms = make_forms(name, Ability.ACTION_SEQUENCING, data_store, every=1)
@@ -160,7 +164,7 @@ def test_a_schema_with_too_many_words_accepts_any_object_name(
     assert named.count(False) == open_ones
 
 
-def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: Store) -> None:
+def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: DataPackStore) -> None:
     lamps = benchmark("lamps")
     task = lamps.tasks(Source(data_store))["light"]
     listing = Prompt("robot lamp_1 lamp_2 ball box")
@@ -172,7 +176,7 @@ def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: Store) 
 
 @pytest.mark.parametrize("special", [ImpossibleTaskMark(()), AmbiguousTaskMark(("lamp_1",))])
 def test_an_answer_that_may_decline_a_task_may_have_any_form(
-    special: SpecialTaskMark, data_store: Store
+    special: SpecialTaskMark, data_store: DataPackStore
 ) -> None:
     lamps = benchmark("lamps")
     task, prompt = lamps.tasks(Source(data_store))["light"], Prompt("robot lamp_1 lamp_2 ball box")
@@ -181,7 +185,7 @@ def test_an_answer_that_may_decline_a_task_may_have_any_form(
     assert make_answer_schema(lamps, Ability.ACTION_SEQUENCING, special_task, prompt) is None
 
 
-def test_a_notation_without_a_schema_requires_none(data_store: Store) -> None:
+def test_a_notation_without_a_schema_requires_none(data_store: DataPackStore) -> None:
     class Terse(type(benchmark("lamps").notation.plans)):  # type: ignore[misc]
         make_json_schema_of_answer = PlanNotation.make_json_schema_of_answer
 

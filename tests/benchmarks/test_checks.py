@@ -12,7 +12,10 @@ from eai.world.domain import Domain
 from eai.world.operator import Check, missing_step
 from eai.world.vocabulary import Predicate
 
-DOMAINS = (virtualhome.make_domain_in_paper_order(), behavior.make_domain_in_paper_order())
+DOMAINS = (
+    virtualhome.make_domain_with_checks_in_paper_order(),
+    behavior.make_domain_with_checks_in_paper_order(),
+)
 KNOWN = Path(__file__).with_name("checks.txt").read_text(encoding="utf-8").split()
 
 

@@ -10,13 +10,13 @@ import pytest
 
 from eai import make_task
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import (
     find_mentions,
+    open_answers_copied_from_questions,
     open_answers_of_similar_tasks,
-    open_copied_answers,
     open_empty_answers,
 )
 from eai.benchmarks.random_answers import open_random_answers
@@ -63,7 +63,7 @@ def toy(*goals: Formula, instruction: str = "") -> Benchmark:
 
 
 def copy(benchmark: Benchmark, ability: Ability) -> object:
-    return json.loads(open_copied_answers(benchmark, ability)["1"].text)
+    return json.loads(open_answers_copied_from_questions(benchmark, ability)["1"].text)
 
 
 def test_names_are_found_with_other_endings_and_in_several_words() -> None:
@@ -126,7 +126,7 @@ Answers = Callable[[Benchmark, Ability], Callable[[str], str]]
 
 
 def answer_by_copy(benchmark: Benchmark, ability: Ability) -> Callable[[str], str]:
-    book = open_copied_answers(benchmark, ability)
+    book = open_answers_copied_from_questions(benchmark, ability)
     return lambda task_id: book[task_id].text
 
 
@@ -190,8 +190,8 @@ def test_the_copying_model_does_not_use_gold_operators(name: str) -> None:
         assert seeing(task_id) == unseeing(task_id)
 
 
-def test_the_copied_subgoals_are_stated_in_the_question(data_store: Store) -> None:
-    book = open_copied_answers(
+def test_the_copied_subgoals_are_stated_in_the_question(data_store: DataPackStore) -> None:
+    book = open_answers_copied_from_questions(
         find_benchmark("virtualhome"), Ability.SUBGOAL_DECOMPOSITION, Source(data_store)
     )
     assert json.loads(book["481_2"].text)["output"] == [

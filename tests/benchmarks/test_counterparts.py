@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior import counterparts as behavior
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -23,12 +23,16 @@ DOORS = "locking_every_door_0_Merom_1_int_0_2021-10-20_05-53-14"
 TABLES = {"virtualhome": virtualhome.COUNTERPARTS, "behavior": behavior.COUNTERPARTS}
 
 
-def open_operator_suite(name: str, store: Store, errata: ErrataChoice = ErrataChoice.CURRENT) -> Suite:
+def open_operator_suite(
+    name: str, store: DataPackStore, errata: ErrataChoice = ErrataChoice.CURRENT
+) -> Suite:
     source = Source(store, planner=PlannerChoice.NONE, errata=errata)
     return open_suite(name, Ability.TRANSITION_MODELING, source=source)
 
 
-def translate_steps(name: str, task_id: str, steps: Sequence[str], store: Store) -> list[tuple[str, ...]]:
+def translate_steps(
+    name: str, task_id: str, steps: Sequence[str], store: DataPackStore
+) -> list[tuple[str, ...]]:
     """Return the actions of steps, each with the names of its objects."""
     scorer = open_operator_suite(name, store).scorer(task_id)
     assert isinstance(scorer, TransitionModelingScorer)
@@ -45,7 +49,7 @@ def _name_objects(action: Action, names: Sequence[str]) -> tuple[str, ...]:
 @pytest.mark.parametrize("name", list(TABLES))
 @pytest.mark.parametrize("errata", list(ErrataChoice))
 def test_each_published_operator_has_an_action_with_the_same_number_of_objects(
-    data_store: Store, name: str, errata: ErrataChoice
+    data_store: DataPackStore, name: str, errata: ErrataChoice
 ) -> None:
     suite = open_operator_suite(name, data_store, errata)
     scorer = suite.scorer(suite.task_ids[0])
@@ -59,7 +63,7 @@ def test_each_published_operator_has_an_action_with_the_same_number_of_objects(
         assert max(positions, default=0) < len(read_action(text.write_pddl).parameters), operator
 
 
-def test_classes_in_virtualhome_problems_mean_the_objects_of_plans(data_store: Store) -> None:
+def test_classes_in_virtualhome_problems_mean_the_objects_of_plans(data_store: DataPackStore) -> None:
     steps = ["walk_towards character freezer", "put_inside character food_food freezer", "standup character"]
     assert translate_steps("virtualhome", "703_2", steps, data_store) == [
         ("WALK", "freezer.289"),
@@ -68,7 +72,7 @@ def test_classes_in_virtualhome_problems_mean_the_objects_of_plans(data_store: S
     ]
 
 
-def test_a_hand_places_the_object_that_it_grasped(data_store: Store) -> None:
+def test_a_hand_places_the_object_that_it_grasped(data_store: DataPackStore) -> None:
     one, two = "door_n_01_1", "door_n_01_2"
     steps = [
         f"{step} agent_n_01_1"
@@ -94,6 +98,6 @@ def test_a_hand_places_the_object_that_it_grasped(data_store: Store) -> None:
 
 
 @pytest.mark.parametrize("step", ["navigate_to agent_n_01_1 agent_n_01_1", "fly door_n_01_1 agent_n_01_1"])
-def test_actions_end_before_the_first_step_without_an_action(data_store: Store, step: str) -> None:
+def test_actions_end_before_the_first_step_without_an_action(data_store: DataPackStore, step: str) -> None:
     door = "close door_n_01_1 agent_n_01_1"
     assert translate_steps("behavior", DOORS, [door, step, door], data_store) == [("CLOSE", "door_85")]

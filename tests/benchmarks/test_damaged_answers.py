@@ -21,7 +21,7 @@ from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.transition_modeling.extraction import ResultCache, read_operators
 from eai.abilities.verdict import Unreadable
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import AnswerInParts, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -149,7 +149,7 @@ def damage_answers(
 @pytest.mark.parametrize("number", [105, pytest.param(2000, marks=sweep)])
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 def test_damaged_json_lines_are_read_completely_or_not_at_all(
-    data_store: Store, name: str, number: int
+    data_store: DataPackStore, name: str, number: int
 ) -> None:
     """Cutting the end is left out: a cut between two lines leaves a complete answer."""
     source = Source(data_store)
@@ -166,7 +166,7 @@ def test_damaged_json_lines_are_read_completely_or_not_at_all(
 @pytest.mark.parametrize("number", [210, pytest.param(2000, marks=sweep)])
 @pytest.mark.parametrize(("name", "ability"), [*SUITES, (BLOCKS, Ability.ACTION_SEQUENCING)])
 def test_a_damaged_answer_is_read_completely_or_not_at_all(
-    data_store: Store, name: str, ability: Ability, number: int
+    data_store: DataPackStore, name: str, ability: Ability, number: int
 ) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
     parts: list[tuple[str, str]] = []

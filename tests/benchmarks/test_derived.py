@@ -27,10 +27,10 @@ from eai.world.vocabulary import DerivedPredicate
 SEATS = ("sofa.90", "bed.91", "bench.92")
 OBJECTS = ("floor", "oven", "pan", "bowl", "plate", "apple", "water")
 DOMAINS = {
-    "behavior": (behavior.make_domain_in_paper_order(), kitchen.make_task().initial.scene),
+    "behavior": (behavior.make_domain_with_checks_in_paper_order(), kitchen.make_task().initial.scene),
     "behavior-1k": (build_domain(), Scene(predicates_1k.VOCABULARY, {name: name for name in OBJECTS})),
     "virtualhome": (
-        virtualhome.make_domain_in_paper_order(),
+        virtualhome.make_domain_with_checks_in_paper_order(),
         household.make_task(more_objects=SEATS).initial.scene,
     ),
 }

@@ -18,7 +18,7 @@ import pytest
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
 from eai.world.action import Action
@@ -62,7 +62,7 @@ def read_plan(scorer: ActionSequencingScorer, text: str) -> ExecutablePlan | Non
 
 
 def compare_with_execution(
-    name: str, protocol: Protocol, store: Store, answers: Sequence[tuple[str, str]]
+    name: str, protocol: Protocol, store: DataPackStore, answers: Sequence[tuple[str, str]]
 ) -> dict[str, bool]:
     """Return by task whether an episode of its plan equals the result of `execute_plan`."""
     suite = open_suite(name, Ability.ACTION_SEQUENCING, protocol, source=Source(store))
@@ -83,7 +83,7 @@ def compare_with_execution(
 @EACH_PROTOCOL
 @pytest.mark.parametrize("name", ANSWER_FILES)
 def test_an_episode_of_an_answer_equals_its_execution(
-    name: str, protocol: Protocol, data_store: Store
+    name: str, protocol: Protocol, data_store: DataPackStore
 ) -> None:
     answers = made_answers(name, Ability.ACTION_SEQUENCING, data_store)
     equal = compare_with_execution(name, protocol, data_store, answers)
@@ -95,7 +95,7 @@ def test_an_episode_of_an_answer_equals_its_execution(
 @EACH_PROTOCOL
 @pytest.mark.parametrize("name", ANSWER_FILES)
 def test_an_episode_of_a_published_answer_equals_its_execution(
-    name: str, protocol: Protocol, data_store: Store, oracle: Oracle
+    name: str, protocol: Protocol, data_store: DataPackStore, oracle: Oracle
 ) -> None:
     rows, task_id, text, files = ANSWER_FILES[name]
     ran = 0
@@ -108,7 +108,7 @@ def test_an_episode_of_a_published_answer_equals_its_execution(
     assert ran > 700
 
 
-def find_gold_plans(name: str, store: Store) -> list[ExecutablePlan]:
+def find_gold_plans(name: str, store: DataPackStore) -> list[ExecutablePlan]:
     """Return the successful plans of the data set, without additional steps."""
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(store))
     book = answer_book(name, Ability.ACTION_SEQUENCING, store)
@@ -167,14 +167,14 @@ def measure_deviations(
 
 
 @pytest.mark.parametrize("name", SEEDS)
-def test_gold_plans_succeed_with_the_computed_probability(name: str, data_store: Store) -> None:
+def test_gold_plans_succeed_with_the_computed_probability(name: str, data_store: DataPackStore) -> None:
     measured = dict(measure_deviations(find_gold_plans(name, data_store), SEEDS[name]))
     assert len(measured) == 30
     assert {cell: z for cell, z in measured.items() if abs(z) >= 4} == {}
 
 
 @pytest.mark.parametrize("name", SEEDS)
-def test_nothing_is_executed_if_every_step_slips(name: str, data_store: Store) -> None:
+def test_nothing_is_executed_if_every_step_slips(name: str, data_store: DataPackStore) -> None:
     for plan in find_gold_plans(name, data_store):
         episode = Episode(plan.domain, plan.initial, SlipSampler(1, plan.task_id))
         assert episode.run(plan.actions) == (Slip() if plan.actions else None)

@@ -15,7 +15,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DataError, InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.benchmarks.errata import ApplicableErrata, _Erratum, load_all_errata, read_errata
 from eai.benchmarks.gold_answers import open_gold_answers
@@ -43,12 +43,16 @@ CURRENT, NONE = ErrataChoice.CURRENT, ErrataChoice.NONE
 ENTRIES = {entry.id: entry for entry in load_all_errata().entries}
 
 
-def open_corrected_suite(store: Store, entry: _Erratum, ability: Ability, errata: ErrataChoice) -> Suite:
+def open_corrected_suite(
+    store: DataPackStore, entry: _Erratum, ability: Ability, errata: ErrataChoice
+) -> Suite:
     source = Source(store, planner=PlannerChoice.BUILT_IN, errata=errata)
     return open_suite(entry.domain, ability, source=source)
 
 
-def does_gold_succeed(store: Store, entry: _Erratum, errata: ErrataChoice, task_id: str) -> bool | None:
+def does_gold_succeed(
+    store: DataPackStore, entry: _Erratum, errata: ErrataChoice, task_id: str
+) -> bool | None:
     """Whether the data set's own answer succeeds, or None if it is not counted."""
     suite = open_corrected_suite(store, entry, entry.abilities[0], errata)
     book = open_gold_answers(suite.benchmark, suite.ability, suite.source)
@@ -57,7 +61,7 @@ def does_gold_succeed(store: Store, entry: _Erratum, errata: ErrataChoice, task_
     return verdict.success
 
 
-def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
+def check_no_plan_exists(entry: _Erratum, store: DataPackStore) -> None:
     """An action that fills a hand never leaves an object in both hands that was in at most one."""
     (task_id,) = entry.tasks
     for ability in entry.abilities:
@@ -90,7 +94,7 @@ def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
         )
 
 
-def check_plans_need_ids(entry: _Erratum, store: Store) -> None:
+def check_plans_need_ids(entry: _Erratum, store: DataPackStore) -> None:
     (ability,) = entry.abilities
     suite = open_corrected_suite(store, entry, ability, CURRENT)
     book = open_gold_answers(suite.benchmark, ability, suite.source)
@@ -106,7 +110,7 @@ def check_plans_need_ids(entry: _Erratum, store: Store) -> None:
         assert "its name and its id" in questions[task_id].user
 
 
-def check_no_model_succeeds(entry: _Erratum, store: Store, oracle: Oracle) -> list[PlanVerdict]:
+def check_no_model_succeeds(entry: _Erratum, store: DataPackStore, oracle: Oracle) -> list[PlanVerdict]:
     """Check that no published answer is right, and return the verdicts."""
     (ability,) = entry.abilities
     verdicts = score_model_answers(open_corrected_suite(store, entry, ability, CURRENT), entry, oracle)
@@ -114,7 +118,7 @@ def check_no_model_succeeds(entry: _Erratum, store: Store, oracle: Oracle) -> li
     return verdicts
 
 
-def check_questions_omit_the_seat(entry: _Erratum, store: Store) -> None:
+def check_questions_omit_the_seat(entry: _Erratum, store: DataPackStore) -> None:
     """In nine tasks, the character sits initially, and a plan without standing up fails."""
     (ability,) = entry.abilities
     for choice, unsaid in ((NONE, set(entry.tasks)), (CURRENT, set())):
@@ -134,13 +138,13 @@ def check_questions_omit_the_seat(entry: _Erratum, store: Store) -> None:
         assert [verdict.success for verdict in verdicts] == [True, False]
 
 
-def check_no_model_stands_up(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_no_model_stands_up(entry: _Erratum, store: DataPackStore, oracle: Oracle) -> None:
     verdicts = check_no_model_succeeds(entry, store, oracle)
     details = [verdict.error.detail for verdict in verdicts if verdict.error is not None]
     assert details.count("the character is sitting or lying") == 14
 
 
-def check_pouring_twice_fails(entry: _Erratum, store: Store) -> None:
+def check_pouring_twice_fails(entry: _Erratum, store: DataPackStore) -> None:
     (ability,) = entry.abilities
     for choice, is_said in ((NONE, False), (CURRENT, True)):
         suite = open_corrected_suite(store, entry, ability, choice)
@@ -157,7 +161,7 @@ def check_pouring_twice_fails(entry: _Erratum, store: Store) -> None:
         assert [verdict.success for verdict in verdicts] == [True, False]
 
 
-def check_models_pour_twice(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_models_pour_twice(entry: _Erratum, store: DataPackStore, oracle: Oracle) -> None:
     check_no_model_succeeds(entry, store, oracle)
     pours = [
         len(re.findall(r"""['"]POUR\w*['"]\s*:""", text)) for _, text in read_model_answers(entry, oracle)
@@ -165,7 +169,7 @@ def check_models_pour_twice(entry: _Erratum, store: Store, oracle: Oracle) -> No
     assert (sum(number > 1 for number in pours), len(pours)) == (38, 45)
 
 
-def check_questions_omit_pour(entry: _Erratum, store: Store) -> None:
+def check_questions_omit_pour(entry: _Erratum, store: DataPackStore) -> None:
     (ability,) = entry.abilities
     for choice, offered in ((NONE, False), (CURRENT, True)):
         suite = open_corrected_suite(store, entry, ability, choice)
@@ -178,7 +182,7 @@ def check_questions_omit_pour(entry: _Erratum, store: Store) -> None:
             assert does_gold_succeed(store, entry, choice, task_id) is True
 
 
-def check_models_pour_one_object(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_models_pour_one_object(entry: _Erratum, store: DataPackStore, oracle: Oracle) -> None:
     check_no_model_succeeds(entry, store, oracle)
     texts = [text for _, text in read_model_answers(entry, oracle)]
     assert (sum(bool(re.search(r"POUR\([^,()]*\)", text)) for text in texts), len(texts)) == (39, 45)
@@ -203,19 +207,19 @@ def score_plan(suite: Suite, task_id: str, text: str) -> PlanVerdict:
     return verdict
 
 
-def check_operator_has_a_hyphen(entry: _Erratum, store: Store) -> None:
+def check_operator_has_a_hyphen(entry: _Erratum, store: DataPackStore) -> None:
     tasks = find_benchmark("behavior").operator_tasks(Source(store, errata=NONE))
     assert [i for i, task in tasks.items() if "slice-carvingknife" in task.operators] == list(entry.tasks)
 
 
-def check_no_model_writes_the_hyphen(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_no_model_writes_the_hyphen(entry: _Erratum, store: DataPackStore, oracle: Oracle) -> None:
     texts = behavior_answers(oracle, entry.tasks)
     assert len(texts) == 27
     assert sum("slice_carvingknife" in text for text in texts) == 26
     assert not any("slice-carvingknife" in text for text in texts)
 
 
-def check_questions_name_other_operators(entry: _Erratum, store: Store) -> None:
+def check_questions_name_other_operators(entry: _Erratum, store: DataPackStore) -> None:
     benchmark = find_benchmark("behavior")
     tasks = benchmark.operator_tasks(Source(store))
     for choice, all_right in ((NONE, 0), (CURRENT, 25)):
@@ -225,7 +229,9 @@ def check_questions_name_other_operators(entry: _Erratum, store: Store) -> None:
         assert len(right) == all_right
 
 
-def check_models_were_asked_for_scored_operators(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_models_were_asked_for_scored_operators(
+    entry: _Erratum, store: DataPackStore, oracle: Oracle
+) -> None:
     tasks = find_benchmark("behavior").operator_tasks(Source(store))
     named = [
         set(re.findall(r":action ([\w-]+)", text)) == set(tasks[task_id].operators)
@@ -235,7 +241,7 @@ def check_models_were_asked_for_scored_operators(entry: _Erratum, store: Store, 
     assert (sum(named), len(named)) == (219, 225)
 
 
-def check_problem_has_an_undeclared_object(entry: _Erratum, store: Store) -> None:
+def check_problem_has_an_undeclared_object(entry: _Erratum, store: DataPackStore) -> None:
     for choice, offences in ((NONE, {PddlViolationKind.UNDECLARED_CONSTANT}), (CURRENT, set())):
         tasks = find_benchmark("behavior").operator_tasks(Source(store, errata=choice))
         for task_id in entry.tasks:
@@ -243,13 +249,13 @@ def check_problem_has_an_undeclared_object(entry: _Erratum, store: Store) -> Non
             assert {error.offence for error in check_problem(task.problem, task.domain.header)} == offences
 
 
-def check_published_plan_fails(entry: _Erratum, store: Store) -> None:
+def check_published_plan_fails(entry: _Erratum, store: DataPackStore) -> None:
     for task_id in entry.tasks:
         assert does_gold_succeed(store, entry, NONE, task_id) is False
         assert does_gold_succeed(store, entry, CURRENT, task_id) is True
 
 
-def check_question_names_another_relation(entry: _Erratum, store: Store) -> None:
+def check_question_names_another_relation(entry: _Erratum, store: DataPackStore) -> None:
     """Only these questions about plans name predicates other than the scored ones."""
     (ability,) = entry.abilities
     for choice, others in ((NONE, set(entry.tasks)), (CURRENT, set())):
@@ -272,7 +278,7 @@ def check_question_names_another_relation(entry: _Erratum, store: Store) -> None
         assert does_gold_succeed(store, entry, NONE, task_id) is True
 
 
-def check_no_model_means_the_other_relation(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+def check_no_model_means_the_other_relation(entry: _Erratum, store: DataPackStore, oracle: Oracle) -> None:
     (ability,) = entry.abilities
     suite = open_corrected_suite(store, entry, ability, CURRENT)
     for task_id in entry.tasks:
@@ -282,7 +288,7 @@ def check_no_model_means_the_other_relation(entry: _Erratum, store: Store, oracl
             assert not score_plan(suite, task_id, text).success
 
 
-EVIDENCE: Mapping[str, Callable[[_Erratum, Store], None]] = {
+EVIDENCE: Mapping[str, Callable[[_Erratum, DataPackStore], None]] = {
     "glass-in-both-hands": check_no_plan_exists,
     "two-lights-of-one-name": check_plans_need_ids,
     "things-of-one-name": check_plans_need_ids,
@@ -297,7 +303,7 @@ EVIDENCE: Mapping[str, Callable[[_Erratum, Store], None]] = {
 }
 """Check of the evidence in the data set, by erratum."""
 
-EVIDENCE_OF_MODELS: Mapping[str, Callable[[_Erratum, Store, Oracle], object]] = {
+EVIDENCE_OF_MODELS: Mapping[str, Callable[[_Erratum, DataPackStore, Oracle], object]] = {
     "two-lights-of-one-name": check_no_model_succeeds,
     "things-of-one-name": check_no_model_succeeds,
     "unsaid-seat": check_no_model_stands_up,
@@ -322,12 +328,14 @@ def heads(question: str) -> set[str]:
 
 
 @pytest.mark.parametrize("name", list(ENTRIES))
-def test_an_erratum_has_evidence_in_the_data_set(name: str, data_store: Store) -> None:
+def test_an_erratum_has_evidence_in_the_data_set(name: str, data_store: DataPackStore) -> None:
     EVIDENCE[name](ENTRIES[name], data_store)
 
 
 @pytest.mark.parametrize("name", EVIDENCE_OF_MODELS)
-def test_an_erratum_has_evidence_in_published_answers(name: str, data_store: Store, oracle: Oracle) -> None:
+def test_an_erratum_has_evidence_in_published_answers(
+    name: str, data_store: DataPackStore, oracle: Oracle
+) -> None:
     EVIDENCE_OF_MODELS[name](ENTRIES[name], data_store, oracle)
 
 
@@ -344,7 +352,9 @@ def test_the_page_of_errata_equals_the_table() -> None:
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
-def test_only_the_default_protocol_uses_errata(data_store: Store, domain: str, ability: Ability) -> None:
+def test_only_the_default_protocol_uses_errata(
+    data_store: DataPackStore, domain: str, ability: Ability
+) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
     version = load_all_errata().version
     opened = {each: open_suite(domain, ability, each, source=source) for each in PROTOCOLS}

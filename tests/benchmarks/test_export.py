@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import pytest
 
 from eai.base.errors import DataError
-from eai.benchmarks.behavior.domain import make_domain_in_paper_order as behavior
+from eai.benchmarks.behavior.domain import make_domain_with_checks_in_paper_order as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order as virtualhome
+from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_paper_order as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.pddl.execute import PddlPlanExecutor, PddlState
 from eai.pddl.export import export_domain_and_problem

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.features import TaskStatistics, compute_features
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Always, Atom, Exists, Formula, Then, Until, Variable
@@ -46,7 +46,9 @@ def test_a_task_has_its_expected_features() -> None:
         ("virtualhome", {"goals": 800, "action_goals": 162, "annotated_steps": 2978}),
     ],
 )
-def test_features_sum_to_the_table_of_the_paper(domain: str, sums: dict[str, int], data_store: Store) -> None:
+def test_features_sum_to_the_table_of_the_paper(
+    domain: str, sums: dict[str, int], data_store: DataPackStore
+) -> None:
     benchmark = find_benchmark(domain)
     tasks = benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE))
     features_of_tasks = [compute_features(task, benchmark) for task in tasks.values()]
@@ -83,14 +85,14 @@ DECIDED_LABELS = {
 
 
 @pytest.mark.parametrize("domain", DECIDED_LABELS)
-def test_goals_give_the_labels_that_a_person_chose(domain: str, data_store: Store) -> None:
+def test_goals_give_the_labels_that_a_person_chose(domain: str, data_store: DataPackStore) -> None:
     benchmark, decided = find_benchmark(domain), DECIDED_LABELS[domain]
     tasks = benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE))
     id_of = {key: next(task_id for task_id in tasks if task_id.startswith(key)) for key in decided}
     assert {key: compute_features(tasks[id_of[key]], benchmark).labels for key in decided} == decided
 
 
-def test_only_halves_and_diced_food_are_cut(data_store: Store) -> None:
+def test_only_halves_and_diced_food_are_cut(data_store: DataPackStore) -> None:
     benchmark = find_benchmark("behavior-1k")
     task = benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE))["chop_an_onion"]
     labels = []

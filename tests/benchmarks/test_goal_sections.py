@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -42,7 +42,7 @@ def find_section(section: GoalSection, question: str) -> str:
 
 
 def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
-    virtualhome_tasks: VirtualHomeTasks, data_store: Store
+    virtualhome_tasks: VirtualHomeTasks, data_store: DataPackStore
 ) -> None:
     """One published prompt states a relation twice."""
     section = find_benchmark("virtualhome").data.goal_sections[Ability.ACTION_SEQUENCING]
@@ -59,7 +59,7 @@ def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
 
 
 def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
-    virtualhome_tasks: VirtualHomeTasks, data_store: Store
+    virtualhome_tasks: VirtualHomeTasks, data_store: DataPackStore
 ) -> None:
     """In 21 published prompts, relations have the order of a Python set."""
     section = find_benchmark("virtualhome").data.goal_sections[Ability.SUBGOAL_DECOMPOSITION]
@@ -77,7 +77,7 @@ def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
 
 @pytest.mark.parametrize("model", PIPELINE_MODELS)
 def test_models_goals_reproduce_the_published_goal_sections(
-    model: str, oracle: Oracle, behavior_tasks: BehaviorTasks, data_store: Store
+    model: str, oracle: Oracle, behavior_tasks: BehaviorTasks, data_store: DataPackStore
 ) -> None:
     """The goals come from the authors' files, and from the model's answers.
 
@@ -151,7 +151,7 @@ def test_meaningless_entries_are_left_out_of_prompts(entry: object, behavior_tas
 @pytest.mark.parametrize("name", ["behavior", "virtualhome"])
 @pytest.mark.parametrize("ability", STAGE_TWO)
 def test_replacing_goals_leaves_the_rest_of_a_prompt_unchanged(
-    name: str, ability: Ability, data_store: Store
+    name: str, ability: Ability, data_store: DataPackStore
 ) -> None:
     """An unreadable answer gives an empty section."""
     benchmark = find_benchmark(name)
@@ -168,7 +168,9 @@ def test_replacing_goals_leaves_the_rest_of_a_prompt_unchanged(
         assert find_section(section, question.user) == section.write(beliefs[task_id])
 
 
-def test_our_prompts_state_the_believed_goals(behavior_tasks: BehaviorTasks, data_store: Store) -> None:
+def test_our_prompts_state_the_believed_goals(
+    behavior_tasks: BehaviorTasks, data_store: DataPackStore
+) -> None:
     """The example in the prompt keeps the goals that its answer reaches."""
     benchmark = find_benchmark("behavior")
     library = PromptLibrary("eai", None, Source(data_store))
@@ -189,7 +191,7 @@ def test_our_prompts_state_the_believed_goals(behavior_tasks: BehaviorTasks, dat
 
 
 def test_a_users_prompts_need_a_section_for_goals(
-    behavior_tasks: BehaviorTasks, data_store: Store, tmp_path: Path
+    behavior_tasks: BehaviorTasks, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     benchmark, ability = find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION
     beliefs = {JARS: make_belief("", behavior_tasks[JARS], benchmark)}

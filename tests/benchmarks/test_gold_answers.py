@@ -10,7 +10,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import (
     AnswerInParts,
     make_noisy_answer,
@@ -50,7 +50,7 @@ def test_noise_drops_repeats_swaps_and_replaces_parts() -> None:
 
 
 @pytest.mark.parametrize("suite", [PLANS, ("virtualhome", Ability.GOAL_INTERPRETATION)])
-def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -> None:
+def test_gold_answers_are_right(data_store: DataPackStore, suite: tuple[str, Ability]) -> None:
     domain, ability = suite
     book = answer_book(domain, ability, data_store)
     scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
@@ -101,7 +101,7 @@ def test_a_task_without_a_plan_has_no_planned_answer(
 
 
 @every(8)
-def test_the_planner_reaches_all_reachable_goals(data_store: Store, every: int) -> None:
+def test_the_planner_reaches_all_reachable_goals(data_store: DataPackStore, every: int) -> None:
     suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, source=Source(data_store))
     book = planned_book(suite.domain, suite.ability, data_store)
     chosen = suite.task_ids[::every]
@@ -111,7 +111,7 @@ def test_the_planner_reaches_all_reachable_goals(data_store: Store, every: int) 
 
 
 @pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
-def test_planned_answers_succeed_in_behavior(data_store: Store, ability: Ability) -> None:
+def test_planned_answers_succeed_in_behavior(data_store: DataPackStore, ability: Ability) -> None:
     suite = open_suite("behavior", ability, source=Source(data_store))
     book = planned_book("behavior", ability, data_store)
     assert tuple(book) == suite.task_ids
@@ -119,7 +119,9 @@ def test_planned_answers_succeed_in_behavior(data_store: Store, ability: Ability
 
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
-def test_gold_answers_have_the_tasks_and_order_of_their_suite(data_store: Store, ability: Ability) -> None:
+def test_gold_answers_have_the_tasks_and_order_of_their_suite(
+    data_store: DataPackStore, ability: Ability
+) -> None:
     suite = open_suite("behavior", ability, source=Source(data_store))
     book = answer_book("behavior", ability, data_store)
     assert tuple(book) == suite.task_ids == tuple(suite.benchmark.tasks_for(ability, suite.source))

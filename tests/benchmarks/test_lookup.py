@@ -10,7 +10,7 @@ from benchmarks.generator.worlds import HOUSEHOLDS, tasks
 from eai import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.copied_answers import SimilarTaskTable, open_answers_of_similar_tasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -111,7 +111,7 @@ def test_looked_up_subgoals_name_the_tasks_objects() -> None:
     assert compute_metric_rates(verdicts, suite.ability)["task_success"].numerator > len(verdicts) / 3
 
 
-def test_operators_are_looked_up_if_another_task_needs_them(data_store: Store) -> None:
+def test_operators_are_looked_up_if_another_task_needs_them(data_store: DataPackStore) -> None:
     source = Source(data_store)
     benchmark = find_benchmark("behavior")
     book = open_answers_of_similar_tasks(benchmark, Ability.TRANSITION_MODELING, source)
@@ -123,7 +123,7 @@ def test_operators_are_looked_up_if_another_task_needs_them(data_store: Store) -
     assert 1 in uses.values()
 
 
-def test_the_lookup_table_solves_most_public_tasks(data_store: Store) -> None:
+def test_the_lookup_table_solves_most_public_tasks(data_store: DataPackStore) -> None:
     suite = open_suite(find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING, source=Source(data_store))
     book = open_answers_of_similar_tasks(suite.benchmark, suite.ability, suite.source)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids]

@@ -11,7 +11,7 @@ import eai
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_gold_answers
-from eai.benchmarks.made_example import make_example
+from eai.benchmarks.made_example import make_example_task_for_prompts
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.goal_test import solves_task
@@ -72,7 +72,9 @@ def test_operators_of_other_tasks_are_not_shown() -> None:
 def test_the_plan_of_an_example_reaches_its_goal_and_solves_no_task() -> None:
     benchmark = toys()
     tasks = [*benchmark.tasks(USUAL_SOURCE).values()]
-    example = make_example(benchmark.domain, tasks, benchmark.wording(PROMPTED[0]).predicates)
+    example = make_example_task_for_prompts(
+        benchmark.domain, tasks, benchmark.wording(PROMPTED[0]).predicates
+    )
     assert example is not None
     assert len(example.script) == 2
     assert solves_task(benchmark.domain, example, example.script)
@@ -83,12 +85,14 @@ def test_the_plan_of_an_example_reaches_its_goal_and_solves_no_task() -> None:
 def test_without_a_plan_that_solves_no_task_there_is_no_example(taxis: Benchmark) -> None:
     """Each plan of at most two drives is the plan of a task, until one of the tasks is missing."""
     tasks = [*taxis.tasks(USUAL_SOURCE).values()]
-    assert make_example(taxis.domain, tasks, ["in"]) is None
+    assert make_example_task_for_prompts(taxis.domain, tasks, ["in"]) is None
     for task in tasks:
-        example = make_example(taxis.domain, [other for other in tasks if other is not task], ["in"])
+        example = make_example_task_for_prompts(
+            taxis.domain, [other for other in tasks if other is not task], ["in"]
+        )
         assert example is not None
         assert example.goals == task.goals
-    assert make_example(taxis.domain, [replace(tasks[0], relevant=())], ["in"]) is None
+    assert make_example_task_for_prompts(taxis.domain, [replace(tasks[0], relevant=())], ["in"]) is None
 
 
 def test_objects_are_listed_once_with_all_their_kinds(taxis: Benchmark) -> None:
@@ -104,11 +108,11 @@ def test_objects_are_listed_once_with_all_their_kinds(taxis: Benchmark) -> None:
 
 
 def test_a_public_benchmark_keeps_the_examples_of_its_data_set() -> None:
-    assert find_benchmark("virtualhome").has_declared_prompt_names is False
-    assert toys().has_declared_prompt_names
+    assert find_benchmark("virtualhome").has_names_in_prompts_from_declaration is False
+    assert toys().has_names_in_prompts_from_declaration
 
 
 def test_a_vocabulary_without_predicates_has_no_example() -> None:
     vocabulary = Vocabulary((Predicate("p", 0),))
     empty = eai.make_task("t", "Do nothing.", eai.world.Scene(vocabulary, {}).state([]), "p()")
-    assert make_example(eai.world.Domain("d", vocabulary, ()), [empty], ["p"]) is None
+    assert make_example_task_for_prompts(eai.world.Domain("d", vocabulary, ()), [empty], ["p"]) is None

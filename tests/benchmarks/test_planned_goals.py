@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import (
     make_noisy_answer,
@@ -47,7 +47,7 @@ def make_noisy_answers(benchmark: Benchmark, task_ids: list[str], source: Source
     [("behavior", 20, (5, 2, 0)), ("virtualhome", 12, (17, 10, 3)), *swept(("behavior", 8, (13, 6, 1)))],
 )
 def test_plans_succeed_if_the_stated_goals_entail_the_true_ones(
-    name: str, every: int, counts: tuple[int, int, int], data_store: Store
+    name: str, every: int, counts: tuple[int, int, int], data_store: DataPackStore
 ) -> None:
     """Other plans succeed only if the missing goals hold initially or are reached on the way."""
     benchmark, source = find_benchmark(name), Source(data_store)

@@ -7,7 +7,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.prompts.prompt import PromptSet
@@ -19,11 +19,11 @@ SUITE = (find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION)
 TASK = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
 
 
-def make_library(store: Store, folder: Path | None, prompts: PromptSet = "official") -> PromptLibrary:
+def make_library(store: DataPackStore, folder: Path | None, prompts: PromptSet = "official") -> PromptLibrary:
     return PromptLibrary(prompts, folder, Source(store))
 
 
-def test_a_users_files_replace_single_prompts(data_store: Store, tmp_path: Path) -> None:
+def test_a_users_files_replace_single_prompts(data_store: DataPackStore, tmp_path: Path) -> None:
     official = make_library(data_store, None).open(*SUITE)
     rows = [{"identifier": f"scene_1_{TASK}", "llm_prompt": "mine"}]
     (tmp_path / "behavior_subgoal_decomposition.json").write_text(json.dumps(rows))
@@ -36,13 +36,13 @@ def test_a_users_files_replace_single_prompts(data_store: Store, tmp_path: Path)
     assert make_library(data_store, tmp_path).open(find_benchmark("behavior"), Ability.ACTION_SEQUENCING)
 
 
-def test_a_users_templates_replace_single_templates(data_store: Store, tmp_path: Path) -> None:
+def test_a_users_templates_replace_single_templates(data_store: DataPackStore, tmp_path: Path) -> None:
     (tmp_path / "subgoal_decomposition.txt").write_text("Only this: $task")
     opened = make_library(data_store, tmp_path, "eai").open(*SUITE)
     assert opened[TASK].user.startswith("Only this: Task: assembling_gift_baskets")
 
 
-def test_unusable_prompt_files_are_an_error(data_store: Store, tmp_path: Path) -> None:
+def test_unusable_prompt_files_are_an_error(data_store: DataPackStore, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a folder of prompts"):
         make_library(data_store, tmp_path / "none").open(*SUITE)
     (tmp_path / "behavior_subgoal_decomposition.json").write_text('[{"identifier": "x", "llm_prompt": "?"}]')
@@ -53,7 +53,9 @@ def test_unusable_prompt_files_are_an_error(data_store: Store, tmp_path: Path) -
 @pytest.mark.parametrize(
     "name", ["behaviour_action_sequencing.json", "action_sequences.txt", "formats/x.txt", "a/example.txt"]
 )
-def test_a_file_that_replaces_nothing_is_an_error(data_store: Store, tmp_path: Path, name: str) -> None:
+def test_a_file_that_replaces_nothing_is_an_error(
+    data_store: DataPackStore, tmp_path: Path, name: str
+) -> None:
     """Otherwise a typing error in a name would silently change nothing."""
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
@@ -64,7 +66,9 @@ def test_a_file_that_replaces_nothing_is_an_error(data_store: Store, tmp_path: P
         make_library(data_store, tmp_path).open(*SUITE)
 
 
-def test_every_file_that_replaces_a_prompt_or_template_is_accepted(data_store: Store, tmp_path: Path) -> None:
+def test_every_file_that_replaces_a_prompt_or_template_is_accepted(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     for folder in {Path(name).parent for name in list_template_names()}:
         (tmp_path / folder).mkdir(exist_ok=True)
     (tmp_path / "formats/virtualhome_action_sequencing.txt").write_text("mine")

@@ -10,7 +10,7 @@ import pytest
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.published import (
@@ -33,7 +33,7 @@ def count_categories(tasks: TransitionTasks) -> dict[str, int]:
     return dict(counts)
 
 
-def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: Store) -> None:
+def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: DataPackStore) -> None:
     assert count_categories(open_virtualhome_transition_tasks(Source(data_store))) == {
         "object_states": 178,
         "object_affordance": 167,
@@ -43,7 +43,7 @@ def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: Store
     }
 
 
-def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: Store) -> None:
+def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: DataPackStore) -> None:
     assert count_categories(open_behavior_operator_tasks(Source(data_store))) == {
         "object_states": 45,
         "spatial_relations": 94,
@@ -51,7 +51,7 @@ def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: Store) -
     }
 
 
-def test_no_task_has_the_category_of_tools(data_store: Store) -> None:
+def test_no_task_has_the_category_of_tools(data_store: DataPackStore) -> None:
     tasks = open_virtualhome_transition_tasks(Source(data_store))
     assert PredicateCategory.OBJECT_TOOLS in next(iter(tasks.values())).domain.categories.values()
     assert all(PredicateCategory.OBJECT_TOOLS not in task.categories for task in tasks.values())
@@ -74,7 +74,7 @@ WITH_SYSTEM_MESSAGE = {
 
 
 @pytest.mark.parametrize(("suite", "count"), COUNTS.items())
-def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], count: int) -> None:
+def test_every_task_has_a_prompt(data_store: DataPackStore, suite: tuple[str, Ability], count: int) -> None:
     prompts = official_prompts(*suite, data_store)
     assert len(prompts) == count
     assert not any(task_id.startswith(SCENE_PREFIX) for task_id in prompts)
@@ -85,7 +85,7 @@ def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], 
 
 @pytest.mark.parametrize("suite", sorted(COUNTS.keys() - {GOAL_INTERPRETATION}))
 def test_published_prompts_are_unchanged_except_for_errata(
-    data_store: Store, suite: tuple[str, Ability]
+    data_store: DataPackStore, suite: tuple[str, Ability]
 ) -> None:
     domain, ability = suite
     pack = open_pack(PROMPTS, Source(data_store))
@@ -111,7 +111,9 @@ def read_requested_operators(question: str) -> dict[str, str]:
 
 @pytest.mark.parametrize("prompts", get_args(PromptSet))
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_questions_request_the_scored_operators(data_store: Store, name: str, prompts: PromptSet) -> None:
+def test_questions_request_the_scored_operators(
+    data_store: DataPackStore, name: str, prompts: PromptSet
+) -> None:
     ability = Ability.TRANSITION_MODELING
     source = Source(data_store, planner=PlannerChoice.NONE)
     questions = PromptLibrary(prompts, None, source).open(find_benchmark(name), ability)
@@ -128,7 +130,7 @@ def test_questions_request_the_scored_operators(data_store: Store, name: str, pr
 
 
 def test_questions_are_corrected_only_if_they_request_other_operators(
-    data_store: Store,
+    data_store: DataPackStore,
 ) -> None:
     shipped = open_pack(PROMPTS, Source(data_store)).read_json("behavior/transition_modeling.json")
     rows = json.loads(official_files(*OPERATORS, data_store).prompts)
@@ -145,12 +147,14 @@ def test_questions_are_corrected_only_if_they_request_other_operators(
 
 
 @pytest.mark.parametrize("suite", SUITES)
-def test_prompts_exist_for_exactly_the_scored_tasks(data_store: Store, suite: tuple[str, Ability]) -> None:
+def test_prompts_exist_for_exactly_the_scored_tasks(
+    data_store: DataPackStore, suite: tuple[str, Ability]
+) -> None:
     task_ids = open_suite(*suite, source=Source(data_store, planner=PlannerChoice.NONE)).task_ids
     assert sorted(official_prompts(*suite, data_store)) == sorted(task_ids)
 
 
-def test_rendered_goal_interpretation_prompts_equal_the_compared_ones(data_store: Store) -> None:
+def test_rendered_goal_interpretation_prompts_equal_the_compared_ones(data_store: DataPackStore) -> None:
     """All 342 prompts were compared with the reference's own output line by line.
 
     They differed only in the order of printed sets.

@@ -12,7 +12,7 @@ from by_path import ROOT
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.random_answers import open_random_answers, random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -66,7 +66,7 @@ def test_random_answers_to_any_benchmark_can_be_read(lamps: str, ability: Abilit
 
 
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_random_operators_are_valid_and_seldom_right(name: str, data_store: Store) -> None:
+def test_random_operators_are_valid_and_seldom_right(name: str, data_store: DataPackStore) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
     suite = open_suite(find_benchmark(name), Ability.TRANSITION_MODELING, source=source)
     answer = open_random_answers(suite.benchmark, suite.ability, source)
@@ -82,7 +82,7 @@ def test_random_operators_are_valid_and_seldom_right(name: str, data_store: Stor
     assert 0 < (compute_metric_rates(verdicts, suite.ability)["overall.f1"].percent or 0) < 10
 
 
-def test_a_random_plan_continues_after_executed_actions(data_store: Store) -> None:
+def test_a_random_plan_continues_after_executed_actions(data_store: DataPackStore) -> None:
     benchmark, source = find_benchmark("behavior"), Source(data_store)
     answer = open_random_answers(benchmark, PLANS, source)
     for task_id, task in list(benchmark.tasks(source).items())[:5]:
@@ -104,7 +104,7 @@ def test_a_random_plan_continues_after_executed_actions(data_store: Store) -> No
     ],
 )
 def test_random_plans_are_executable_and_seldom_reach_the_goal(
-    name: str, every: int, solved: int, of: int, data_store: Store
+    name: str, every: int, solved: int, of: int, data_store: DataPackStore
 ) -> None:
     suite = open_suite(find_benchmark(name), PLANS, source=Source(data_store))
     answer = open_random_answers(suite.benchmark, PLANS, suite.source)
@@ -115,7 +115,7 @@ def test_random_plans_are_executable_and_seldom_reach_the_goal(
 
 
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_random_goals_name_only_existing_things(name: str, data_store: Store) -> None:
+def test_random_goals_name_only_existing_things(name: str, data_store: DataPackStore) -> None:
     suite = open_suite(find_benchmark(name), Ability.GOAL_INTERPRETATION, source=Source(data_store))
     answer = open_random_answers(suite.benchmark, suite.ability, suite.source)
     for task_id in suite.task_ids[::10]:

@@ -17,11 +17,11 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.replanning_options import AttemptStart, ReplanningOptions
 from eai.abilities.trial import Trial
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import (
-    make_answer_heeding_feedback,
     make_noisy_answer,
-    yield_corrupted_then_repaired_answers,
+    make_noisy_answer_heeding_feedback,
+    yield_corrupted_answer_and_repaired_versions,
 )
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
@@ -45,11 +45,13 @@ ANSWER_FIELDS = {
 """Position of answers in a benchmark's files: the list, the id and the text of a row."""
 
 
-def open_plan_suite(name: str, store: Store, protocol: Protocol = Protocol.STRICT) -> Suite:
+def open_plan_suite(name: str, store: DataPackStore, protocol: Protocol = Protocol.STRICT) -> Suite:
     return open_suite(name, ACTIONS, protocol, source=Source(store))
 
 
-def open_published_trials(name: str, store: Store, experiment: ReplanningOptions) -> SuiteConversations:
+def open_published_trials(
+    name: str, store: DataPackStore, experiment: ReplanningOptions
+) -> SuiteConversations:
     """Return the trials of all tasks with the published prompts."""
     suite, library = open_plan_suite(name, store), PromptLibrary("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
@@ -72,7 +74,7 @@ def find_differing_verdicts(suite: Suite, answers: Iterable[tuple[str, str]]) ->
 @EACH_PROTOCOL
 @pytest.mark.parametrize("name", ANSWER_FIELDS)
 def test_an_attempt_has_the_verdict_of_a_single_answer(
-    name: str, protocol: Protocol, data_store: Store
+    name: str, protocol: Protocol, data_store: DataPackStore
 ) -> None:
     answers = made_answers(name, ACTIONS, data_store)
     suite = open_plan_suite(name, data_store, protocol).choose_suite_for_answers(
@@ -85,7 +87,7 @@ def test_an_attempt_has_the_verdict_of_a_single_answer(
 @EACH_PROTOCOL
 @pytest.mark.parametrize("name", ANSWER_FIELDS)
 def test_an_attempt_of_a_published_model_has_the_verdict_of_a_single_answer(
-    name: str, protocol: Protocol, data_store: Store, oracle: Oracle
+    name: str, protocol: Protocol, data_store: DataPackStore, oracle: Oracle
 ) -> None:
     rows, task_id, text = ANSWER_FIELDS[name]
     for number, file in enumerate(MODELS):
@@ -114,7 +116,7 @@ def with_ids() -> Mapping[PromptSet, bool]:
 
 @pytest.mark.parametrize("prompts", ["official", "eai"])
 def test_prompts_decide_whether_answers_are_read_with_ids(
-    prompts: PromptSet, protocol: Protocol, with_ids: Mapping[PromptSet, bool], data_store: Store
+    prompts: PromptSet, protocol: Protocol, with_ids: Mapping[PromptSet, bool], data_store: DataPackStore
 ) -> None:
     suite, library = (
         open_plan_suite("virtualhome", data_store, protocol),
@@ -148,7 +150,7 @@ def run_policy(
 
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 5), ("behavior", 1)])
 def test_a_model_that_follows_feedback_improves_only_with_feedback(
-    name: str, step: int, data_store: Store
+    name: str, step: int, data_store: DataPackStore
 ) -> None:
     """It repairs one corrupted part an attempt. Without feedback, its answer stays unchanged."""
     book, rate, seed = answer_book(name, ACTIONS, data_store), 0.1, "0 1"
@@ -166,14 +168,15 @@ def test_a_model_that_follows_feedback_improves_only_with_feedback(
 
         def follow_feedback(question: Prompt, attempt: int, task_id: str = task_id) -> str:
             text = question.user
-            return make_answer_heeding_feedback(
-                book, task_id, text, attempt, rate=rate, seed=seed, heed=1.0
+            return make_noisy_answer_heeding_feedback(
+                book, task_id, text, attempt, error_rate=rate, seed=seed, repair_probability=1.0
             ).text
 
         attempts = run_policy(trials, task_id, follow_feedback)
         versions = list(
             dict.fromkeys(
-                answer.text for answer in yield_corrupted_then_repaired_answers(book, task_id, rate, seed)
+                answer.text
+                for answer in yield_corrupted_answer_and_repaired_versions(book, task_id, rate, seed)
             )
         )
         versions += versions[-1:] * ATTEMPTS
@@ -204,7 +207,7 @@ class ResamplingModel:
         rate: probability that a part is corrupted.
     """
 
-    def __init__(self, suite: Suite, store: Store, rate: float) -> None:
+    def __init__(self, suite: Suite, store: DataPackStore, rate: float) -> None:
         self._suite = suite
         self._book = answer_book(suite.domain, ACTIONS, store)
         self._rate = rate
@@ -223,7 +226,9 @@ class ResamplingModel:
 
 
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 6), ("behavior", 2)])
-def test_resampling_succeeds_with_the_computed_probability(name: str, step: int, data_store: Store) -> None:
+def test_resampling_succeeds_with_the_computed_probability(
+    name: str, step: int, data_store: DataPackStore
+) -> None:
     """Success within k answers has probability 1 - (1 - s)^k, if one succeeds with probability s."""
     trials = open_published_trials(name, data_store, replace(EXPLAINED, feedback="none"))
     model, seeds = ResamplingModel(trials.suite, data_store, 0.1), 2
@@ -251,7 +256,9 @@ def test_resampling_succeeds_with_the_computed_probability(name: str, step: int,
 
 
 @pytest.mark.parametrize("world", get_args(AttemptStart))
-def test_questions_about_other_goals_do_not_change_verdicts(world: AttemptStart, data_store: Store) -> None:
+def test_questions_about_other_goals_do_not_change_verdicts(
+    world: AttemptStart, data_store: DataPackStore
+) -> None:
     trials = open_published_trials("behavior", data_store, replace(EXPLAINED, world=world))
     task_ids = trials.suite.task_ids[:6]
     book = answer_book("behavior", ACTIONS, data_store)

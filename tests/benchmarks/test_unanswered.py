@@ -9,7 +9,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import RAISED, ConfusionCounts
 from eai.agents.setting import ACTING
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.rate import Rate
@@ -30,7 +30,7 @@ _EXPECTED_LITERALS = {"precondition": ConfusionCounts(0, 0, 19), "effect": Confu
 
 @pytest.mark.parametrize(("domain", "ability", "protocol"), SUITES, ids=str)
 def test_a_task_without_an_answer_fails_without_an_error(
-    data_store: Store, domain: str, ability: Ability, protocol: Protocol
+    data_store: DataPackStore, domain: str, ability: Ability, protocol: Protocol
 ) -> None:
     suite = open_suite(domain, ability, protocol, source=Source(data_store, planner=PlannerChoice.NONE))
     verdicts = [suite.score_missing_answer(task_id) for task_id in suite.task_ids]
@@ -49,7 +49,9 @@ def test_a_task_without_an_answer_fails_without_an_error(
 
 
 @EACH_PROTOCOL
-def test_a_task_of_operators_without_an_answer_is_not_solved(data_store: Store, protocol: Protocol) -> None:
+def test_a_task_of_operators_without_an_answer_is_not_solved(
+    data_store: DataPackStore, protocol: Protocol
+) -> None:
     """The reference fills gaps with gold operators, so a readable empty answer would solve all problems."""
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite("behavior", Ability.TRANSITION_MODELING, protocol, source=source)
@@ -77,7 +79,7 @@ ODD_TEXTS = (
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 @pytest.mark.parametrize("ability", [*PAPER_ABILITIES, ACTING], ids=str)
 def test_no_text_changes_a_denominator_or_makes_a_scorer_raise(
-    data_store: Store, domain: str, ability: Ability
+    data_store: DataPackStore, domain: str, ability: Ability
 ) -> None:
     suite = open_suite(domain, ability, source=Source(data_store, planner=PlannerChoice.NONE))
     declared = get_declaration(ability)

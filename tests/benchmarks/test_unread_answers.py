@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.replanning_options import ReplanningOptions
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.trials import make_trial_record, replay_attempts_at_task
@@ -20,7 +20,7 @@ SUBGOALS = '{"output": ["open(fridge.97)"]}'
 OPERATORS = '{"output": "(:action grasp :parameters (?x - object) :precondition () :effect (holding ?x))"}'
 
 
-def suite_of(store: Store, benchmark: str, ability: str) -> Suite:
+def suite_of(store: DataPackStore, benchmark: str, ability: str) -> Suite:
     return open_suite(benchmark, Ability(ability), source=Source(store, planner=PlannerChoice.NONE))
 
 
@@ -39,7 +39,7 @@ def suite_of(store: Store, benchmark: str, ability: str) -> Suite:
     ],
 )
 def test_the_form_of_another_ability_is_recognized(
-    data_store: Store, benchmark: str, ability: str, text: str, form: str
+    data_store: DataPackStore, benchmark: str, ability: str, text: str, form: str
 ) -> None:
     suite = suite_of(data_store, benchmark, ability)
     assessment = suite.assess(suite.task_ids[0], text)
@@ -49,21 +49,21 @@ def test_the_form_of_another_ability_is_recognized(
 
 
 @pytest.mark.parametrize("ability", ["goal_interpretation", "subgoal_decomposition", "transition_modeling"])
-def test_every_ability_names_the_cause(data_store: Store, ability: str) -> None:
+def test_every_ability_names_the_cause(data_store: DataPackStore, ability: str) -> None:
     suite = suite_of(data_store, "virtualhome", ability)
     verdict = suite.score(suite.task_ids[0], "I'm sorry, but I can't help with that.")
     assert verdict.error is not None
     assert (verdict.error.kind.value, verdict.error.check) == ("parsing", "refusal")
 
 
-def test_a_readable_answer_with_an_error_has_no_cause(data_store: Store) -> None:
+def test_a_readable_answer_with_an_error_has_no_cause(data_store: DataPackStore) -> None:
     suite = suite_of(data_store, "behavior", "action_sequencing")
     verdict = suite.score(suite.task_ids[0], '[{"action": "FLY", "object": "fridge_97"}]')
     assert verdict.error is not None
     assert verdict.error.check == "unknown_action"
 
 
-def test_each_attempt_at_a_task_has_its_cause(data_store: Store) -> None:
+def test_each_attempt_at_a_task_has_its_cause(data_store: DataPackStore) -> None:
     suite = suite_of(data_store, "behavior", "action_sequencing")
     options, task_id = ReplanningOptions(replans=1), suite.task_ids[0]
     texts = ["I'm sorry, but I can't help with that.", "The robot opens the fridge."]

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.agents.rewards import TrlReward, compute_score, extract_answer
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -30,7 +30,7 @@ PLAN = (
 TASK = f"virtualhome/action_sequencing/{WASHING}"
 
 
-def score(store: Store, name: str, ability: Ability, task_id: str, text: str) -> Verdict:
+def score(store: DataPackStore, name: str, ability: Ability, task_id: str, text: str) -> Verdict:
     source = Source(store, planner=PlannerChoice.NONE)
     return open_suite(name, ability, source=source).score(task_id, text)
 
@@ -62,7 +62,7 @@ def score(store: Store, name: str, ability: Ability, task_id: str, text: str) ->
         ),
     ],
 )
-def test_an_incomplete_plan_is_a_parsing_error(data_store: Store, text: str, reason: str) -> None:
+def test_an_incomplete_plan_is_a_parsing_error(data_store: DataPackStore, text: str, reason: str) -> None:
     verdict = score(data_store, "virtualhome", PLANS, WASHING, text)
     assert verdict.error is not None
     assert verdict.error.kind.value == "parsing"
@@ -132,14 +132,14 @@ def test_an_incomplete_plan_is_a_parsing_error(data_store: Store, text: str, rea
     ],
 )
 def test_an_answer_in_another_form_is_read_completely(
-    data_store: Store, name: str, ability: Ability, task_id: str, text: str, repairs: tuple[str, ...]
+    data_store: DataPackStore, name: str, ability: Ability, task_id: str, text: str, repairs: tuple[str, ...]
 ) -> None:
     verdict = score(data_store, name, ability, task_id, text)
     assert verdict.error is None
     assert verdict.repairs == repairs
 
 
-def test_a_misspelt_section_of_goals_is_read_or_named_in_the_error(data_store: Store) -> None:
+def test_a_misspelt_section_of_goals_is_read_or_named_in_the_error(data_store: DataPackStore) -> None:
     goal = '[{"name": "washing_machine", "state": "ON"}]'
     right = score(data_store, "virtualhome", GOALS, WASHING, f'{{"node goals": {goal}}}')
     assert (
@@ -181,7 +181,9 @@ def test_a_pddl_plan_is_read_line_by_line(
 
 
 @pytest.mark.parametrize("text", [f"<think>I could do {PLAN}", f"{PLAN}\n<think>or not</think>", PLAN])
-def test_scores_and_rewards_of_trainers_use_the_same_answer_text(data_store: Store, text: str) -> None:
+def test_scores_and_rewards_of_trainers_use_the_same_answer_text(
+    data_store: DataPackStore, text: str
+) -> None:
     reference = TaskReference.parse(TASK)
     paid = open_reward(reference, "progress").grade(reference.task_id, text).value
     assert TrlReward("progress")(completions=[text], task=[TASK]) == [paid]

@@ -9,7 +9,7 @@ import pytest
 
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
@@ -56,7 +56,7 @@ def test_analyses_have_the_same_bytes_each_time(eai: Command, tmp_path: Path, na
 
 
 def test_operators_are_tried_and_written_with_the_same_bytes(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     """Gold operators, but that the second model has none: what is asked for and not written breaks plans."""
     ability = Ability.TRANSITION_MODELING
@@ -164,7 +164,9 @@ def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path) -> None:
     assert "no such file; eai report writes explorer.html" in refused.err
 
 
-def test_a_pipeline_is_set_against_the_ability_alone(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_a_pipeline_is_set_against_the_ability_alone(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     """With right goals and with none; a perfect second stage reaches what it is told, and no more."""
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
     books, toys = (

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 
 @pytest.fixture
@@ -22,12 +22,14 @@ def offline(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("activity_store")
-def test_fetching_what_is_there_says_so(eai: Command, data_store: Store) -> None:
+def test_fetching_what_is_there_says_so(eai: Command, data_store: DataPackStore) -> None:
     outcome = eai("data", "fetch", "--data", data_store.folder)
     assert outcome == (0, f"everything is there already ({data_store.folder})\n", "")
 
 
-def test_info_says_where_the_data_is_and_what_it_is_made_from(eai: Command, data_store: Store) -> None:
+def test_info_says_where_the_data_is_and_what_it_is_made_from(
+    eai: Command, data_store: DataPackStore
+) -> None:
     out = eai("data", "info", "--data", data_store.folder).out
     assert f"folder: {data_store.folder}" in out
     assert "eai-eval==1.0.5" in out
@@ -35,7 +37,7 @@ def test_info_says_where_the_data_is_and_what_it_is_made_from(eai: Command, data
 
 
 def test_info_is_not_cut_where_there_is_little_room(
-    eai: Command, data_store: Store, monkeypatch: pytest.MonkeyPatch
+    eai: Command, data_store: DataPackStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     out = eai("data", "info", "--data", data_store.folder).out
@@ -53,7 +55,7 @@ def test_info_says_in_full_what_to_do_about_data_that_is_not_there(
     assert f"{tmp_path / 'virtualhome.1.zip'}: no such data; run `eai data fetch`" in out
 
 
-def test_stats_prints_the_papers_counts(eai: Command, data_store: Store) -> None:
+def test_stats_prints_the_papers_counts(eai: Command, data_store: DataPackStore) -> None:
     outcome = eai("data", "stats", "--data", data_store.folder)
     assert outcome.status == 0
     assert all(figure in outcome.out for figure in ("801", "340", "299", "162"))
@@ -62,7 +64,7 @@ def test_stats_prints_the_papers_counts(eai: Command, data_store: Store) -> None
 
 
 def test_stats_of_one_benchmark_with_its_tasks_and_distributions(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     pytest.importorskip("matplotlib")
     options = ("--by-task", "--distributions", "--out", tmp_path, "--data", data_store.folder)
@@ -81,7 +83,7 @@ def test_stats_of_one_benchmark_with_its_tasks_and_distributions(
     assert "cannot be written" in outcome.err
 
 
-def test_validate_finds_nothing_wrong(eai: Command, data_store: Store) -> None:
+def test_validate_finds_nothing_wrong(eai: Command, data_store: DataPackStore) -> None:
     outcome = eai("data", "info", "--check", "--data", data_store.folder)
     assert outcome == (0, "the data set is as published\n", "")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.cli import demo
 from processes import eai as in_own_process
 
@@ -24,7 +24,7 @@ def test_it_says_at_once_what_it_does_and_ends_with_what_to_do_next(
 
 
 def test_a_command_that_ends_with_an_error_ends_the_demo(
-    eai: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, data_store: Store
+    eai: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, data_store: DataPackStore
 ) -> None:
     monkeypatch.setattr(demo, "_EXPLAINED", "nowhere 616_1")
     monkeypatch.setattr(demo, "_TASKS", "none")
@@ -34,7 +34,7 @@ def test_a_command_that_ends_with_an_error_ends_the_demo(
 
 
 @pytest.mark.sweep
-def test_it_explains_an_answer_that_failed(data_store: Store, tmp_path: Path) -> None:
+def test_it_explains_an_answer_that_failed(data_store: DataPackStore, tmp_path: Path) -> None:
     done = in_own_process("demo", "--out", tmp_path / "demo")
     assert done.status == 0, done.err
     explained = done.out.split("Why an answer failed:")[1]

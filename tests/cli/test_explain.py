@@ -9,7 +9,7 @@ import pytest
 
 from by_path import ROOT
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from processes import eai as run_eai
 
 HERE = ("--domain", "virtualhome", "--ability", "action_sequencing")
@@ -21,7 +21,7 @@ ANSWERS = {
 
 
 @pytest.fixture(autouse=True)
-def scored(eai: Command, data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def scored(eai: Command, data_store: DataPackStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The answers, scored into the folder `out` of an empty folder to work in."""
     monkeypatch.setenv("EAI_DATA_DIR", str(data_store.folder))
     monkeypatch.chdir(tmp_path)
@@ -199,7 +199,9 @@ def test_what_is_not_there_comes_with_what_is_near(
     assert outcome.err.endswith(f"{hint}\n")
 
 
-def test_one_household_is_at_hand_without_the_other(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_one_household_is_at_hand_without_the_other(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     """The first command fetches VirtualHome alone, and its answers are explained in full."""
     kept = [file for file in data_store.folder.glob("*.zip") if not file.name.startswith("behavior.")]
     (tmp_path / "store").mkdir()
@@ -209,14 +211,14 @@ def test_one_household_is_at_hand_without_the_other(eai: Command, data_store: St
     assert "the data set's plan (14 steps)" in done.out
 
 
-def test_the_data_set_says_what_it_knows_where_it_is_at_hand(eai: Command, data_store: Store) -> None:
+def test_the_data_set_says_what_it_knows_where_it_is_at_hand(eai: Command, data_store: DataPackStore) -> None:
     lines = eai("explain", "out", "27_2", "--data", data_store.folder).out.splitlines()
     assert lines[1].startswith("  Walk to the kitchen and find the basket of clothes.")
     assert "the data set's plan (14 steps)" in lines
     assert "  1 WALK(dining_room.201)" in [line.rstrip() for line in lines]
 
 
-def test_steps_that_were_not_tried_any_more_are_told(eai: Command, data_store: Store) -> None:
+def test_steps_that_were_not_tried_any_more_are_told(eai: Command, data_store: DataPackStore) -> None:
     answer = '{"WALK": ["soap"], "PUTIN": ["soap", "washing_machine"], "OPEN": ["washing_machine"]}'
     Path("n_outputs.json").write_text(json.dumps([{"identifier": "27_2", "llm_output": answer}]))
     here = ("--data", data_store.folder)
@@ -225,7 +227,7 @@ def test_steps_that_were_not_tried_any_more_are_told(eai: Command, data_store: S
     assert re.search(r"  2 PUTIN.* missing_step: .*\n  3 OPEN\(washing_machine.1001\) +not tried", shown)
 
 
-def test_no_step_of_an_unreadable_answer_is_called_not_tried(eai: Command, data_store: Store) -> None:
+def test_no_step_of_an_unreadable_answer_is_called_not_tried(eai: Command, data_store: DataPackStore) -> None:
     answer = '{"WALK": ["soap"]}\nOPEN washing_machine'
     Path("n_outputs.json").write_text(json.dumps([{"identifier": "27_2", "llm_output": answer}]))
     here = ("--data", data_store.folder)
@@ -242,7 +244,7 @@ def test_what_holds_both_ways_is_told_once(eai: Command) -> None:
 
 
 def test_the_readme_shows_what_the_command_prints(
-    eai: Command, data_store: Store, monkeypatch: pytest.MonkeyPatch
+    eai: Command, data_store: DataPackStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = (ROOT / "README.md").read_text(encoding="utf-8")
     answers, shown = (
@@ -256,7 +258,7 @@ def test_the_readme_shows_what_the_command_prints(
     assert shown in "\n".join(lines) + "\n"
 
 
-def test_the_readme_shows_what_a_run_prints(data_store: Store, tmp_path: Path) -> None:
+def test_the_readme_shows_what_a_run_prints(data_store: DataPackStore, tmp_path: Path) -> None:
     page = (ROOT / "README.md").read_text(encoding="utf-8")
     pattern = r"^\$ eai (run [^\n]*)\n```\n\n```text\n(.*?)^```$"
     command, shown = re.findall(pattern, page, re.MULTILINE | re.DOTALL)[0]
@@ -265,7 +267,7 @@ def test_the_readme_shows_what_a_run_prints(data_store: Store, tmp_path: Path) -
 
 
 def test_an_answer_and_a_model_with_odd_characters_are_shown_as_their_escapes(
-    eai: Command, data_store: Store
+    eai: Command, data_store: DataPackStore
 ) -> None:
     here = ("--data", data_store.folder)
     name = "=m\x1b[2J[red]_outputs.json"

@@ -10,7 +10,7 @@ import eai as library
 from by_path import ROOT
 from command_line import Command
 from eai.abilities.attempt import AnswerUsage
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.epochs import ModelAnswers, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.trials import Answer
@@ -24,7 +24,7 @@ def read(path: Path) -> list[dict[str, Any]]:
 
 
 @pytest.fixture
-def records(data_store: Store, tmp_path: Path) -> Path:
+def records(data_store: DataPackStore, tmp_path: Path) -> Path:
     """Right answers to five tasks, the same from another model, and ones that stop half way."""
     suite = library.open("behavior", "action_sequencing")
     task_ids = suite.task_ids[:5]
@@ -53,7 +53,9 @@ def records(data_store: Store, tmp_path: Path) -> Path:
     return tmp_path / "runs"
 
 
-def test_prompts_say_what_each_trainer_asks_for(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_prompts_say_what_each_trainer_asks_for(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     wanted = ("--domain", "virtualhome", *SUITE, "--out", tmp_path / "train.jsonl")
     assert "437 rows written to" in eai("export", "prompts", *wanted).out
     rows = read(tmp_path / "train.jsonl")
@@ -185,7 +187,9 @@ def test_episodes_of_acting_are_left_out_and_the_other_answers_are_not(
     assert "left out: 100 records of an ability whose verdicts do not say" in done.out
 
 
-def test_nothing_is_left_behind_where_it_fails(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_nothing_is_left_behind_where_it_fails(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     done = eai(
         "export", "prompts", "--domain", "behavior", "--domain", "mars", "--out", tmp_path / "a" / "p.jsonl"
     )

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from processes import Outcome
 from studies.report.samples import action_run, goal_run, write_runs
 
@@ -118,12 +118,12 @@ def must_name_the_extra(command: str, extra: str, place: Path) -> None:
 
 @pytest.mark.parametrize(("command", "extra"), NEEDED.items())
 def test_a_missing_extra_is_one_line_that_names_it(
-    command: str, extra: str, place: Path, data_store: Store
+    command: str, extra: str, place: Path, data_store: DataPackStore
 ) -> None:
     must_name_the_extra(command, extra, place)
 
 
 @pytest.mark.parametrize(("command", "note"), SPARED.items())
-def test_what_can_do_without_does(command: str, note: str, place: Path, data_store: Store) -> None:
+def test_what_can_do_without_does(command: str, note: str, place: Path, data_store: DataPackStore) -> None:
     outcome = bare(command, place)
     assert (outcome.status, PROGRESS.sub("", outcome.err)) == (0, note)

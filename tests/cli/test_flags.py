@@ -10,7 +10,7 @@ import typer
 
 from by_path import ROOT
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.cli import app
 from eai.run.spec import get_default_text_by_option
 from processes import eai as run_eai
@@ -52,7 +52,7 @@ def test_a_setting_that_is_none_is_refused(setting: str, message: str, eai: Comm
     assert done.err.startswith(f"eai: {message}")
 
 
-def test_a_run_is_repeated_from_its_file(data_store: Store, tmp_path: Path) -> None:
+def test_a_run_is_repeated_from_its_file(data_store: DataPackStore, tmp_path: Path) -> None:
     """Nothing is asked again, flags replace what the file says, and another run has a file of its own."""
     named = (
         "--model",

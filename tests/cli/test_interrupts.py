@@ -15,7 +15,7 @@ import pytest
 
 from counted_planner import CountedPlanner
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.pddl.fast_downward import FastDownward
 from processes import Command, wait_until, working_in
 from run.hindrances import search_forever
@@ -32,7 +32,7 @@ _SECONDS_TO_END = 10
 @pytest.mark.parametrize("workers", [1, 3])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_nothing_outlives_scoring_that_ends_early(
-    data_store: Store,
+    data_store: DataPackStore,
     tmp_path: Path,
     tmp_path_factory: pytest.TempPathFactory,
     number: signal.Signals,
@@ -82,7 +82,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     [(signal.SIGINT, 1, 1), (signal.SIGTERM, 1, 2), (signal.SIGKILL, 2, 1)],
 )
 def test_scoring_goes_on_after_an_interrupt_to_the_same_files(
-    data_store: Store,
+    data_store: DataPackStore,
     tmp_path: Path,
     tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
@@ -135,7 +135,7 @@ def test_scoring_goes_on_after_an_interrupt_to_the_same_files(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_is_interrupted_while_the_built_in_planner_searches(
-    data_store: Store, tmp_path: Path, number: signal.Signals
+    data_store: DataPackStore, tmp_path: Path, number: signal.Signals
 ) -> None:
     arguments = (
         "run --model eai/planner --domain virtualhome --ability action_sequencing --tasks 27_2 --quiet"
@@ -153,7 +153,10 @@ def test_a_run_is_interrupted_while_the_built_in_planner_searches(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_workers_that_generate_end_quickly_and_their_tasks_are_written(
-    data_store: Store, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, number: signal.Signals
+    data_store: DataPackStore,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    number: signal.Signals,
 ) -> None:
     scratch = tmp_path_factory.mktemp("s")  # a short path, because sockets lie in it
     folders, errors = [tmp_path / name for name in ("ended", "again")], tmp_path / "errors"

@@ -14,7 +14,7 @@ import typer
 
 from by_path import ROOT
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.cli import app
 
 FOLDER = ROOT / "examples" / "lamps"
@@ -66,7 +66,7 @@ def test_what_is_written_is_told(arguments: tuple[str, ...], eai: Command) -> No
     assert MADE[arguments].items() <= json.loads(outcome.out).items()
 
 
-def test_the_data_set_that_is_there_is_told(eai: Command, data_store: Store) -> None:
+def test_the_data_set_that_is_there_is_told(eai: Command, data_store: DataPackStore) -> None:
     told = json.loads(eai("data", "fetch", "--data", data_store.folder, "--json").out)
     assert told == {"folder": str(data_store.folder), "made": []}
 

@@ -10,7 +10,7 @@ import pytest
 
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from protocols import EACH_PROTOCOL
 from suites import answer_book
 
@@ -18,7 +18,7 @@ SUITE = ("--domain", "behavior", "--ability", "action_sequencing", "--no-explana
 
 
 @pytest.fixture(autouse=True)
-def folder(data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(data_store: DataPackStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder to work in, with the answers of two models, one of which has not answered everything."""
     monkeypatch.setenv("EAI_DATA_DIR", str(data_store.folder))
     monkeypatch.chdir(tmp_path)

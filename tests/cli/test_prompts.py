@@ -5,13 +5,15 @@ from pathlib import Path
 
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from suites import official_files
 
 NAMED = ("--domain", "behavior", "--ability", "subgoal_decomposition")
 
 
-def test_official_prompts_are_written_byte_for_byte(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_official_prompts_are_written_byte_for_byte(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     done = eai("export", "prompts", *NAMED, "--out", tmp_path / "new" / "prompts.json")
     files = official_files("behavior", Ability.SUBGOAL_DECOMPOSITION, data_store)
     assert done.status == 0
@@ -20,7 +22,7 @@ def test_official_prompts_are_written_byte_for_byte(eai: Command, data_store: St
     assert str(tmp_path / "new" / "prompts_system.json") in done.out
 
 
-def test_other_prompts_have_the_same_shape(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_other_prompts_have_the_same_shape(eai: Command, data_store: DataPackStore, tmp_path: Path) -> None:
     (tmp_path / "action_sequencing.txt").write_text("Mine: $task")
     arguments = ("--domain", "behavior", "--ability", "action_sequencing", "--out", tmp_path / "p.json")
     assert eai("export", "prompts", *arguments, "--set", "eai", "--prompts", tmp_path).status == 0
@@ -31,7 +33,9 @@ def test_other_prompts_have_the_same_shape(eai: Command, data_store: Store, tmp_
     assert not (tmp_path / "p_system.json").exists()
 
 
-def test_a_folder_that_cannot_be_written_is_named(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_named(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     (tmp_path / "file").touch()
     done = eai("export", "prompts", *NAMED, "--out", tmp_path / "file" / "p.json")
     assert done.status == 2
@@ -50,7 +54,7 @@ def write_goals(folder: Path) -> None:
 
 
 def test_prompts_of_a_pipeline_state_the_goals_of_answers(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     write_goals(tmp_path)
     done = eai("export", "prompts", *NAMED, "--goals", tmp_path, "--out", tmp_path / "p.json")

@@ -11,7 +11,7 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.cli.run import _merge_similar_failures
 from processes import Outcome, eai
 from run.server import Reply, serve
@@ -23,7 +23,7 @@ SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 NAMED = ("--domain", "virtualhome", "--ability", "action_sequencing")
 
 
-def test_results_of_a_run(data_store: Store, tmp_path: Path) -> None:
+def test_results_of_a_run(data_store: DataPackStore, tmp_path: Path) -> None:
     run = eai(
         "run",
         "--model",
@@ -64,7 +64,7 @@ def test_results_of_a_run(data_store: Store, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("allow_missing", [False, *swept(True)])
 def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
-    data_store: Store, tmp_path: Path, allow_missing: bool
+    data_store: DataPackStore, tmp_path: Path, allow_missing: bool
 ) -> None:
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:4])
     gold = answer_book(*SUITE, data_store)
@@ -125,7 +125,7 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
 
 
 def test_nothing_is_asked_if_a_task_does_not_fit_into_the_context_unless_such_tasks_are_left_out(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     prompts = dict(list(official_prompts("behavior", Ability.GOAL_INTERPRETATION, data_store).items())[:4])
     script = {prompt.user: [Reply("{}")] for prompt in prompts.values()}
@@ -162,7 +162,9 @@ def test_reasons_that_differ_only_in_numbers_are_reported_once() -> None:
 
 
 @sweep
-def test_replayed_answers_are_scored_as_the_file_they_are_from(data_store: Store, tmp_path: Path) -> None:
+def test_replayed_answers_are_scored_as_the_file_they_are_from(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     gold = answer_book(*SUITE, data_store)
     tasks = list(official_prompts(*SUITE, data_store))[:3]
     rows = [{"identifier": task_id, "llm_output": gold[task_id].text} for task_id in tasks]
@@ -214,7 +216,7 @@ def test_quiet_runs_print_nothing_and_colour_can_be_turned_off(tmp_path: Path) -
     assert not colour.search(plain.err + plain.out)
 
 
-def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Path) -> None:
+def test_all_suites_are_run_without_being_named(data_store: DataPackStore, tmp_path: Path) -> None:
     run = eai("run", "--model", "eai/oracle", "--planner", "built_in", "--limit", 1, "--out", tmp_path)
     assert run.status == 0, run.err
     assert run.out.count(": eai/oracle, 1/") == 8
@@ -225,7 +227,7 @@ def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Pat
     assert run.out.count("1 answer, ") == 8
 
 
-def test_a_built_in_model_skips_what_it_has_no_answer_to(data_store: Store, tmp_path: Path) -> None:
+def test_a_built_in_model_skips_what_it_has_no_answer_to(data_store: DataPackStore, tmp_path: Path) -> None:
     asked = ("--domain", "virtualhome", "--limit", 1, "--quiet", "--out", tmp_path)
     run = eai("run", "--model", "eai/planner", "--planner", "none", *asked)
     assert (run.status, run.err) == (
@@ -270,7 +272,7 @@ def test_a_planner_without_a_plan_does_not_answer(tmp_path: Path, model: str, ab
     assert records["open"]["unanswered"] is None
 
 
-def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: Store, tmp_path: Path) -> None:
+def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: DataPackStore, tmp_path: Path) -> None:
     named = ("--tasks", "27_2", "--planner", "none", "--json", "--out", tmp_path)
     run = eai("run", "--model", "eai/oracle", *named)
     assert run.status == 0, run.err
@@ -331,7 +333,7 @@ def records_in(folder: Path) -> list[dict[str, Any]]:
 
 
 @sweep
-def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> None:
+def test_a_pipeline_is_two_jobs_in_a_row(data_store: DataPackStore, tmp_path: Path) -> None:
     """Who answers right whatever is asked answers as well with interpreted goals, row by row."""
     oracle = ("run", "--model", "eai/oracle", "--domain", "behavior", "--limit", 3, "--out", tmp_path)
     abilities = ("--ability", "action_sequencing", "--ability", "subgoal_decomposition")
@@ -364,7 +366,7 @@ def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> N
     assert after == before
 
 
-def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_path: Path) -> None:
+def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: DataPackStore, tmp_path: Path) -> None:
     """One task has right goals, one none that can be read, one no answer: it is not asked, and failed."""
     gold = answer_book("virtualhome", Ability.GOAL_INTERPRETATION, data_store)
     right, unreadable, missing = list(official_prompts(*SUITE, data_store))[:3]

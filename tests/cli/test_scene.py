@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.codec import read_study_summary, record_from_json
 from eai.studies.perception.verdict import PerceptionErrors
 from processes import eai as run_eai
@@ -30,7 +30,9 @@ def lines_of(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 
-def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_a_noisy_scene_is_told_counted_and_analysed(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     noise = with_options("scene=noisy", "noise.missing=0.3", "noise.seed=1")
     assert run_eai(*HOW, *PLANS, *noise, "--out", tmp_path).status == 0
     folder = tmp_path / "behavior" / "action_sequencing" / "eai_planner" / "scene-noisy-missing-0.3-seed-1"
@@ -104,7 +106,7 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
     ],
 )
 def test_what_makes_no_sense_is_said_in_one_line(
-    options: tuple[str, ...], why: str, eai: Command, data_store: Store, tmp_path: Path
+    options: tuple[str, ...], why: str, eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     done = eai(*HOW, "eai/planner", *options, "--out", tmp_path)
     assert done.status == 2

@@ -15,7 +15,7 @@ import pytest
 from command_line import Command
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.files import lock_run_folder
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.virtualhome.records import open_records
 from eai.pddl.fast_downward import FastDownward
 from eai.tasks.source import Source
@@ -37,7 +37,7 @@ main()
 
 
 @pytest.fixture(autouse=True)
-def folder(data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(data_store: DataPackStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder to work in, with the data set at hand."""
     monkeypatch.setenv("EAI_DATA_DIR", str(data_store.folder))
     monkeypatch.chdir(tmp_path)
@@ -51,7 +51,7 @@ def write(answers: object, name: str = "m_outputs.json") -> Path:
     return Path(name)
 
 
-def responses(store: Store) -> list[Mapping[str, str]]:
+def responses(store: DataPackStore) -> list[Mapping[str, str]]:
     """Return an answer to each task."""
     answers = made_answers("virtualhome", Ability.ACTION_SEQUENCING, store)
     return [{"identifier": task_id, "llm_output": text} for task_id, text in answers]
@@ -105,7 +105,7 @@ def in_statistics() -> int:
 
 
 def test_a_task_without_an_answer_counts_as_failed_and_is_told(
-    eai: Command, data_store: Store, protocol: str, in_statistics: int
+    eai: Command, data_store: DataPackStore, protocol: str, in_statistics: int
 ) -> None:
     gold = answer_book("virtualhome", Ability.ACTION_SEQUENCING, data_store)
     tasks = list(open_records(Source(data_store)))
@@ -138,7 +138,7 @@ def test_a_task_without_an_answer_counts_as_failed_and_is_told(
     assert len(left_out) == part["coverage"]["left_out"] == whole["coverage"]["counted_as_failures"]
 
 
-def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, data_store: Store) -> None:
+def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, data_store: DataPackStore) -> None:
     outcome = eai("score", write(responses(data_store)), *HERE, "--out", "out")
     assert (outcome.status, outcome.err) == (0, "")
     assert "342/342 answered" in outcome.out
@@ -153,7 +153,7 @@ def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, data_store:
     }
 
 
-def test_records_are_in_the_order_of_the_data_set(eai: Command, data_store: Store) -> None:
+def test_records_are_in_the_order_of_the_data_set(eai: Command, data_store: DataPackStore) -> None:
     answers = responses(data_store)
     assert eai("score", write(answers[::-1]), *HERE, "--out", "out").status == 0
     assert [record["task_id"] for record in records()] == [answer["identifier"] for answer in answers]
@@ -162,7 +162,7 @@ def test_records_are_in_the_order_of_the_data_set(eai: Command, data_store: Stor
 @EACH_PROTOCOL
 @pytest.mark.parametrize("explanations", ["--explanations", "--no-explanations"])
 def test_any_number_of_workers_writes_the_same_bytes(
-    eai: Command, data_store: Store, protocol: str, explanations: str
+    eai: Command, data_store: DataPackStore, protocol: str, explanations: str
 ) -> None:
     file = write(responses(data_store))
     for workers in (1, 2):
@@ -474,7 +474,7 @@ def test_help_shows_an_example(eai: Command) -> None:
 @EACH_PROTOCOL
 @pytest.mark.parametrize("workers", [1, 2])
 def test_extreme_answers_are_counted_and_none_is_lost(
-    eai: Command, data_store: Store, protocol: str, workers: int
+    eai: Command, data_store: DataPackStore, protocol: str, workers: int
 ) -> None:
     texts = ["\0" * 1000, "\udfff\ud800", "[" * 100_000 + "]" * 100_000, "[" * 900 + "]" * 900, ""]
     others = (task for task in open_records(Source(data_store)) if task != "11_1")

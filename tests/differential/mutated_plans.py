@@ -69,12 +69,16 @@ def virtualhome_plan(dice: Dice, task: VirtualHomeTask) -> str:
 
 @cache
 def _virtualhome_arities() -> Mapping[str, int]:
-    return virtualhome.make_domain_in_reference_order().operator_arities
+    return virtualhome.make_domain_with_checks_in_reference_order().operator_arities
 
 
 @cache
 def _behavior_arities() -> Mapping[str, int]:
-    return {**behavior.make_domain_in_reference_order().operator_arities, "NAVIGATE_TO": 1, "BURN": 1}
+    return {
+        **behavior.make_domain_with_checks_in_reference_order().operator_arities,
+        "NAVIGATE_TO": 1,
+        "BURN": 1,
+    }
 
 
 def _named(task: VirtualHomeTask, index: int) -> tuple[str, str]:

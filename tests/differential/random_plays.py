@@ -39,7 +39,7 @@ from eai.agents.play import EpisodeFactory, RecordedGame
 from eai.agents.rules import STANDARD as RULES
 from eai.agents.server import make_mcp_server
 from eai.agents.setting import ACTING, AGENT_SETTING_FIELD, STANDARD
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.run.acting import offer_task_tools, read_episode_text
@@ -123,7 +123,7 @@ def as_plan(play: RecordedGame, faults: Sequence[str | None]) -> tuple[list[Acti
     actions, turns, late = [], [], play.ended == "steps"
     everything = range(len(play.task.scene.objects))
     for number, turn in enumerate(play.turns[: len(play.turns) - late]):
-        meant, _ = play.setup.commands.read_command(turn.said, everything, may_end=True)
+        meant, _ = play.setup.commands.read_command_and_repairs(turn.said, everything, may_end_episode=True)
         if turn.said in (LOOK, DONE):
             continue
         if not isinstance(meant, Action) or faults[number] == "hallucination":
@@ -134,7 +134,7 @@ def as_plan(play: RecordedGame, faults: Sequence[str | None]) -> tuple[list[Acti
 
 
 def compare_plan(
-    check: Check, place: object, plans: Suite, play: RecordedGame, verdict: ActingVerdict
+    check: Check, place: object, plans: Suite, play: RecordedGame, verdict: EpisodeVerdict
 ) -> None:
     """Compare an episode with the plan of its actions."""
     faults = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
@@ -164,7 +164,7 @@ def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) ->
         if number < plays:
             observed, faults = through_gymnasium(environment, play)
             check.same("gymnasium: observations", place, observed, told)
-            verdict = cast("ActingVerdict", suite.score(play.task.id, text))
+            verdict = cast("EpisodeVerdict", suite.score(play.task.id, text))
             check.same("scoring: replays", place, verdict.excluded, None)
             scored = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
             check.same("scoring and gymnasium: faults", place, scored, faults)
@@ -195,8 +195,8 @@ def compare_mcp(check: Check, place: object, suite: Suite, play: RecordedGame, t
             check.same("MCP: observations", place, asyncio.run(run()), told)
             path = find_journal_path(Path(folder), (task_id, 1))
         text = read_journal(path, read_key_that_seals_journals(Path(folder)), must_be_ended=False)
-        verdict = cast("ActingVerdict", suite.score(task_id, text))
-        plain = cast("ActingVerdict", suite.score(task_id, play.write_as_json_text("stopped")))
+        verdict = cast("EpisodeVerdict", suite.score(task_id, text))
+        plain = cast("EpisodeVerdict", suite.score(task_id, play.write_as_json_text("stopped")))
         check.same("MCP: verdict", place, (verdict.turns, verdict.ended), (plain.turns, plain.ended))
         check.same("MCP: won", place, verdict.success, plain.success)
 

@@ -15,7 +15,7 @@ from threading import Lock
 import pytest
 
 from eai.base.errors import DataError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
@@ -192,7 +192,7 @@ def full_task(task: TransitionTask) -> PlanningTask:
 
 
 def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(
-    data_store: Store, planner: FastDownward
+    data_store: DataPackStore, planner: FastDownward
 ) -> None:
     virtualhome, behavior = (
         list(open_virtualhome_transition_tasks(Source(data_store)).values()),

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
 from eai.pddl.matching import (
     ClauseComparison,
@@ -150,7 +150,7 @@ def test_a_missing_operator_misses_all_its_clauses() -> None:
     assert (found.precondition_literals, found.effect_literals) == ((0, 0, 2), (0, 0, 2))
 
 
-def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
+def test_every_gold_operator_matches_itself_in_full(data_store: DataPackStore) -> None:
     for tasks in (
         open_virtualhome_transition_tasks(Source(data_store)),
         open_behavior_operator_tasks(Source(data_store)),
@@ -163,7 +163,7 @@ def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
             assert found.effect_literals == (full.effect_literals[2], 0, 0), name
 
 
-def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_store: Store) -> None:
+def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_store: DataPackStore) -> None:
     for tasks in (
         open_virtualhome_transition_tasks(Source(data_store)),
         open_behavior_operator_tasks(Source(data_store)),

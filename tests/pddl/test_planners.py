@@ -8,7 +8,7 @@ import pytest
 
 from counted_planner import CountedPlanner
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerLimits, PlannerOutcome, PlanningTask
@@ -46,7 +46,7 @@ def test_fast_downward_is_called_only_if_the_built_in_search_is_undecided(
 
 @pytest.mark.parametrize("workers", [1, 3])
 def test_equal_operators_are_planned_once_for_all_models(
-    workers: int, data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    workers: int, data_store: DataPackStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     counted = CountedPlanner(tmp_path, monkeypatch)
     limits = PlannerLimits(folder=tmp_path / "shared")

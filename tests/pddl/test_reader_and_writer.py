@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.reference_wheel import BEHAVIOR_PDDL, RESOURCES
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
 from eai.pddl.check import PddlError, PddlViolationKind
@@ -40,7 +40,7 @@ def test_a_written_problem_is_read_back(problem: PddlProblem) -> None:
     [(RESOURCES, "virtualhome_pd.pddl", 338, 33), (BEHAVIOR_PDDL, "behavior_pd.pddl", 100, 30)],
 )
 def test_every_pddl_text_of_the_data_set_survives_a_round_trip(
-    data_store: Store, pack: str, header: str, problems: int, operators: int
+    data_store: DataPackStore, pack: str, header: str, problems: int, operators: int
 ) -> None:
     files = data_store.open_pack(pack)
     domain = read_domain(files.read_member(header).decode() + ")")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
 from eai.logic.formula import TRUE
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
@@ -132,7 +132,7 @@ def test_alternatives_are_looked_at_too() -> None:
     assert search(domain, problem, replace(EVERYTHING, looks=1_000)).end is SearchEndReason.STATES
 
 
-def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
+def test_equal_input_gives_an_equal_plan(data_store: DataPackStore) -> None:
     task = gold_tasks(data_store)[0]
     made = with_gold_operators(task)
     assert search(made.domain, made.problem, Limits()) == search(made.domain, made.problem, Limits())
@@ -144,14 +144,14 @@ def with_gold_operators(task: TransitionTask) -> PlanningTask:
     )
 
 
-def gold_tasks(store: Store) -> list[TransitionTask]:
+def gold_tasks(store: DataPackStore) -> list[TransitionTask]:
     return [
         *open_virtualhome_transition_tasks(Source(store)).values(),
         *open_behavior_operator_tasks(Source(store)).values(),
     ]
 
 
-def test_solves_all_gold_problems(data_store: Store) -> None:
+def test_solves_all_gold_problems(data_store: DataPackStore) -> None:
     for task in gold_tasks(data_store):
         made = with_gold_operators(task)
         result = search(made.domain, made.problem, Limits())

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import DataError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.published import open_behavior_operator_tasks, open_virtualhome_transition_tasks
 from eai.pddl.check import check_problem
 from eai.pddl.execute import PlanStep
@@ -36,7 +36,7 @@ def made(task: TransitionTask) -> PlanningTask:
     )
 
 
-def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
+def test_plans_for_the_gold_operators(val: Path, data_store: DataPackStore) -> None:
     source = Source(data_store)
     tasks = [*open_virtualhome_transition_tasks(source).values()][::6] + [
         *open_behavior_operator_tasks(source).values()
@@ -52,7 +52,7 @@ def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
     assert checked > len(tasks) / 2
 
 
-def test_a_plan_without_its_first_step_is_refused(val: Path, data_store: Store) -> None:
+def test_a_plan_without_its_first_step_is_refused(val: Path, data_store: DataPackStore) -> None:
     tasks = open_virtualhome_transition_tasks(Source(data_store)).values()
     task = next(task for task in tasks if "switch_on" in task.operators)
     planning = made(task)

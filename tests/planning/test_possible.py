@@ -10,7 +10,7 @@ import eai.logic.formula as f
 from benchmarks.generator.worlds import generator
 from by_path import ROOT
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.spec import GeneratedTask
 from eai.benchmarks.random_answers import random_walk
@@ -64,7 +64,7 @@ def test_a_goal_without_the_needed_objects_is_proved_unreachable(lamps: Benchmar
 @pytest.mark.parametrize(
     ("like", "seed"), [("virtualhome", "golden-0-0"), *swept(("behavior", "golden-0-0"))]
 )
-def test_every_fact_of_a_reachable_state_is_possible(like: str, seed: str, data_store: Store) -> None:
+def test_every_fact_of_a_reachable_state_is_possible(like: str, seed: str, data_store: DataPackStore) -> None:
     benchmark = find_benchmark(like)
     made = generator(like).generate_task(seed)
     assert isinstance(made, GeneratedTask)

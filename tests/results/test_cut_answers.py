@@ -10,7 +10,7 @@ import pytest
 
 from command_line import Command
 from eai.abilities.declaration import get_declaration
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.cli.console import get_output_console
 from eai.cli.explain import print_record
 from eai.cli.table import make_rates_table
@@ -58,7 +58,7 @@ def test_tables_count_cut_answers(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_column_of_the_tidy_table_names_cut_answers() -> None:
-    tables = TidyTables(Source(Store()), features=False)
+    tables = TidyTables(Source(DataPackStore()), features=False)
     tables.add_records(cut_run())
     assert [line.cut_off for line in tables.answers][:3] == [True, False, None]
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import DataPack, fetch_packs
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.virtualhome.benchmark import count_tasks_and_goals_of_records
+from eai.benchmarks.virtualhome.benchmark import compute_record_statistics_with_notes
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords, open_records
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
@@ -101,13 +101,13 @@ NOT_AS_PRINTED = {
 """The figures of the paper that do not come out, each with a remark that says why."""
 
 
-def rows_of(domain: str, store: Store) -> dict[str, _DataSetStatistic]:
+def rows_of(domain: str, store: DataPackStore) -> dict[str, _DataSetStatistic]:
     return {row.label: row for row in compute_data_set_statistics(find_benchmark(domain), Source(store))}
 
 
-def test_annotated_records_are_counted(store: Store, packs: Sequence[DataPack]) -> None:
+def test_annotated_records_are_counted(store: DataPackStore, packs: Sequence[DataPack]) -> None:
     fetch_packs(store, packs=packs)
-    figures = count_tasks_and_goals_of_records(
+    figures = compute_record_statistics_with_notes(
         VirtualHomeRecords.from_pack(store.open_pack(VIRTUALHOME)), ["1_1"], 5
     )
     assert {label: value for label, (value, _) in figures.items()} == {
@@ -127,7 +127,9 @@ def test_annotated_records_are_counted(store: Store, packs: Sequence[DataPack]) 
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_every_figure_of_the_paper_is_reproduced_or_has_a_remark(data_store: Store, domain: str) -> None:
+def test_every_figure_of_the_paper_is_reproduced_or_has_a_remark(
+    data_store: DataPackStore, domain: str
+) -> None:
     rows = rows_of(domain, data_store)
     printed = {label: row for label, row in rows.items() if row.printed is not None}
     differing = {
@@ -141,7 +143,7 @@ def decimals(printed: float | None) -> int:
     return len(str(printed).partition(".")[2])
 
 
-def test_the_figures_in_the_papers_column_are_as_printed(data_store: Store) -> None:
+def test_the_figures_in_the_papers_column_are_as_printed(data_store: DataPackStore) -> None:
     found = read_shared("paper", "dataset_statistics.json")
     label_of = {
         "steps": "action steps",
@@ -170,7 +172,7 @@ def test_the_figures_in_the_papers_column_are_as_printed(data_store: Store) -> N
         assert {label: row.printed for label, row in rows.items() if row.printed is not None} == expected
 
 
-def test_figures_that_the_paper_lacks_are_counted(data_store: Store) -> None:
+def test_figures_that_the_paper_lacks_are_counted(data_store: DataPackStore) -> None:
     virtualhome, behavior = rows_of("virtualhome", data_store), rows_of("behavior", data_store)
     assert {
         label: virtualhome[label].value
@@ -194,7 +196,7 @@ def test_figures_that_the_paper_lacks_are_counted(data_store: Store) -> None:
     }
 
 
-def test_remarks_on_figures_are_true(data_store: Store) -> None:
+def test_remarks_on_figures_are_true(data_store: DataPackStore) -> None:
     scripts = [task.script for task in open_records(Source(data_store)).values()]
     goals = profile_tasks(find_benchmark("virtualhome"), Source(data_store))
     instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
@@ -210,7 +212,7 @@ def test_remarks_on_figures_are_true(data_store: Store) -> None:
     }
 
 
-def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) -> None:
+def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: DataPackStore) -> None:
     tasks = open_records(Source(data_store)).values()
     assert {task.id for task in tasks if task.tl_goal is None} == {"627_1", "339_1", "84_1", "93_1"}
     assert all(
@@ -219,7 +221,7 @@ def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) ->
     )
 
 
-def test_goal_options_by_decade_equal_the_papers_figure(data_store: Store) -> None:
+def test_goal_options_by_decade_equal_the_papers_figure(data_store: DataPackStore) -> None:
     found = {
         each.name: each
         for each in make_distributions(

@@ -9,7 +9,7 @@ import pytest
 import eai
 from agents.switches import SWITCHES
 from eai.abilities.protocol import PAPER_ABILITIES
-from eai.benchmarks.copied_answers import open_copied_answers
+from eai.benchmarks.copied_answers import open_answers_copied_from_questions
 from eai.results.learnability import count_tasks_by_reward_spread, measure_rewards_of_trivial_baselines
 from eai.results.reward import Reward
 from results.test_training_data import HALF, record, suite_reward
@@ -20,7 +20,7 @@ def test_null_models_earn_the_mean_of_their_answers_rewards(ability: str) -> Non
     reward = Reward(eai.open(SWITCHES, ability), "progress")
     rewards = measure_rewards_of_trivial_baselines(reward)
     assert {"eai/copy", "eai/empty", "eai/random"} <= rewards.keys()
-    book = open_copied_answers(SWITCHES, reward.suite.ability)
+    book = open_answers_copied_from_questions(SWITCHES, reward.suite.ability)
     paid = [reward(task_id, book[task_id].text) for task_id in reward.suite.task_ids]
     values = [value for value in paid if value is not None]
     mean, full = rewards["eai/copy"]

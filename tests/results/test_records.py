@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ConfusionCounts, ErrorReport, PlanVerdict
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.base.errors import InputError
 from eai.results.codec import record_to_json
 from eai.results.record import Record
@@ -148,7 +148,7 @@ def test_a_success_that_does_not_follow_from_the_counts_is_refused(tmp_path: Pat
 
 
 def test_an_episode_is_lost_although_all_goals_hold_if_the_agent_did_not_say_so(tmp_path: Path) -> None:
-    lost = ActingVerdict(executable=True, success=False, goals=MET, goals_satisfied=(True, True))
+    lost = EpisodeVerdict(executable=True, success=False, goals=MET, goals_satisfied=(True, True))
     file = tmp_path / "records.jsonl"
     write_records(file, [replace(record(), ability=Ability("acting"), verdict=lost)])
     assert len(list(read_records(file))) == 1

@@ -16,7 +16,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.agents.gym import make
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
 from eai.planning.search import SearchEffort
@@ -30,7 +30,7 @@ HOUSEHOLDS = ("virtualhome", "behavior")
 
 
 @pytest.fixture(autouse=True)
-def there(data_store: Store) -> None:
+def there(data_store: DataPackStore) -> None:
     """Skip the tests of this module without the data of the household benchmarks."""
 
 

@@ -18,7 +18,7 @@ from by_path import ROOT
 from eai import Ability, Benchmark, InputError, Suite, Task, make_task, use_tasks
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
 from eai.logic.formula import And, Or
@@ -135,7 +135,7 @@ def a_walk(draw: st.DrawFn, world: str, task: Task, length: int) -> list[Action]
 
 
 @pytest.fixture(autouse=True)
-def there(data_store: Store) -> None:
+def there(data_store: DataPackStore) -> None:
     """Skip the tests of this module without the data of the household benchmarks."""
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import score_run
@@ -33,7 +33,7 @@ GIFTS = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
 
 
 @pytest.fixture
-def source(data_store: Store) -> Source:
+def source(data_store: DataPackStore) -> Source:
     return Source(data_store)
 
 
@@ -49,7 +49,7 @@ def said(read: ModelBeliefsInPrompts) -> Mapping[str, Any]:
     return read.summaries[JARS]["pipeline"]
 
 
-def test_a_gold_answer_states_its_goals(source: Source, data_store: Store) -> None:
+def test_a_gold_answer_states_its_goals(source: Source, data_store: DataPackStore) -> None:
     gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)[JARS].text
     read = believed(gold, source)
     stated = said(read)
@@ -84,7 +84,7 @@ def test_stated_goals_are_counted_by_kind_and_fault(
     assert [stated[name] for name in LEFT] == [unreadable, [*unknown], left_out]
 
 
-def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) -> None:
+def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: DataPackStore) -> None:
     """The scorer has the true task: the gold plan stays right with any stated goals."""
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
     gold = answer_book("behavior", Ability.ACTION_SEQUENCING, data_store)

@@ -8,7 +8,7 @@ import pytest
 from eai.abilities.explanation import find_predicate_names, parse_statement
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.pddl.matching import find_predicates_in_text
@@ -58,7 +58,7 @@ def test_answers_can_be_grouped_by_the_labels_of_their_tasks() -> None:
 
 def test_unknown_values_of_lines_are_none() -> None:
     """The tasks are in no data set, so only their records describe them."""
-    made = TidyTables(Source(Store()))
+    made = TidyTables(Source(DataPackStore()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
         made.add_records(records)
     first, excluded = made.answers[0], made.answers[11]
@@ -71,7 +71,7 @@ def test_unknown_values_of_lines_are_none() -> None:
 
 
 def _tables(records: list[Record], *, features: bool) -> TidyTables:
-    made = TidyTables(Source(Store()), features=features)
+    made = TidyTables(Source(DataPackStore()), features=features)
     made.add_records(records)
     return made
 
@@ -80,7 +80,7 @@ def _tables(records: list[Record], *, features: bool) -> TidyTables:
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, protocol: Protocol) -> None:
-    source = Source(Store(), planner=PlannerChoice.NONE)
+    source = Source(DataPackStore(), planner=PlannerChoice.NONE)
     suite = open_suite(domain, ability, protocol, source=source)
     book = open_gold_answers(suite.benchmark, ability, source)
     asked = list(suite.task_ids)[:30:3]
@@ -105,6 +105,6 @@ def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, 
 
 
 def test_the_data_set_is_read_only_if_features_are_requested() -> None:
-    made = TidyTables(Source(Store(Path("/nowhere"))), features=False)
+    made = TidyTables(Source(DataPackStore(Path("/nowhere"))), features=False)
     made.add_records([replace(record, domain="virtualhome") for record in action_run()])
     assert made.answers[0].annotated_steps == 3

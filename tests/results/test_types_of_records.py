@@ -14,7 +14,7 @@ from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.json_value import Json
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
@@ -32,7 +32,7 @@ pytestmark = pytest.mark.usefixtures("data_store")
 @cache
 def records_of(folder: Path, name: str, ability: Ability) -> tuple[Record, ...]:
     """Return records of right answers, of other tasks' answers, and of an unreadable answer."""
-    store = Store(folder)
+    store = DataPackStore(folder)
     suite = open_suite(name, ability, source=Source(store, planner=PlannerChoice.BUILT_IN))
     task_ids = suite.task_ids[:60:5]
     book = answer_book(name, ability, store)
@@ -67,7 +67,7 @@ def kinds(value: Json, place: str = "") -> Iterator[tuple[str, str]]:
             yield from kinds(part, f"{place}[]")
 
 
-def test_a_field_has_one_type_in_the_records_of_all_suites(data_store: Store, tmp_path: Path) -> None:
+def test_a_field_has_one_type_in_the_records_of_all_suites(data_store: DataPackStore, tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", all_records(data_store.folder))
     lines = (tmp_path / "records.jsonl").read_text().splitlines()
     types: dict[str, set[str]] = {}
@@ -81,7 +81,7 @@ def test_a_field_has_one_type_in_the_records_of_all_suites(data_store: Store, tm
 
 @pytest.mark.parametrize(("name", "ability"), [*SUITES, (None, None)])
 def test_records_load_in_arrow(
-    data_store: Store, tmp_path: Path, name: str | None, ability: Ability | None
+    data_store: DataPackStore, tmp_path: Path, name: str | None, ability: Ability | None
 ) -> None:
     reader = pytest.importorskip("pyarrow.json")
     file = tmp_path / "records.jsonl"
@@ -93,7 +93,7 @@ def test_records_load_in_arrow(
     assert table.num_rows == len(file.read_text().splitlines())
 
 
-def test_records_load_in_datasets_of_hugging_face(data_store: Store, tmp_path: Path) -> None:
+def test_records_load_in_datasets_of_hugging_face(data_store: DataPackStore, tmp_path: Path) -> None:
     datasets = pytest.importorskip("datasets")
     file = tmp_path / "records.jsonl"
     written = records_of(data_store.folder, "virtualhome", Ability.ACTION_SEQUENCING)

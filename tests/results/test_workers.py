@@ -16,7 +16,7 @@ import pytest
 
 import eai
 from eai.base.errors import EaiError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.batch import Scoring
 from eai.results.reward import Reward
@@ -196,7 +196,7 @@ def test_the_fork_server_ignores_interrupts() -> None:
     assert int(held, 16) >> (signal.SIGINT - 1) & 1  # from its first moment on, not only once it ignores them
 
 
-def test_rewards_from_workers_are_the_same(data_store: Store) -> None:
+def test_rewards_from_workers_are_the_same(data_store: DataPackStore) -> None:
     suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
     book = open_gold_answers(suite.benchmark, suite.ability)
     answers = [(task_id, book[task_id].text) for task_id in suite.task_ids] * 3

@@ -13,10 +13,10 @@ import pytest
 from inspect_ai.log import EvalLog, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
-from eai.agents.play import EpisodeFactory, make_prompts_and_metadata
+from eai.agents.play import EpisodeFactory, make_episode_prompts_and_metadata
 from eai.agents.setting import ACTING, AgentSetting
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.results.records import read_records
 from eai.results.runs import read_runs
@@ -63,7 +63,7 @@ def outcome_of(log: EvalLog) -> dict[str, object]:
     return dict((sample.scores or {})["acting"].metadata or {})
 
 
-def test_a_model_acts_by_tool_calls(data_store: Store, tmp_path: Path) -> None:
+def test_a_model_acts_by_tool_calls(data_store: DataPackStore, tmp_path: Path) -> None:
     outputs = [tool("look"), call("FLY(moon)"), *map(call, gold()), tool("done"), tool("look")]
     log = play(scripted(outputs), tmp_path)
     about = outcome_of(log)
@@ -80,7 +80,7 @@ def test_a_model_acts_by_tool_calls(data_store: Store, tmp_path: Path) -> None:
 
 
 def test_a_run_whose_model_may_ask_the_verifier_is_a_setting_of_its_own(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     pytest.importorskip("eai.extensions.verifier")
     plan = json.dumps([{"action": "FLY"}])
@@ -99,7 +99,9 @@ def test_a_run_whose_model_may_ask_the_verifier_is_a_setting_of_its_own(
     assert "rules-verifier-true" in str(about["explorer"])  # so it is never ranked with others
 
 
-def test_verifier_tools_are_offered_only_if_the_setting_says_so(data_store: Store, tmp_path: Path) -> None:
+def test_verifier_tools_are_offered_only_if_the_setting_says_so(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     log = play(scripted([ModelOutput.for_tool_call("mockllm/model", "plan", {}), tool("done")]), tmp_path)
     (sample,) = log.samples or ()
     reply, _ = [message for message in sample.messages if message.role == "tool"]
@@ -108,13 +110,13 @@ def test_verifier_tools_are_offered_only_if_the_setting_says_so(data_store: Stor
         AgentSetting(verifier=True, harness="text")
 
 
-def test_an_episode_ends_if_the_model_calls_no_tool(data_store: Store, tmp_path: Path) -> None:
+def test_an_episode_ends_if_the_model_calls_no_tool(data_store: DataPackStore, tmp_path: Path) -> None:
     outputs = [*map(call, gold()), ModelOutput.from_content("mockllm/model", "I am done.")]
     about = outcome_of(play(scripted(outputs), tmp_path))
     assert (about["success"], about["ended"], about["reached"]) == (False, "stopped", True)
 
 
-def test_a_reply_without_a_call_is_kept_and_explained(data_store: Store, tmp_path: Path) -> None:
+def test_a_reply_without_a_call_is_kept_and_explained(data_store: DataPackStore, tmp_path: Path) -> None:
     refusal = "1. Walk to the soap.\n2. Grab it."
     log = play(scripted([ModelOutput.from_content("mockllm/model", refusal)]), tmp_path)
     about = outcome_of(log)
@@ -125,7 +127,9 @@ def test_a_reply_without_a_call_is_kept_and_explained(data_store: Store, tmp_pat
     assert "- a reply called no tool: 1. Walk to the soap. 2. Grab it." in told
 
 
-def test_after_a_reply_without_a_call_the_harness_auto_takes_lines(data_store: Store, tmp_path: Path) -> None:
+def test_after_a_reply_without_a_call_the_harness_auto_takes_lines(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     first, *others = gold()
     texts = ["I would rather write.", *others, "DONE"]
     outputs = [call(first), *(ModelOutput.from_content("mockllm/model", text) for text in texts)]
@@ -137,13 +141,13 @@ def test_after_a_reply_without_a_call_the_harness_auto_takes_lines(data_store: S
     assert asked[1].startswith("You called no tool. Write one command a message")
 
 
-def test_the_harness_auto_uses_tools_if_they_are_called(data_store: Store, tmp_path: Path) -> None:
+def test_the_harness_auto_uses_tools_if_they_are_called(data_store: DataPackStore, tmp_path: Path) -> None:
     about = outcome_of(play(scripted([*map(call, gold()), tool("done")]), tmp_path, harness="auto"))
     assert (about["success"], about["harness"]) == (True, "auto")
     assert "without_call" not in about
 
 
-def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path) -> None:
+def test_a_model_without_tools_writes_commands(data_store: DataPackStore, tmp_path: Path) -> None:
     said = ["LOOK", *gold(), "DONE"]
     outputs = [ModelOutput.from_content("mockllm/model", f"I think.\n{command}") for command in said]
     log = play(scripted(outputs), tmp_path, harness="text")
@@ -159,7 +163,7 @@ def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path
 
 
 def test_a_users_own_agent_gets_the_tools(
-    data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    data_store: DataPackStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "my_agent.py").write_text(
         "from inspect_ai.agent import react\n\n\n"
@@ -176,14 +180,16 @@ def test_a_users_own_agent_gets_the_tools(
     assert "Be brief." in sample.messages[0].text
 
 
-def test_an_unknown_harness_is_refused(data_store: Store) -> None:
+def test_an_unknown_harness_is_refused(data_store: DataPackStore) -> None:
     with pytest.raises(InputError, match=r"agent\.harness: expected .*module:object"):
         AgentSetting.read("agent", {"harness": "reakt"})
     with pytest.raises(InputError, match="eai has no object 'nobody'"):
-        make_prompts_and_metadata(AgentSetting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING))
+        make_episode_prompts_and_metadata(
+            AgentSetting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING)
+        )
 
 
-def test_an_episode_of_looking_ends_at_the_step_limit(data_store: Store, tmp_path: Path) -> None:
+def test_an_episode_of_looking_ends_at_the_step_limit(data_store: DataPackStore, tmp_path: Path) -> None:
     looks = [tool("look") for _ in range(200)]
     about = outcome_of(play(scripted(looks), tmp_path, steps=2))
     assert (about["success"], about["ended"]) == (False, "steps")
@@ -196,7 +202,7 @@ def slowly(outputs: Sequence[ModelOutput]) -> Iterator[ModelOutput]:
         yield output
 
 
-def test_episodes_of_a_log_are_scored_by_their_mean(data_store: Store, tmp_path: Path) -> None:
+def test_episodes_of_a_log_are_scored_by_their_mean(data_store: DataPackStore, tmp_path: Path) -> None:
     outputs = [*map(call, gold()), tool("done"), tool("done")]
     task = TASKS["virtualhome_acting"](tasks=[TASK])
     quietly = {"log_dir": str(tmp_path / "logs"), "display": "none", "max_samples": 1}
@@ -223,7 +229,7 @@ def test_episodes_of_a_log_are_scored_by_their_mean(data_store: Store, tmp_path:
     [({"tokens": 5}, "tokens"), ({"seconds": 1}, "time"), ({"steps": 2, "feedback": "facts"}, "turns")],
 )
 def test_a_limit_ends_the_episode_and_it_is_scored(
-    data_store: Store, tmp_path: Path, limit: dict[str, object], ended: str
+    data_store: DataPackStore, tmp_path: Path, limit: dict[str, object], ended: str
 ) -> None:
     looks = [tool("look") for _ in range(20)]
     model = scripted(looks)
@@ -233,7 +239,7 @@ def test_a_limit_ends_the_episode_and_it_is_scored(
     assert (about["status"], about["success"], about["ended"]) == ("scored", False, ended)
 
 
-def test_slips_are_drawn_from_the_seed_and_replayed(data_store: Store, tmp_path: Path) -> None:
+def test_slips_are_drawn_from_the_seed_and_replayed(data_store: DataPackStore, tmp_path: Path) -> None:
     outputs = [*map(call, gold()), tool("done")]
     about = outcome_of(play(scripted(outputs), tmp_path, slip=1.0))
     turns = about["turns"]
@@ -254,7 +260,7 @@ def run(out: Path, *words: object) -> None:
     assert done.status == 0, done.err
 
 
-def test_built_in_models_act(data_store: Store, tmp_path: Path) -> None:
+def test_built_in_models_act(data_store: DataPackStore, tmp_path: Path) -> None:
     models = ("oracle", "explorer", "random", "planner", "empty", "lookup")
     run(tmp_path, *[word for name in models for word in ("--model", f"eai/{name}")])
     won = {}
@@ -278,7 +284,7 @@ def test_built_in_models_act(data_store: Store, tmp_path: Path) -> None:
 
 
 def test_a_killed_run_keeps_finished_episodes_and_restarts_the_others(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     words = (
         "run --ability acting --domain virtualhome --model eai/oracle --limit 6 --with requests.max_retries=0"

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.record import Record
 from eai.results.records import read_records
 from eai.run.spec import read_spec
@@ -55,7 +55,7 @@ def as_scored(record: Record) -> dict[str, Any]:
 
 @pytest.mark.parametrize("pair", [*combinations(CHOICES, 2), tuple(CHOICES)], ids="+".join)
 def test_a_run_combines_studies_and_its_log_gets_the_same_scores(
-    pair: tuple[str, ...], data_store: Store, tmp_path: Path
+    pair: tuple[str, ...], data_store: DataPackStore, tmp_path: Path
 ) -> None:
     done = command(f"{RUN} {' '.join(CHOICES[name] for name in pair)} --out @/runs", tmp_path)
     assert done.status == 0, done.err
@@ -78,7 +78,7 @@ def test_a_run_combines_studies_and_its_log_gets_the_same_scores(
     assert {record.experiment for record in scored} == {experiment}
 
 
-def test_goals_are_interpreted_in_the_perceived_scene(data_store: Store, tmp_path: Path) -> None:
+def test_goals_are_interpreted_in_the_perceived_scene(data_store: DataPackStore, tmp_path: Path) -> None:
     """The first stage is a run with the perceived scene of the second, and its records state the scene."""
     done = command(f"{RUN} {CHOICES['goals']} {NOISE} --out @/runs", tmp_path)
     assert done.status == 0, done.err
@@ -87,7 +87,7 @@ def test_goals_are_interpreted_in_the_perceived_scene(data_store: Store, tmp_pat
     assert label == "scene-noisy-missing-0.1-seed-0"
 
 
-def test_analyses_compare_runs_that_differ_in_one_study(data_store: Store, tmp_path: Path) -> None:
+def test_analyses_compare_runs_that_differ_in_one_study(data_store: DataPackStore, tmp_path: Path) -> None:
     for names in (("replanning",), ("replanning", "goals"), ("replanning", "scene")):
         done = command(f"{RUN} {' '.join(CHOICES[name] for name in names)} --out @/runs", tmp_path)
         assert done.status == 0, done.err
@@ -109,7 +109,7 @@ def test_analyses_compare_runs_that_differ_in_one_study(data_store: Store, tmp_p
     assert "goals-eai_noisy+replans-2" in "".join(shown.out.split())
 
 
-def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) -> None:
+def test_tidy_tables_never_pool_combinations(data_store: DataPackStore, tmp_path: Path) -> None:
     """Several experiments without a plain run cannot be analysed together."""
     for choice in (CHOICES["scene"], f"{CHOICES['scene']} {CHOICES['prompt']}"):
         assert command(f"{RUN} {choice} --out @/runs", tmp_path).status == 0
@@ -141,7 +141,7 @@ def test_two_studies_that_change_the_same_option_are_refused_with_a_reason() -> 
     assert json.dumps(str(refused.value)).count("cannot be combined with") == 1
 
 
-def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_path: Path) -> None:
+def test_prompts_in_other_words_are_named_and_compared(data_store: DataPackStore, tmp_path: Path) -> None:
     for model in ("eai/oracle", "eai/noisy"):
         for words in ("eai-brief", "facts"):
             run = f"run --domain behavior --ability action_sequencing --limit 3 --quiet --model {model}"
@@ -160,7 +160,7 @@ def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_pa
 
 @pytest.mark.parametrize("scene", ["", NOISE])
 def test_a_chain_states_goals_and_subgoals_of_the_model(
-    scene: str, data_store: Store, tmp_path: Path
+    scene: str, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     """Every task breaks the chain at one ability, or at none; its log gets the same scores."""
     chain = "--with pipeline.goals=own --with pipeline.subgoals=own"
@@ -190,7 +190,9 @@ def test_a_chain_states_goals_and_subgoals_of_the_model(
     assert sum(int(line[1]) for line in lines) == len(records)
 
 
-def test_subgoals_of_a_chain_need_goals_plans_and_our_prompts(data_store: Store, tmp_path: Path) -> None:
+def test_subgoals_of_a_chain_need_goals_plans_and_our_prompts(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     for options, why in (
         (
             "--with pipeline.subgoals=own",

@@ -11,14 +11,14 @@ from eai.benchmarks.suite import open_suite
 from eai.run.context import (
     GOLD_LENGTHS,
     MIN_ANSWER_TOKENS,
-    choose_answer_limit,
+    choose_default_max_answer_tokens,
     describe_long_tasks,
     estimate_longest_answer,
     estimate_prompt_tokens,
     estimate_tokens,
     find_long_tasks,
     read_context_length,
-    require_server,
+    require_server_at_model_address,
 )
 from eai.run.job import DecodingOptions
 from eai.tasks.prompts.prompt import Prompt
@@ -58,7 +58,7 @@ SERVERS: Mapping[str, Mapping[str, object]] = {
 def test_the_context_of_a_server_is_read(pages: Mapping[str, object]) -> None:
     with serve({}, pages) as served:
         model = get_model("openai-api/local/small", base_url=served.url, api_key="none", memoize=False)
-        require_server(model)
+        require_server_at_model_address(model)
         assert read_context_length(model) == 2048
 
 
@@ -68,7 +68,7 @@ def test_the_context_of_a_server_is_read(pages: Mapping[str, object]) -> None:
 def test_a_server_that_states_no_context_has_none(page: object) -> None:
     with serve({}, {"/v1/models": page, "/props": page, "/api/ps": page, "/api/show": page}) as served:
         model = get_model("openai-api/local/small", base_url=served.url, api_key="none", memoize=False)
-        require_server(model)
+        require_server_at_model_address(model)
         assert read_context_length(model) is None
 
 
@@ -77,7 +77,7 @@ def test_an_address_without_a_server_is_an_error() -> None:
         model = get_model("openai-api/local/small", base_url=served.url, api_key="none", memoize=False)
     assert read_context_length(model) is None
     with pytest.raises(EaiError, match=r"local/small: the server refuses the connection at http://127"):
-        require_server(model)
+        require_server_at_model_address(model)
 
 
 def test_tokens_are_parts_of_words_digits_and_signs() -> None:
@@ -92,7 +92,7 @@ def test_answers_may_be_four_times_as_long_as_the_longest_gold_answer() -> None:
     suite = open_suite(*PLANS)
     longest = estimate_longest_answer(suite)
     assert longest > MIN_ANSWER_TOKENS / GOLD_LENGTHS
-    assert choose_answer_limit("openai-api/local/small", suite, DecodingOptions()) == 4 * longest
+    assert choose_default_max_answer_tokens("openai-api/local/small", suite, DecodingOptions()) == 4 * longest
 
 
 @pytest.mark.parametrize(
@@ -110,12 +110,14 @@ def test_answers_may_be_four_times_as_long_as_the_longest_gold_answer() -> None:
 def test_models_that_reason_and_users_who_set_a_limit_get_no_default(
     model: str, decoding: DecodingOptions
 ) -> None:
-    assert choose_answer_limit(model, open_suite(*PLANS), decoding) is None
+    assert choose_default_max_answer_tokens(model, open_suite(*PLANS), decoding) is None
 
 
 def test_turns_have_no_default_limit() -> None:
     assert (
-        choose_answer_limit("openai/gpt-4o", open_suite("virtualhome", Ability("acting")), DecodingOptions())
+        choose_default_max_answer_tokens(
+            "openai/gpt-4o", open_suite("virtualhome", Ability("acting")), DecodingOptions()
+        )
         is None
     )
 

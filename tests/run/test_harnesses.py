@@ -13,7 +13,7 @@ import eai
 from by_path import ROOT
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import list_paper_benchmarks
 from eai.run.registry import TASKS
@@ -50,7 +50,7 @@ def suites(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     sys.modules.pop("eai_suites", None)
 
 
-def test_right_answers_are_right_in_the_lm_evaluation_harness(data_store: Store, suites: Any) -> None:
+def test_right_answers_are_right_in_the_lm_evaluation_harness(data_store: DataPackStore, suites: Any) -> None:
     rows = suites.questions("behavior", "action_sequencing", version=1.0)["test"]
     suite = eai.open("behavior", "action_sequencing")
     book = open_gold_answers(suite.benchmark, suite.ability, suite.source)
@@ -60,7 +60,7 @@ def test_right_answers_are_right_in_the_lm_evaluation_harness(data_store: Store,
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_the_harnesss_dummy_model_scores_zero(data_store: Store, suites: Any) -> None:
+def test_the_harnesss_dummy_model_scores_zero(data_store: DataPackStore, suites: Any) -> None:
     import lm_eval
     from lm_eval.tasks import TaskManager
 

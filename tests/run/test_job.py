@@ -11,8 +11,8 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_ability_entry_
 from eai.agents.setting import ACTING
 from eai.base.errors import InputError
 from eai.benchmarks.copied_answers import (
+    open_answers_copied_from_questions,
     open_answers_of_similar_tasks,
-    open_copied_answers,
     open_empty_answers,
 )
 from eai.benchmarks.gold_answers import open_answers_of_planner
@@ -23,7 +23,7 @@ from worlds.warehouse import warehouse
 OPENED: dict[str, Any] = {
     "planner": open_answers_of_planner,
     "lookup": open_answers_of_similar_tasks,
-    "copy": open_copied_answers,
+    "copy": open_answers_copied_from_questions,
     "empty": open_empty_answers,
     "random": open_random_answers,
 }

@@ -17,7 +17,7 @@ from inspect_ai.log import (
 )
 
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.results.epochs import SuiteResult, score_answers
 from eai.results.options import ScoringOptions
@@ -36,7 +36,7 @@ EPOCHS = 2
 
 
 def ask(
-    folder: Path, store: Store, max_samples: int = TASKS * EPOCHS
+    folder: Path, store: DataPackStore, max_samples: int = TASKS * EPOCHS
 ) -> tuple[QuestionJob, SuiteResult, Mapping[str, Path]]:
     """Ask a built-in model, and return the job, its result and its logs without scores."""
     prompts = dict(list(official_prompts(*SUITE, store).items())[:TASKS])
@@ -70,7 +70,7 @@ def contents(log: EvalLog) -> object:
     return sizes, [score.model_dump_json() for score in results.scores], results.headline, samples
 
 
-def test_scores_are_written_as_inspect_writes_them(data_store: Store, tmp_path: Path) -> None:
+def test_scores_are_written_as_inspect_writes_them(data_store: DataPackStore, tmp_path: Path) -> None:
     job, result, logs = ask(tmp_path, data_store)
     (path,) = set(logs.values())
     expected = tmp_path / "expected.eval"
@@ -91,7 +91,7 @@ def test_scores_are_written_as_inspect_writes_them(data_store: Store, tmp_path: 
     assert contents(read_eval_log(str(path))) == contents(log)
 
 
-def test_lone_surrogates_are_written_as_text(data_store: Store, tmp_path: Path) -> None:
+def test_lone_surrogates_are_written_as_text(data_store: DataPackStore, tmp_path: Path) -> None:
     _, result, logs = ask(tmp_path, data_store)
     (path,) = set(logs.values())
     records = [replace(record, unanswered="lone \udc80") for record in result.by_epoch[0].records]
@@ -106,7 +106,7 @@ def test_lone_surrogates_are_written_as_text(data_store: Store, tmp_path: Path) 
 
 
 def test_a_large_run_has_several_logs_that_are_scored_and_found_again(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     job, result, logs = ask(tmp_path, data_store, max_samples=3 * EPOCHS)
     paths = list(dict.fromkeys(logs.values()))

@@ -7,7 +7,7 @@ import json
 from collections import defaultdict
 from pathlib import Path
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from processes import eai
 from run.server import Reply, serve
 
@@ -21,7 +21,7 @@ def url_of(data: bytes, media_type: str) -> str:
 
 
 def test_a_users_pictures_go_to_the_first_model_and_its_list_to_the_second(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     for view, data in (("left", b"one"), ("right", b"two")):
         (tmp_path / f"{JARS}_{view}.jpg").write_bytes(data)

@@ -12,7 +12,7 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.run.registry import TASKS
 from processes import own_process
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
@@ -31,7 +31,7 @@ def process() -> Iterator[Executor]:
 
 
 @pytest.fixture
-def goals(data_store: Store, tmp_path: Path) -> Path:
+def goals(data_store: DataPackStore, tmp_path: Path) -> Path:
     """Right goals for one task, and meaningless ones for another."""
     gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)
     rows = [

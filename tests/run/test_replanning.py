@@ -17,8 +17,8 @@ from by_path import ROOT
 from eai.abilities.feedback import REASONS_PREFIX
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.replanning_options import FeedbackLevel, ReplanningOptions
-from eai.base.store import Store
-from eai.benchmarks.gold_answers import make_answer_heeding_feedback, make_noisy_answer
+from eai.base.store import DataPackStore
+from eai.benchmarks.gold_answers import make_noisy_answer, make_noisy_answer_heeding_feedback
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_to_json
@@ -52,7 +52,7 @@ def records_of(folder: Path) -> list[Record]:
 
 
 def offline(
-    options: ReplanningOptions, store: Store, heed: float | None
+    options: ReplanningOptions, store: DataPackStore, heed: float | None
 ) -> dict[str, list[tuple[str, object]]]:
     """Return the answers and verdicts of the loop without Inspect, by task."""
     suite, library = open_suite("behavior", ACTIONS, source=Source(store)), PromptLibrary("official")
@@ -71,8 +71,8 @@ def offline(
                 text = make_noisy_answer(book, task_id, RATE, seed).text
             else:
                 shown = inquiry.question.user
-                text = make_answer_heeding_feedback(
-                    book, task_id, shown, attempt, rate=RATE, seed="0 1", heed=heed
+                text = make_noisy_answer_heeding_feedback(
+                    book, task_id, shown, attempt, error_rate=RATE, seed="0 1", repair_probability=heed
                 ).text
             inquiry.add_answer(text)
         found[task_id] = [(attempt.response, attempt.verdict) for attempt in inquiry.attempts]
@@ -81,7 +81,7 @@ def offline(
 
 @pytest.mark.parametrize(("feedback", "heed"), first_of([("explained", 1.0), ("none", None)]))
 def test_a_run_makes_the_same_attempts_as_a_loop_without_inspect(
-    feedback: FeedbackLevel, heed: float | None, data_store: Store, tmp_path: Path
+    feedback: FeedbackLevel, heed: float | None, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     """The files of the run can be replayed, and give the same records."""
     arguments = f"--with replanning.replans=2 --with replanning.feedback={feedback}"
@@ -111,7 +111,7 @@ def test_a_run_makes_the_same_attempts_as_a_loop_without_inspect(
     assert [record.attempts for record in copied] == [record.attempts for record in records]
 
 
-def test_feedback_on_a_failure_reaches_the_model(data_store: Store, tmp_path: Path) -> None:
+def test_feedback_on_a_failure_reaches_the_model(data_store: DataPackStore, tmp_path: Path) -> None:
     """A server gets the first question, then the question with its own answer and why that failed."""
     (task_id, prompt), *_ = official_prompts("behavior", ACTIONS, data_store).items()
     gold = answer_book("behavior", ACTIONS, data_store)[task_id].text
@@ -137,7 +137,7 @@ def test_feedback_on_a_failure_reaches_the_model(data_store: Store, tmp_path: Pa
 
 @pytest.mark.parametrize("slip", [0.2, *swept(0.0)])
 def test_inspect_takes_the_same_options(
-    slip: float, data_store: Store, process: Executor, tmp_path: Path
+    slip: float, data_store: DataPackStore, process: Executor, tmp_path: Path
 ) -> None:
     """Inspect's log has the records of ``eai run``, and scoring it again changes nothing."""
     world = {"world": "continue", "feedback": "state"} if slip else {"feedback": "explained"}
@@ -186,7 +186,7 @@ def test_contradicting_options_are_refused(options: str, message: str, tmp_path:
 
 
 @sweep
-def test_a_killed_and_resumed_experiment_loses_and_repeats_no_attempt(data_store: Store) -> None:
+def test_a_killed_and_resumed_experiment_loses_and_repeats_no_attempt(data_store: DataPackStore) -> None:
     """A few of the hundred cycles of the benchmark."""
     command = [sys.executable, "-m", "bench", "kill_and_resume", "--kills", "3", "--tasks", "6"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)

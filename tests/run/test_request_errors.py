@@ -11,7 +11,7 @@ from eai.run.request_errors import (
     describe_error,
     get_message_without_markup,
     is_connection_refused,
-    is_prerequisite_missing,
+    is_library_or_key_missing,
     is_prompt_too_long,
     limit_tries_of_refused_connections,
 )
@@ -121,11 +121,11 @@ def test_a_cause_that_may_quote_a_key_is_not_reported() -> None:
 
 def test_a_missing_library_of_a_provider_is_reported_with_its_remedy() -> None:
     error = pip_dependency_error("vLLM Server", ["vllm"])
-    assert is_prerequisite_missing(error)
+    assert is_library_or_key_missing(error)
     assert describe_error(error) == (
         "ERROR: vLLM Server requires optional dependencies. Install with: pip install vllm"
     )
-    assert not is_prerequisite_missing(RuntimeError("boom"))
+    assert not is_library_or_key_missing(RuntimeError("boom"))
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.run.job import QuestionJob
 from eai.run.tasks import request_missing_answers
@@ -37,7 +37,7 @@ def start(url: str, out: Path) -> Command:
     return Command(*arguments)
 
 
-def test_a_killed_run_resumes_where_it_stopped(data_store: Store, tmp_path: Path) -> None:
+def test_a_killed_run_resumes_where_it_stopped(data_store: DataPackStore, tmp_path: Path) -> None:
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
     gold = answer_book(*SUITE, data_store)
     script = {prompt.user: [Reply(gold[task_id].text, delay=0.1)] for task_id, prompt in prompts.items()}
@@ -74,7 +74,7 @@ def test_a_killed_run_resumes_where_it_stopped(data_store: Store, tmp_path: Path
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_says_how_to_resume(
-    data_store: Store, tmp_path: Path, number: signal.Signals
+    data_store: DataPackStore, tmp_path: Path, number: signal.Signals
 ) -> None:
     """An interrupt at any time is reported in one line, without a traceback."""
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
@@ -102,14 +102,14 @@ def must_stop_after_one_more_answer(model: str, ability: str, domain: str, out: 
 
 
 def test_a_built_in_model_computes_at_most_one_answer_after_an_interrupt(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     """A plan may take seconds, and a run once computed tens of them after an interrupt."""
     must_stop_after_one_more_answer("eai/planner", "action_sequencing", "virtualhome", tmp_path / "out")
 
 
 def test_a_run_interrupted_before_its_first_question_says_how_to_resume(
-    data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    data_store: DataPackStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])

@@ -11,7 +11,7 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import read_study_summary, record_from_json
 from eai.run.registry import TASKS
@@ -39,7 +39,7 @@ def process() -> Iterator[Executor]:
         yield pool
 
 
-def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store) -> None:
+def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: DataPackStore) -> None:
     settings = ["unseen=0.3", "invented=0.3", "seed=2"]
     (sample,) = MAKE(tasks=[JARS], prompts="eai", scene="noisy", noise=settings).dataset
     assert isinstance(sample.input, list)
@@ -55,7 +55,7 @@ def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store)
 
 
 @pytest.mark.parametrize("domain", ["behavior", "virtualhome"])
-def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, domain: str) -> None:
+def test_a_question_states_a_broader_context_after_the_facts(data_store: DataPackStore, domain: str) -> None:
     """The context has other objects of the scene, further facts, and states that do not hold; it needs no
     picture.
     """
@@ -80,7 +80,7 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
     assert not held & {line.removeprefix("not ") for line in untrue.splitlines()}
 
 
-def test_invalid_scene_options_are_refused(data_store: Store) -> None:
+def test_invalid_scene_options_are_refused(data_store: DataPackStore) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts show scenes only in their own format"),
         ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
@@ -102,7 +102,7 @@ def test_invalid_scene_options_are_refused(data_store: Store) -> None:
 
 
 def test_records_of_a_log_have_the_perceived_scene(
-    data_store: Store, process: Executor, tmp_path: Path
+    data_store: DataPackStore, process: Executor, tmp_path: Path
 ) -> None:
     """The planner acts on the perceived scene; scoring the log again changes nothing."""
     asked = Asked("behavior", PLANS, Protocol.STRICT, [JARS])

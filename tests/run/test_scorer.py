@@ -17,7 +17,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.agents.setting import ACTING
 from eai.base.files import to_file_name
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.errata import load_all_errata
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
@@ -85,7 +85,12 @@ def score_in(sample: EvalSample, ability: Ability) -> Score:
 @pytest.mark.parametrize("protocol", first_of(PROTOCOLS), ids=lambda protocol: protocol.value)
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
 def test_all_ways_of_scoring_give_the_same_rates(
-    data_store: Store, process: Executor, tmp_path: Path, domain: str, ability: Ability, protocol: Protocol
+    data_store: DataPackStore,
+    process: Executor,
+    tmp_path: Path,
+    domain: str,
+    ability: Ability,
+    protocol: Protocol,
 ) -> None:
     suite, asked = some_tasks(domain, ability, protocol)
     ran = process.submit(run_in_child, asked, NOISY, tmp_path).result()
@@ -127,7 +132,11 @@ def test_all_ways_of_scoring_give_the_same_rates(
     ids=str,
 )
 def test_gold_answers_equal_the_published_ones_without_errata(
-    data_store: Store, process: Executor, tmp_path: Path, protocol: Protocol, errata: ErrataChoice | None
+    data_store: DataPackStore,
+    process: Executor,
+    tmp_path: Path,
+    protocol: Protocol,
+    errata: ErrataChoice | None,
 ) -> None:
     entry = next(each for each in load_all_errata().entries if each.plan)
     domain, ability, task_id = entry.domain, Ability.ACTION_SEQUENCING, entry.tasks[0]
@@ -142,7 +151,7 @@ def test_gold_answers_equal_the_published_ones_without_errata(
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
 def test_gold_answers_are_right_and_are_the_targets(
-    data_store: Store, process: Executor, tmp_path: Path, domain: str, ability: Ability
+    data_store: DataPackStore, process: Executor, tmp_path: Path, domain: str, ability: Ability
 ) -> None:
     _, asked = some_tasks(domain, ability, Protocol.STRICT)
     asked = asked._replace(task_ids=asked.task_ids[:2])
@@ -160,7 +169,7 @@ def test_gold_answers_are_right_and_are_the_targets(
 
 
 def test_of_several_answers_the_most_frequent_one_counts(
-    data_store: Store, process: Executor, tmp_path: Path
+    data_store: DataPackStore, process: Executor, tmp_path: Path
 ) -> None:
     suite, asked = some_tasks(*PLANS, Protocol.STRICT)
     noisy = NOISY._replace(epochs=3)
@@ -182,7 +191,7 @@ def test_of_several_answers_the_most_frequent_one_counts(
 
 
 def test_a_sample_shows_the_explanation_of_its_score(
-    data_store: Store, process: Executor, tmp_path: Path
+    data_store: DataPackStore, process: Executor, tmp_path: Path
 ) -> None:
     asked = Asked(*PLANS, Protocol.STRICT, ("27_2",))
     ran = process.submit(run_in_child, asked, Whom("eai/noisy", {"rate": 0.35, "seed": 5}), tmp_path).result()
@@ -208,7 +217,7 @@ def test_a_sample_shows_the_explanation_of_its_score(
 
 
 def test_a_failed_request_is_shown_and_counts_as_a_failure(
-    data_store: Store, process: Executor, tmp_path: Path
+    data_store: DataPackStore, process: Executor, tmp_path: Path
 ) -> None:
     _, asked = some_tasks(*PLANS, Protocol.STRICT)
     asked = asked._replace(task_ids=asked.task_ids[:3])

@@ -48,8 +48,8 @@ def test_studies_that_change_different_options_are_combined(tables: dict[str, An
     choices = {
         each.option_that_enables_study for each in spec.studies.values() if each.option_that_enables_study
     }
-    assert {*spec.combined_study_options.option_that_enables_study.split(" and ")} == choices
-    assert set(spec.combined_study_options.select_abilities([])) <= {
+    assert {*spec.combined_options_of_studies.option_that_enables_study.split(" and ")} == choices
+    assert set(spec.combined_options_of_studies.select_abilities([])) <= {
         ability for each in spec.studies.values() for ability in each.select_abilities([])
     }
 

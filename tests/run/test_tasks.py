@@ -13,7 +13,7 @@ from inspect_ai.util import registry_info
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol, find_ability_entry_points
 from eai.base.errors import EaiError, InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import list_benchmarks
 from eai.run.registry import TASKS
 from eai.run.tasks import _SamplesFedToInspect, find_model
@@ -37,7 +37,7 @@ def test_inspect_finds_every_suite_under_its_name() -> None:
 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
-def test_a_task_asks_the_official_prompts(data_store: Store, domain: str, ability: Ability) -> None:
+def test_a_task_asks_the_official_prompts(data_store: DataPackStore, domain: str, ability: Ability) -> None:
     task = TASKS[f"{domain}_{ability.value}"]()
     prompts = official_prompts(domain, ability, data_store)
     assert [sample.id for sample in task.dataset] == list(prompts)

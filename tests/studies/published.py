@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
@@ -33,8 +33,8 @@ def tables(
     """Return the tables of one suite. Skip the test if its answers or its protocol are not installed."""
     if protocol not in PROTOCOLS:
         pytest.skip(f"the protocol {protocol.value} is not installed")
-    made = TidyTables(Source(Store(), errata=ErrataChoice.NONE))  # features are as published
-    suite = open_suite(domain, ability, protocol, source=Source(Store(), planner=planner))
+    made = TidyTables(Source(DataPackStore(), errata=ErrataChoice.NONE))  # features are as published
+    suite = open_suite(domain, ability, protocol, source=Source(DataPackStore(), planner=planner))
     for model in models:
         content = read_oracle(domain, ability.value, model)
         rows = content.get("tasks") or content.get("records")

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.table import Table
 from eai.results.tidy import TidyTables
 from eai.studies.errors.study import _ErrorCategory, find_error_category, make_error_tables
@@ -45,14 +45,14 @@ def rows(table: Table) -> list[dict[str, Any]]:
     ],
 )
 def test_each_answer_has_one_leaf_of_the_taxonomy(changes: dict[str, Any], leaf: _ErrorCategory) -> None:
-    made = TidyTables(Source(Store()))
+    made = TidyTables(Source(DataPackStore()))
     made.add_records(action_run())
     answer = replace(made.answers[0], relation_met=None, error_check=None)
     assert find_error_category(replace(answer, **changes)) == leaf
 
 
 def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
-    made = TidyTables(Source(Store()))
+    made = TidyTables(Source(DataPackStore()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
         made.add_records(records)
     found = {

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.lines import AnswerLine
 from eai.results.tidy import TidyTables
 from eai.studies.errors.overview import draw_outcome_flows, make_outcome_counts_table
@@ -16,7 +16,7 @@ from studies.report.samples import action_run, goal_run
 
 
 def answers(tmp_path: Path) -> list[AnswerLine]:
-    made = TidyTables(Source(Store(tmp_path)), features=False)
+    made = TidyTables(Source(DataPackStore(tmp_path)), features=False)
     made.add_records(action_run())
     made.add_records(goal_run())
     return made.answers

@@ -12,7 +12,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.studies.pipeline.operator_execution import (
@@ -40,14 +40,18 @@ IS_OPEN = " (open ?obj2)"
 EVERYTHING = "(forall (?x - object) (forall (?y - object) (obj_inside ?x ?y)))"
 
 
-def operators(name: str, store: Store, task_id: str) -> str:
+def operators(name: str, store: DataPackStore, task_id: str) -> str:
     """The data set's operators of a task."""
     text = answer_book(name, Ability.TRANSITION_MODELING, store)[task_id].text
     return str(json.loads(text)["output"])
 
 
 def find_outcome(
-    name: str, store: Store, task_id: str, written: str, planner: PlannerChoice = PlannerChoice.BUILT_IN
+    name: str,
+    store: DataPackStore,
+    task_id: str,
+    written: str,
+    planner: PlannerChoice = PlannerChoice.BUILT_IN,
 ) -> OperatorTestOutcome | None:
     """The outcome of the test of operators, as an answer that scoring judges first."""
     tester = _OperatorTesterInWorld.open_operator_tester(name, Source(store, planner=planner))
@@ -72,7 +76,7 @@ def find_outcome(
     ],
 )
 def test_the_true_operators_succeed_or_fail_at_a_stage(
-    data_store: Store, name: str, task_id: str, expected: OperatorTestOutcome | None
+    data_store: DataPackStore, name: str, task_id: str, expected: OperatorTestOutcome | None
 ) -> None:
     assert find_outcome(name, data_store, task_id, operators(name, data_store, task_id)) == expected
     tester = _OperatorTesterInWorld.open_operator_tester(
@@ -100,7 +104,7 @@ def test_the_true_operators_succeed_or_fail_at_a_stage(
     ],
 )
 def test_a_damaged_operator_fails_at_the_stage_that_it_damages(
-    data_store: Store, old: str, new: str, expected: OperatorTestOutcome
+    data_store: DataPackStore, old: str, new: str, expected: OperatorTestOutcome
 ) -> None:
     written = operators("virtualhome", data_store, FOOD)
     assert old in written
@@ -116,7 +120,7 @@ def test_a_damaged_operator_fails_at_the_stage_that_it_damages(
     ],
 )
 def test_a_damaged_operator_of_behavior_fails(
-    data_store: Store, old: str, new: str, expected: OperatorTestOutcome
+    data_store: DataPackStore, old: str, new: str, expected: OperatorTestOutcome
 ) -> None:
     written = operators("behavior", data_store, DOORS)
     assert old in written
@@ -126,13 +130,15 @@ def test_a_damaged_operator_of_behavior_fails(
     assert find_outcome("behavior", data_store, DOORS, changed) == expected
 
 
-def test_operators_without_a_planner_have_no_outcome(data_store: Store) -> None:
+def test_operators_without_a_planner_have_no_outcome(data_store: DataPackStore) -> None:
     written = operators("virtualhome", data_store, FOOD)
     assert find_outcome("virtualhome", data_store, FOOD, written, PlannerChoice.NONE) is None
 
 
 @pytest.mark.parametrize("answer", ["", '{"output": "(:action fly :parameters () :effect ())"}'])
-def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(data_store: Store, answer: str) -> None:
+def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(
+    data_store: DataPackStore, answer: str
+) -> None:
     tester = _OperatorTesterInWorld.open_operator_tester(
         "virtualhome", Source(data_store, planner=PlannerChoice.BUILT_IN)
     )
@@ -144,7 +150,7 @@ def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(data_store
 
 
 def test_the_analysis_counts_outcomes_of_answers_and_of_true_operators(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     ability = Ability.TRANSITION_MODELING
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from by_path import ROOT
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.records import read_records
 from processes import Outcome
 
@@ -26,7 +26,7 @@ WHAT = "--domain behavior --ability action_sequencing --limit 3 --set eai --quie
 
 
 @pytest.fixture(scope="module")
-def runs(data_store: Store, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def runs(data_store: DataPackStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plain run, a run of the study, and a run that combines it with another study."""
     folder = tmp_path_factory.mktemp("outside")
     (folder / "terse.py").write_text(MODULE.read_text(encoding="utf-8"), encoding="utf-8")

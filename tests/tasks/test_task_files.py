@@ -15,7 +15,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.environment import make
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answers_of_planner, open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -246,7 +246,7 @@ def test_pddl_problems_import(eai: Command) -> None:
 
 
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_public_tasks_survive(name: str, data_store: Store) -> None:
+def test_public_tasks_survive(name: str, data_store: DataPackStore) -> None:
     base, source = find_benchmark(name), Source(data_store)
     originals = list(base.tasks(source).values())[:: 60 if name == "virtualhome" else 5]
     file = put(f"{name}.jsonl", *(write_task_line(task, name, base.domain) for task in originals))
@@ -260,7 +260,7 @@ def test_public_tasks_survive(name: str, data_store: Store) -> None:
         assert write_task_line(read, name, base.domain) == write_task_line(original, name, base.domain)
 
 
-def closed(name: str, store: Store) -> Benchmark:
+def closed(name: str, store: DataPackStore) -> Benchmark:
     """Some public tasks of a household as a task file."""
     base, source = find_benchmark(name), Source(store)
     tasks = [task for task in base.tasks(source).values() if task.script and task.goals][:3]
@@ -271,7 +271,7 @@ def closed(name: str, store: Store) -> Benchmark:
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
-def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> None:
+def test_all_abilities_work(name: str, ability: Ability, data_store: DataPackStore) -> None:
     if name == "virtualhome" and ability is Ability.TRANSITION_MODELING:
         pytest.skip("300 objects a problem: tested on generated tasks, which have 30")
     benchmark, source = closed(name, data_store), Source(data_store, planner=PlannerChoice.BUILT_IN)
@@ -289,7 +289,7 @@ def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> N
     assert suite.domain == f"{name}-few_{name}"
 
 
-def test_the_planner_and_the_environment_take_them(data_store: Store) -> None:
+def test_the_planner_and_the_environment_take_them(data_store: DataPackStore) -> None:
     benchmark = closed("behavior", data_store)
     book = open_answers_of_planner(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))

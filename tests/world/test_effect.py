@@ -53,7 +53,7 @@ def test_the_engine_equals_plain_sets_in_the_toy_domain(seed: int) -> None:
 @pytest.fixture
 def domain() -> Domain:
     """Return the domain by the paper's rules. Tests of other rules override this fixture."""
-    return virtualhome.make_domain_in_paper_order()
+    return virtualhome.make_domain_with_checks_in_paper_order()
 
 
 @pytest.mark.parametrize("task_id", ["27_2", "1003_2", "417_1"])

@@ -206,14 +206,14 @@ class _Explorer:
         """Return a plan that reaches the goals, or else a plan that lets the agent see more objects."""
         return (
             self._find_plan_for_goals()
-            or self._plan_to_see_objects(self._find_unvisited_objects_known_at_start())
+            or self._plan_to_see_objects(self._pair_unvisited_objects_with_sight_goals())
             or self._find_plan_for_goals(_LIMITS_BEFORE_OPENING)
             or self._plan_to_open_container()
             or self._find_plan_for_goals(_LIMITS_OF_LAST_SEARCH)
         )
 
     def _plan_to_open_container(self) -> Sequence[Action]:
-        plan = self._plan_to_see_objects(self._find_closed_containers())
+        plan = self._plan_to_see_objects(self._pair_closed_containers_with_opening_goals())
         self._has_opened |= bool(plan)
         return plan
 
@@ -295,7 +295,7 @@ class _Explorer:
                         return plan
         return ()
 
-    def _find_unvisited_objects_known_at_start(self) -> Sequence[tuple[int, Formula]]:
+    def _pair_unvisited_objects_with_sight_goals(self) -> Sequence[tuple[int, Formula]]:
         """Return the objects known from the start that the agent has not visited, such as furniture.
 
         Each comes with the condition under which the agent sees it.
@@ -306,7 +306,7 @@ class _Explorer:
         landmarks = [i for i in self._game.setup.observer.landmarks if i not in self._visited_objects]
         return [(i, _replace_variable_x(visible, Constant(names[i].name))) for i in landmarks]
 
-    def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
+    def _pair_closed_containers_with_opening_goals(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that can hide other objects, each with the condition under which it hides nothing.
 
         Objects that goals name come first. The other objects are in the order of how many objects of their
@@ -351,7 +351,7 @@ class _GoldPlanAgentThatExplores(_Explorer):
         """
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return (
-                self._plan_to_see_objects(self._find_unvisited_objects_known_at_start())
+                self._plan_to_see_objects(self._pair_unvisited_objects_with_sight_goals())
                 or self._plan_to_open_container()
             )
         return [self._steps.popleft()] if self._steps else ()

@@ -69,20 +69,20 @@ class CommandNotation:
         """Return an action as a line, such as ``OPEN(jar_0)``."""
         return self._notation.write_command(action.operator, [self._names[i] for i in action.arguments])
 
-    def read_command(
-        self, text: str, allowed_objects: Collection[int], *, may_end: bool
+    def read_command_and_repairs(
+        self, text: str, allowed_objects: Collection[int], *, may_end_episode: bool
     ) -> tuple[ParsedCommand, tuple[str, ...]]:
         """Read a text as a command. Return its meaning, and the names of the corrections of malformed text.
 
         Args:
             text: the text.
             allowed_objects: indices of the objects that the agent may act on.
-            may_end: whether the text may end the episode.
+            may_end_episode: whether the text may end the episode.
         """
         plan = self._read_steps_of_command(text)
         if isinstance(plan, Unreadable):
             return ErrorReport(FaultKind.PARSING, None, plan.reason), ()
-        if may_end and plan.steps == (WrittenStep(DONE, ()),):
+        if may_end_episode and plan.steps == (WrittenStep(DONE, ()),):
             return None, plan.repairs
         if len(plan.steps) != 1:
             reason = f"one action at a time, not {len(plan.steps)}"

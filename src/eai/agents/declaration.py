@@ -28,7 +28,7 @@ from eai.abilities.declaration import (
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, UNREPLAYABLE, make_rate_contribution_of_answer
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -49,7 +49,7 @@ _MAX_RECOVERY_TURNS = 2
 """Number of turns after an impossible action within which a possible action counts as recovery."""
 
 
-def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
+def compute_share_by_metric(verdict: EpisodeVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
 
     If the task was played several times and the verdict is the mean, the numbers are means too.
@@ -94,7 +94,7 @@ def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
     }
 
 
-def average_episode_verdicts(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
+def average_episode_verdicts(verdicts: Sequence[EpisodeVerdict]) -> EpisodeVerdict:
     """Return the verdict on a task's first scored episode. Its `mean` is that of all scored episodes."""
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
@@ -127,7 +127,7 @@ def _make_question_and_answer(domain_and_notation: DomainAndNotation, task: Task
     return make_question_and_winning_answer(domain_and_notation, task)
 
 
-def _read_settings_of_episode(answer: str) -> Experiment | None:
+def _read_harness_and_game_rules_of_episode(answer: str) -> Experiment | None:
     """Return the game rules of an episode and its harness, the program that let the model act.
 
     Return None if the answer is not an episode with turns.
@@ -147,11 +147,13 @@ _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for 
 ACTING = AbilityDeclaration(
     ability=Ability("acting"),
     interaction=MultiTurnInteraction(
-        _make_scorer_factory, _make_question_and_answer, read_episode_settings=_read_settings_of_episode
+        _make_scorer_factory,
+        _make_question_and_answer,
+        read_episode_settings=_read_harness_and_game_rules_of_episode,
     ),
     title="Acting",
     short_title="acting",
-    verdict=ActingVerdict,
+    verdict=EpisodeVerdict,
     contributions=compute_share_by_metric,
     outcome=classify_plan_outcome,
     columns=(

@@ -121,12 +121,12 @@ class EpisodeServer:
         if journal.ended is not None and key in self._written:
             self._write_answers()
         elif journal.ended is not None:
-            self._append_answer(key)
+            self._append_ended_episode_to_response_file(key)
         return observation
 
-    def draw_pictures(self, key: AnswerKey) -> tuple[Image, ...]:
-        """Return pictures of an episode's present world (`RecordedGame.draw_pictures`)."""
-        return self._open_episode(key)[0].draw_pictures()
+    def draw_pictures_of_current_world(self, key: AnswerKey) -> tuple[Image, ...]:
+        """Return pictures of an episode's present world (`RecordedGame.draw_pictures_of_current_world`)."""
+        return self._open_episode(key)[0].draw_pictures_of_current_world()
 
     def end_episodes(self) -> None:
         """End all episodes under way.
@@ -162,7 +162,7 @@ class EpisodeServer:
         )
         self._written.update(begun)
 
-    def _append_answer(self, key: AnswerKey) -> None:
+    def _append_ended_episode_to_response_file(self, key: AnswerKey) -> None:
         """Append an episode that has ended to the response file."""
         self._written.add(key)
         with (

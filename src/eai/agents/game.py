@@ -176,13 +176,13 @@ class Game:
             )
             return (
                 self.setup.repairer.compute_closeness_to_success(
-                    (*self._list_executed_or_needless_actions(), *last)
+                    (*self._list_actions_executed_or_skipped_as_needless(), *last)
                 )
                 or 0.0
             )
         return 0.0 if earned is None else compute_reward_from_inputs(earned, self._rules.reward)
 
-    def _list_executed_or_needless_actions(self) -> list[Action]:
+    def _list_actions_executed_or_skipped_as_needless(self) -> list[Action]:
         """Return the actions that were executed, or skipped because they were not needed."""
         steps = self._episode.trajectory.steps
         return [
@@ -271,7 +271,7 @@ class Game:
         ends = self._rules.until == "done"
         everything = range(len(self.task.scene.objects))
         nameable = self.memory.known if self._rules.observe == "partial" else everything
-        meant, repairs = self.setup.commands.read_command(text, nameable, may_end=ends)
+        meant, repairs = self.setup.commands.read_command_and_repairs(text, nameable, may_end_episode=ends)
         self._memory.has_looked = False
         self._turns += meant is not None
         if self._has_no_actions_left:

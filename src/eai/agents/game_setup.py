@@ -127,7 +127,7 @@ class GameSetup:
 
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
-    def make_setup_without_limits(self) -> GameSetup:
+    def copy_setup_without_failures_and_step_limit(self) -> GameSetup:
         """Return a copy of this setup in which actions never fail by chance and their number is not limited.
 
         Games end by `DONE`.

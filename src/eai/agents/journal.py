@@ -171,7 +171,7 @@ class EpisodeJournal:
         self._path, self._key, self._seal = path, key, ""
         self._written = 0
         try:
-            size = self._replay_turns_and_get_size(play) if has_begun_episode(path) else 0
+            size = self._replay_turns_and_get_journal_size(play) if has_begun_episode(path) else 0
             path.touch(0o600)
             self._file = path.open("ab")
             self._file.truncate(size)
@@ -181,7 +181,7 @@ class EpisodeJournal:
             self._append_line({"begin": _make_journal_header(play)})
         self.write_turns(play)
 
-    def _replay_turns_and_get_size(self, game: RecordedGame) -> int:
+    def _replay_turns_and_get_journal_size(self, game: RecordedGame) -> int:
         """Play the turns in the journal's file again. Return the size of the complete lines, in bytes."""
         before = _read_journal_content(self._path, self._key, game)
         for turn in before.turns:

@@ -249,13 +249,13 @@ class Observer:
         return listing.list_facts(state, visible, self._find_objects_whose_facts_are_listed(listing))
 
     def _find_objects_whose_facts_are_listed(
-        self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
+        self, fact_lister: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
         """Return the objects whose facts a list of a predicate's facts may contain; None for all objects.
 
         The objects are ``chosen_objects``. For egocentric predicates, the agent is the only object.
         """
-        if listing.predicate not in self._egocentric_predicates:
+        if fact_lister.predicate not in self._egocentric_predicates:
             return chosen_objects
         return frozenset() if self.agent is None else frozenset((self.agent,))
 

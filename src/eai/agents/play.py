@@ -90,7 +90,11 @@ class EpisodeFactory:
             InputError: objects have no 3D bodies, or a picture has no room for them.
             EaiError: the extra that draws pictures is not installed.
         """
-        images = () if task.unplannable_reason is not None else self.begin_episode(task).draw_pictures()
+        images = (
+            ()
+            if task.unplannable_reason is not None
+            else self.begin_episode(task).draw_pictures_of_current_world()
+        )
         return replace(self.make_prompt(task), images=images)
 
     def begin_episode(self, task: Task, epoch: int = 1, start_count: int = 1) -> RecordedGame:
@@ -109,8 +113,8 @@ class EpisodeFactory:
         return [turn.said for turn in game.turns]
 
 
-def make_prompts_and_metadata(
-    setting: AgentSetting, prompts: Mapping[str, Prompt], suite: Suite
+def make_episode_prompts_and_metadata(
+    setting: AgentSetting, standard_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
     """Return two mappings by task id: the questions of episodes in a setting, and metadata with the setting.
 
@@ -121,11 +125,13 @@ def make_prompts_and_metadata(
     """
     if setting.harness not in HARNESSES:
         load_object(setting.harness)  # raises for an unknown harness, before any model is called
-    about = {task_id: {AGENT_SETTING_FIELD: setting.model_dump_json()} for task_id in prompts}
+    about = {task_id: {AGENT_SETTING_FIELD: setting.model_dump_json()} for task_id in standard_prompts}
     if setting == STANDARD:
-        return prompts, about
+        return standard_prompts, about
     factory = EpisodeFactory(suite.benchmark, setting)
-    return {task_id: factory.make_prompt_with_pictures(suite.tasks[task_id]) for task_id in prompts}, about
+    return {
+        task_id: factory.make_prompt_with_pictures(suite.tasks[task_id]) for task_id in standard_prompts
+    }, about
 
 
 def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
@@ -320,7 +326,7 @@ class RecordedGame(Game):
         self._thought = thought
         return told
 
-    def draw_pictures(self) -> tuple[Image, ...]:
+    def draw_pictures_of_current_world(self) -> tuple[Image, ...]:
         """Return pictures of the present world; none after the end or without feedback by pictures.
 
         Raises:

@@ -125,7 +125,7 @@ class _WinningCommands(NamedTuple):
 
 def _find_games_won_by_agents(setup: GameSetup) -> Iterator[_WinningCommands]:
     """Let built-in agents play a task without a limit of actions. Yield each game that reaches all goals."""
-    endless = setup.make_setup_without_limits()
+    endless = setup.copy_setup_without_failures_and_step_limit()
     for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
         agent, commands, actions = AGENTS[name](game, 0), list[str](), list[Action]()
@@ -144,7 +144,7 @@ def _has_standard_visibility(rules: GameRules) -> bool:
 
 def _find_mistakes_in_reference(setup: GameSetup) -> Iterator[str]:
     """Play the actions that a task records as its reference. Yield a message if they do not win."""
-    game = Game(setup.make_setup_without_limits())
+    game = Game(setup.copy_setup_without_failures_and_step_limit())
     for number, action in enumerate(setup.task.reference_plan):
         game.act(setup.commands.write_command(action))
         if game.outcome.fault not in (None, FaultKind.ADDITIONAL_STEP):
@@ -173,7 +173,9 @@ def add_reference_plans(task: Task, benchmark: Benchmark) -> Task:
     return replace(task, shortest_plan=tuple(shortest), reference_plan=reference)
 
 
-def describe_wrong_recorded_plans(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
+def describe_wrong_recorded_plans(
+    task: Task, benchmark: Benchmark, *, searches_shorter_plans: bool
+) -> Iterator[str]:
     """Yield a message on each wrong plan that a task records: its shortest plan, or its reference plan.
 
     The shortest plan may need knowledge of the whole scene. An agent in the standard setting, which sees only
@@ -182,14 +184,14 @@ def describe_wrong_recorded_plans(task: Task, benchmark: Benchmark, *, searches:
     Args:
         task: a task whose recorded plans reach its goals (`eai.tasks.task_files.find_mistakes_in_task`).
         benchmark: the benchmark of the task.
-        searches: whether shorter plans are searched for. Otherwise, only the reference plan is
+        searches_shorter_plans: whether shorter plans are searched for. Otherwise, only the reference plan is
             played.
     """
     recorded = {"shortest": task.shortest_plan, "reference": task.reference_plan}
     if task.reference_plan:
         setup = GameSetup(task, benchmark, STANDARD, find_reference_solution)
         yield from _find_mistakes_in_reference(setup)
-    if not searches or not any(recorded.values()):
+    if not searches_shorter_plans or not any(recorded.values()):
         return
     found = add_reference_plans(replace(task, shortest_plan=(), reference_plan=()), benchmark)
     for member, plan in (("shortest", found.shortest_plan), ("reference", found.reference_plan)):

@@ -24,7 +24,7 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.play import EpisodeAnswer, EpisodeFactory, make_game_rules, read_episode
 from eai.agents.reference import make_setup
 from eai.agents.setting import AUTO, STANDARD
-from eai.agents.verdict import ActingVerdict, Recoverability, Turn
+from eai.agents.verdict import EpisodeTurn, EpisodeVerdict, Recoverability
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
 from eai.planning.search import Limits, SearchEndReason
@@ -105,7 +105,7 @@ class _EpisodeScorer(Scorer):
         """
         excluded = self._exclusion_if_no_winning_game_found
         if excluded is not None:
-            return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
+            return Assessment(EpisodeVerdict(excluded=excluded), lambda: Explanation((excluded,)))
         read = read_episode(text)
         episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or make_game_rules(STANDARD)
@@ -119,7 +119,7 @@ class _EpisodeScorer(Scorer):
 
     def _replay_episode(
         self, setup: GameSetup, episode: EpisodeAnswer
-    ) -> tuple[ActingVerdict, list[StepReport], list[StateAndTakenActions]]:
+    ) -> tuple[EpisodeVerdict, list[StepReport], list[StateAndTakenActions]]:
         game = Game(setup, episode.seed, episode.epoch)
         difference = _describe_observation_difference(
             "the first observation", episode.opening, game.write_first_observation()
@@ -138,7 +138,7 @@ class _EpisodeScorer(Scorer):
             difference = _describe_observation_difference(f"turn {number}", command.told, told)
             first = states.setdefault((game.state, game.reached), number)
             turns.append(
-                Turn(
+                EpisodeTurn(
                     command.said,
                     hash_text(told),
                     is_action=game.tried_action_count > tried_before,
@@ -158,7 +158,9 @@ class _EpisodeScorer(Scorer):
             history,
         )
 
-    def _mark_episode_as_unreplayable(self, verdict: ActingVerdict, replay_difference: str) -> ActingVerdict:
+    def _mark_episode_as_unreplayable(
+        self, verdict: EpisodeVerdict, replay_difference: str
+    ) -> EpisodeVerdict:
         """Return the verdict on an episode whose replay differs: no goal counts as reached."""
         step = len(verdict.turns) - 1 if verdict.turns else None
         return replace(
@@ -178,8 +180,8 @@ class _EpisodeScorer(Scorer):
         )
 
     def _make_verdict(
-        self, game: Game, episode: EpisodeAnswer, turns: tuple[Turn, ...], ended: str
-    ) -> ActingVerdict:
+        self, game: Game, episode: EpisodeAnswer, turns: tuple[EpisodeTurn, ...], ended: str
+    ) -> EpisodeVerdict:
         """Return the verdict on an episode after the last replayed turn.
 
         If no turn was played, no goal counts as reached, even if it holds at the start.
@@ -187,7 +189,7 @@ class _EpisodeScorer(Scorer):
         setup, held = game.setup, game.reached if turns else self.goals.none_reached
         faults = [turn.fault for turn in turns if turn.fault is not None]
         additional = faults.count(FaultKind.ADDITIONAL_STEP)
-        return ActingVerdict(
+        return EpisodeVerdict(
             executable=len(faults) == additional,
             success=game.won,
             additional_steps=additional,
@@ -210,9 +212,9 @@ class _EpisodeScorer(Scorer):
         )
 
     def _make_assessment(
-        self, verdict: ActingVerdict, steps: list[StepReport], history: list[StateAndTakenActions]
+        self, verdict: EpisodeVerdict, steps: list[StepReport], history: list[StateAndTakenActions]
     ) -> Assessment:
-        def make_verdict_with_goal_reachability(max_states: int) -> ActingVerdict:
+        def add_goal_reachability_to_verdict(max_states: int) -> EpisodeVerdict:
             if self.task.has_no_plan:
                 return verdict
             if verdict.is_unreplayable:
@@ -240,7 +242,7 @@ class _EpisodeScorer(Scorer):
             goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
-        return Assessment(verdict, explain_episode_verdict, make_verdict_with_goal_reachability)
+        return Assessment(verdict, explain_episode_verdict, add_goal_reachability_to_verdict)
 
 
 _MAX_SHOWN = 100
@@ -257,7 +259,7 @@ def _describe_observation_difference(
     return f"{turn_name}: the observation is another one: {first[:_MAX_SHOWN]}"
 
 
-def _make_step_report(turn: Turn, game: Game) -> StepReport:
+def _make_step_report(turn: EpisodeTurn, game: Game) -> StepReport:
     """Return the entry of a turn in the explanation of a verdict.
 
     The reason of a failure is always one line, even if an object's name has a line break.

@@ -115,7 +115,9 @@ def make_mcp_server(
             return _make_error_result(error)
         try:
             told = TextContent(text=episodes.play_command(key, command))
-            return CallToolResult(content=[told, *map(_encode_image, episodes.draw_pictures(key))])
+            return CallToolResult(
+                content=[told, *map(_encode_image, episodes.draw_pictures_of_current_world(key))]
+            )
         except Exception as error:  # the message names files, which the agent must not know
             _LOG.error("%s", error if isinstance(error, EaiError) else describe_exception(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None

@@ -16,7 +16,7 @@ Recoverability: TypeAlias = Literal["open", "lost", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class EpisodeTurn:
     """One turn of an episode.
 
     Attributes:
@@ -41,7 +41,7 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True)
-class ActingVerdict(PlanVerdict):
+class EpisodeVerdict(PlanVerdict):
     """The verdict on an episode. The field ``executable`` says that no action was impossible.
 
     Attributes:
@@ -63,7 +63,7 @@ class ActingVerdict(PlanVerdict):
             all.
     """
 
-    turns: tuple[Turn, ...] = ()
+    turns: tuple[EpisodeTurn, ...] = ()
     ended: str = "stopped"
     declared: bool = False
     reached: bool = False
@@ -93,7 +93,7 @@ class ActingVerdict(PlanVerdict):
         return self.error is not None and self.error.check == UNREPLAYABLE
 
     @property
-    def action_turns(self) -> tuple[Turn, ...]:
+    def action_turns(self) -> tuple[EpisodeTurn, ...]:
         """The turns in which an action was tried."""
         return tuple([turn for turn in self.turns if turn.is_action])
 
@@ -108,7 +108,7 @@ class ActingVerdict(PlanVerdict):
         return self.turns[step_index].is_action
 
 
-def describe_goal_reachability(verdict: ActingVerdict) -> str:
+def describe_goal_reachability(verdict: EpisodeVerdict) -> str:
     """Return a sentence on whether the goals can still be reached at the end of an episode."""
     if verdict.outlook == "lost":
         after = f"after turn {verdict.lost_at}" if verdict.lost_at else "from the start"

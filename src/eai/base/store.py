@@ -106,7 +106,7 @@ class PackFile:
 
 
 @dataclass(frozen=True, slots=True)
-class Store:
+class DataPackStore:
     """A folder of packs (converted data sets)."""
 
     folder: Path = field(default_factory=default_folder)

@@ -46,7 +46,7 @@ def read_answer_formats(package: str) -> Mapping[Ability, str]:
     }
 
 
-def read_short_format_texts(package: str) -> Mapping[str, str]:
+def read_short_answer_format_texts(package: str) -> Mapping[str, str]:
     """Return the texts in the folder ``formats/short`` of a package, by file name without ``.txt``."""
     folder = files(package) / FOLDER / "short"
     return {
@@ -185,7 +185,7 @@ class Benchmark:
         return self.data.title or self.name
 
     @property
-    def has_declared_prompt_names(self) -> bool:
+    def has_names_in_prompts_from_declaration(self) -> bool:
         """Whether the names in prompts come from the benchmark's declaration, not from published data."""
         return self.notation.wordings is None
 

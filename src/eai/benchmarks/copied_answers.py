@@ -74,7 +74,10 @@ def write_goal_parts_as_subgoals(task: Task, notation: SubgoalNotation) -> list[
     actions = [
         _join_formulas(
             f.Or,
-            [_make_occurrence_formula(name, arities[name]) for name in list_actions_that_meet_goal(goal)],
+            [
+                _make_formula_action_occurs_on_any_objects(name, arities[name])
+                for name in list_actions_that_meet_goal(goal)
+            ],
         )
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
@@ -91,7 +94,7 @@ def _join_formulas(kind: type[f.And | f.Or], parts: Sequence[f.Formula]) -> f.Fo
     return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
-def _make_occurrence_formula(action: str, arity: int) -> f.Formula:
+def _make_formula_action_occurs_on_any_objects(action: str, arity: int) -> f.Formula:
     variables = [f.Variable(f"x{i}") for i in range(arity)]
     taken: f.Formula = f.Occurs(action, tuple(variables))
     return wrap_in_quantifiers(f.Exists, variables, taken)
@@ -136,7 +139,7 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
             return formula
 
 
-def open_copied_answers(
+def open_answers_copied_from_questions(
     benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
 ) -> AnswersByTask:
     """Return answers that are copied from the question without understanding it.
@@ -162,7 +165,7 @@ def open_empty_answers(
     Raises:
         DataError: the data cannot be obtained.
     """
-    book = open_copied_answers(benchmark, ability, source)
+    book = open_answers_copied_from_questions(benchmark, ability, source)
     return TaskSet(book, lambda task_id: replace(book[task_id], parts=()), "")
 
 
@@ -293,7 +296,7 @@ def _ground_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task)
     return None
 
 
-def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
+def _copy_goal_predicates_to_operator_effects(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
     """Yield the task's operators in PDDL, without preconditions. Their effects are copied from the goal.
 
     Each predicate of the goal becomes an effect, negated if the goal negates it. An operator has this effect
@@ -322,7 +325,7 @@ _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
     Ability.GOAL_INTERPRETATION: _copy_goals_mentioned_in_instruction,
     Ability.SUBGOAL_DECOMPOSITION: _copy_goal_parts_as_subgoals,
     Ability.ACTION_SEQUENCING: _make_plan_from_goal_conditions,
-    Ability.TRANSITION_MODELING: _write_operators_with_goal_effects,
+    Ability.TRANSITION_MODELING: _copy_goal_predicates_to_operator_effects,
 }
 
 
@@ -346,7 +349,10 @@ def open_answers_of_similar_tasks(
     """
     if ability is Ability.TRANSITION_MODELING:
         return make_answers_by_task(
-            benchmark, ability, source, _make_shared_operator_lister(benchmark.operator_tasks(source))
+            benchmark,
+            ability,
+            source,
+            _make_lister_of_operators_in_several_tasks(benchmark.operator_tasks(source)),
         )
     if ability not in _LOOKED_UP_ABILITIES:
         raise make_no_answer_error(model="lookup", benchmark=benchmark, ability=ability)
@@ -453,7 +459,9 @@ def _adapt_goals_of_similar_task(
     return notation.write([goal for goal in stated if lexicon.find_unknown_name(goal) is None])
 
 
-def _make_shared_operator_lister(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
+def _make_lister_of_operators_in_several_tasks(
+    tasks: TaskSet[TransitionTask],
+) -> Callable[[TransitionTask], Sequence[str]]:
     """Return a function that lists, as PDDL, the operators of a task that another task needs, too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]

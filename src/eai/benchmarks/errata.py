@@ -35,7 +35,7 @@ TaskT = TypeVar("TaskT", bound=Task)
 _FILE = "errata.toml"
 
 
-def replace_operators_listed_in_question(task: TransitionTask, question: str) -> str:
+def make_question_ask_for_scored_operators(task: TransitionTask, question: str) -> str:
     """Return a copy of a question that asks for the operators that are scored.
 
     A few official questions ask for other operators.
@@ -201,7 +201,7 @@ class Errata:
                 if entry.question is not None:
                     question = _replace_once(question, entry.question, entry.id)
                 if entry.asks_scored:
-                    question = replace_operators_listed_in_question(load_operators()[task_id], question)
+                    question = make_question_ask_for_scored_operators(load_operators()[task_id], question)
             return question
 
         return correct_question

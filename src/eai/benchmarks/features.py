@@ -8,7 +8,7 @@ from math import prod
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import TaskMeasure, measure_task
-from eai.benchmarks.labels import derive_labels
+from eai.benchmarks.labels import derive_task_labels_from_goals
 from eai.logic.choice import Literal, count_dnf_terms, generate_dnf_terms_of_tree
 from eai.logic.formula import Atom, Exactly, Exists, ForAll, ForPairs, Not, Occurs
 from eai.logic.traversal import walk_subformulas
@@ -113,7 +113,7 @@ def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
         instruction_words=len(task.instruction.split()),
         containers=measures.get(TaskMeasure.CONTAINERS),
         hidden=measures.get(TaskMeasure.HIDDEN),
-        labels=" ".join(derive_labels(task, benchmark.data.labels)),
+        labels=" ".join(derive_task_labels_from_goals(task, benchmark.data.labels)),
     )
 
 

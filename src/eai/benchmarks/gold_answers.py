@@ -47,44 +47,55 @@ def make_noisy_answer(answers: AnswersByTask, task_id: str, rate: float, seed: s
         rate: probability that a part is corrupted.
         seed: seed of all random choices.
     """
-    return next(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
+    return next(yield_corrupted_answer_and_repaired_versions(answers, task_id, rate, seed))
 
 
-def make_answer_heeding_feedback(
-    answers: AnswersByTask, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
+def make_noisy_answer_heeding_feedback(
+    answers: AnswersByTask,
+    task_id: str,
+    question: str,
+    attempt: int,
+    *,
+    error_rate: float,
+    seed: str,
+    repair_probability: float,
 ) -> AnswerInParts:
     """Return the answer of a built-in model that makes random errors, and repairs an error that is named.
 
     The question may contain the model's last answer and the reason for its failure. The model then repairs
-    the first wrong part (such as a step) of that answer with probability ``heed``.
+    the first wrong part (such as a step) of that answer with probability ``repair_probability``.
     Otherwise the model repeats its answer.
     """
-    versions = list(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
+    versions = list(yield_corrupted_answer_and_repaired_versions(answers, task_id, error_rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
     if attempt == 1 or position < 0:
         return versions[0]
     has_reason = REASONS_PREFIX in question[position + len(versions[last].text) :]
-    heeds = has_reason and make_random_generator(f"{seed} {attempt}", task_id).random() < heed
+    heeds = has_reason and make_random_generator(f"{seed} {attempt}", task_id).random() < repair_probability
     return versions[min(last + heeds, len(versions) - 1)]
 
 
-def yield_corrupted_then_repaired_answers(
-    answers: AnswersByTask, task_id: str, rate: float, seed: str
+def yield_corrupted_answer_and_repaired_versions(
+    answers: AnswersByTask, task_id: str, error_rate: float, seed: str
 ) -> Iterator[AnswerInParts]:
     """Yield a corrupted answer, then versions of this answer with 1, 2, ... repaired parts, such as steps.
 
     The last version is the gold answer.
     """
     answer = answers[task_id]
-    segments = list(_corrupt_answer_parts(answers, answer.parts, rate, make_random_generator(seed, task_id)))
-    yield _join_corrupted_parts(segments, answer)
+    segments = list(
+        _corrupt_answer_parts(answers, answer.parts, error_rate, make_random_generator(seed, task_id))
+    )
+    yield _make_answer_from_corrupted_parts(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
             segments[number] = gold, gold
-            yield _join_corrupted_parts(segments, answer)
+            yield _make_answer_from_corrupted_parts(segments, answer)
 
 
-def _join_corrupted_parts(segments: Iterable[_GoldAndCorruptedParts], answer: AnswerInParts) -> AnswerInParts:
+def _make_answer_from_corrupted_parts(
+    segments: Iterable[_GoldAndCorruptedParts], answer: AnswerInParts
+) -> AnswerInParts:
     return AnswerInParts(tuple([part for _, parts in segments for part in parts]), answer.join)
 
 
@@ -194,7 +205,9 @@ def open_gold_answers(benchmark: Benchmark, ability: Ability, source: Source = U
         case Ability.TRANSITION_MODELING:
             return make_answers_by_task(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
-            return _open_gold_answers_made_from_plans(benchmark, ability, source, scripts=True)
+            return _open_correct_answers_made_from_plans(
+                benchmark, ability, source, prefers_annotated_plans=True
+            )
     pose, world = (
         get_declaration(ability).interaction.make_question,
         benchmark.collect_domain_and_notation(source),
@@ -231,9 +244,11 @@ def open_answers_of_planner(
     """
     match ability:
         case Ability.ACTION_SEQUENCING:
-            return _open_gold_answers_made_from_plans(benchmark, ability, source, limits=limits, find=find)
+            return _open_correct_answers_made_from_plans(
+                benchmark, ability, source, limits=limits, search_plan=find
+            )
         case Ability.SUBGOAL_DECOMPOSITION:
-            return _open_gold_answers_made_from_plans(benchmark, ability, source)
+            return _open_correct_answers_made_from_plans(benchmark, ability, source)
         case _:
             raise make_no_answer_error(model="planner", benchmark=benchmark, ability=ability)
 
@@ -265,12 +280,12 @@ def make_benchmark_starting_after_actions(
 ) -> Benchmark:
     """Return a copy of the benchmark in which one task starts in the state after some actions."""
 
-    def make_task_starting_after_actions(task: Task) -> Task:
+    def start_chosen_task_after_actions(task: Task) -> Task:
         if task.id != task_id:
             return task
         return replace(task, initial=execute_plan(benchmark.domain, task.initial, done).final_state)
 
-    return benchmark.with_changed_tasks(make_task_starting_after_actions)
+    return benchmark.with_changed_tasks(start_chosen_task_after_actions)
 
 
 def make_benchmark_without_reached_goals(
@@ -288,18 +303,18 @@ def make_benchmark_without_reached_goals(
     return benchmark.with_changed_tasks(drop_goals)
 
 
-def _open_gold_answers_made_from_plans(
+def _open_correct_answers_made_from_plans(
     benchmark: Benchmark,
     ability: Ability,
     source: Source,
     *,
-    scripts: bool = False,
+    prefers_annotated_plans: bool = False,
     limits: Limits | None = None,
-    find: FindPlan = find_plan,
+    search_plan: FindPlan = find_plan,
 ) -> AnswersByTask:
     """Return right answers made from plans: plans for action sequencing, or subgoals of plans.
 
-    If ``scripts`` is true, the data set's own plans are used.
+    If ``prefers_annotated_plans`` is true, the data set's own plans are used.
     For tasks without such a plan, a plan is searched.
     """
     planner, join = Planner(benchmark.domain), get_part_joiner(benchmark, ability)
@@ -312,12 +327,12 @@ def _open_gold_answers_made_from_plans(
 
     def make_answer(task_id: str) -> AnswerInParts:
         task = tasks[task_id]
-        may_decline = scripts and ability is Ability.ACTION_SEQUENCING
+        may_decline = prefers_annotated_plans and ability is Ability.ACTION_SEQUENCING
         if may_decline and (declining := write_expected_declining_answer(task, plans)) is not None:
             return AnswerInParts((declining,), "".join)
-        if scripts and (task.script or task.unsolvable is not None):
+        if prefers_annotated_plans and (task.script or task.unsolvable is not None):
             return AnswerInParts(tuple(write_answer_parts(task, task.script)), join)
-        search = find(task, planner, limits)
+        search = search_plan(task, planner, limits)
         return AnswerInParts(
             tuple(write_answer_parts(task, search.plan)), join, explain_missing_plan(search.end)
         )

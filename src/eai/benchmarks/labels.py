@@ -18,18 +18,20 @@ _MIN_COMPOSITE_GOALS = 3
 _MIN_ACTIVITY_GOALS = 6
 
 
-def derive_labels(task: Task, goal_labels: Mapping[str, str]) -> tuple[str, ...]:
+def derive_task_labels_from_goals(
+    task: Task, labels_by_predicate_or_action: Mapping[str, str]
+) -> tuple[str, ...]:
     """Return the sorted labels of a task, or no labels if it has no goals.
 
     Args:
         task: the task.
-        goal_labels: goal predicate or action -> labels (field `labels` of
+        labels_by_predicate_or_action: goal predicate or action -> labels (field `labels` of
             `eai.benchmarks.benchmark.DataSet`).
     """
     labels = {
         label
         for goal_key in _yield_goal_predicates_with_categories(task)
-        for label in _find_labels(goal_key, goal_labels)
+        for label in _find_labels_of_goal_predicate(goal_key, labels_by_predicate_or_action)
     }
     parts = [part for goal in task.goals for part in walk_subformulas(goal.formula)]
     if any(isinstance(part, (Exactly, ForPairs)) for part in parts):
@@ -64,7 +66,12 @@ def _yield_goal_predicates_with_categories(task: Task) -> Iterator[tuple[str, st
                         yield name, "" if index is None else scene.objects[index].category
 
 
-def _find_labels(goal_key: tuple[str, str], goal_labels: Mapping[str, str]) -> list[str]:
-    name, category = goal_key
+def _find_labels_of_goal_predicate(
+    predicate_and_category: tuple[str, str], labels_by_predicate_or_action: Mapping[str, str]
+) -> list[str]:
+    name, category = predicate_and_category
     keys = [*(f"{name} {word}" for word in category.split("__")), name]
-    return next((goal_labels[key].split() for key in keys if key in goal_labels), [])
+    return next(
+        (labels_by_predicate_or_action[key].split() for key in keys if key in labels_by_predicate_or_action),
+        [],
+    )

@@ -26,7 +26,9 @@ _MAX_BINDINGS = 20_000
 """Maximum number of combinations of parameter values that are tried to find possible actions in a state."""
 
 
-def make_example(domain: Domain, tasks: Collection[Task], predicates: Collection[str]) -> Task | None:
+def make_example_task_for_prompts(
+    domain: Domain, evaluated_tasks: Collection[Task], goal_predicates: Collection[str]
+) -> Task | None:
     """Return a task of two actions, or one, in the scene of the first task; None if no such task exists.
 
     A second action is possible only after the first. The goal is a fact that the last action makes true. The
@@ -34,14 +36,17 @@ def make_example(domain: Domain, tasks: Collection[Task], predicates: Collection
 
     Args:
         domain: the domain.
-        tasks: the evaluated tasks, at least one.
-        predicates: the predicates of goals.
+        evaluated_tasks: the evaluated tasks, at least one.
+        goal_predicates: the predicates of goals.
     """
-    first = next(iter(tasks))
+    first = next(iter(evaluated_tasks))
     for plan, final in islice(_yield_short_plans_with_final_states(domain, first), _MAX_PLANS):
-        facts = [fact for fact in compare_states(first.initial, final).added if fact.predicate in predicates]
+        facts = [
+            fact for fact in compare_states(first.initial, final).added if fact.predicate in goal_predicates
+        ]
         if facts and not any(
-            task.scene.objects == first.scene.objects and solves_task(domain, task, plan) for task in tasks
+            task.scene.objects == first.scene.objects and solves_task(domain, task, plan)
+            for task in evaluated_tasks
         ):
             predicate, arguments = facts[-1]
             wanted = f.Atom(predicate, tuple([f.Constant(first.scene.objects[i].name) for i in arguments]))

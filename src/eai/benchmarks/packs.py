@@ -18,7 +18,7 @@ from eai.base.entry_points import EntryPoint, get_entry_points
 from eai.base.errors import DataError
 from eai.base.files import make_file_lock, make_stale_lock_hint
 from eai.base.source import PackageArchive, open_archive_files
-from eai.base.store import PackFile, ReportProgress, Store, ignore_progress, make_unwritable_error
+from eai.base.store import DataPackStore, PackFile, ReportProgress, ignore_progress, make_unwritable_error
 from eai.benchmarks.registry import PAPER_BENCHMARKS, list_paper_benchmarks
 from eai.tasks.source import DataMistake, Source
 
@@ -26,7 +26,7 @@ GROUP = "eai.packs"
 """Group of the entry points by which benchmarks register their packs (data packages)."""
 
 
-def _check_nothing(store: Store) -> Iterable[str]:
+def _check_nothing(store: DataPackStore) -> Iterable[str]:
     return ()
 
 
@@ -35,7 +35,7 @@ class DataPack:
     """A data package: one file of the data store, made from published archives. It contains member files.
 
     Attributes:
-        name: name of the pack in `Store.open_pack`.
+        name: name of the pack in `DataPackStore.open_pack`.
         archives: archives from which the pack is made.
         convert: function from the files of the archives to the files in the pack: content by name. It reports
             progress, and raises DataError. Equal archives give equal bytes.
@@ -45,7 +45,7 @@ class DataPack:
     name: str
     archives: tuple[PackageArchive, ...]
     convert: Callable[..., Mapping[str, bytes]]
-    check: Callable[[Store], Iterable[str]] = _check_nothing
+    check: Callable[[DataPackStore], Iterable[str]] = _check_nothing
 
     @property
     def archive_digests(self) -> dict[str, str]:
@@ -105,7 +105,7 @@ def open_pack(
         DataError: the pack cannot be obtained, or is damaged.
     """
     source = source or Source()
-    store = source.store or Store()
+    store = source.store or DataPackStore()
     if not store.has_pack(name):
         packs = find_packs() if packs is None else packs
         needed = {archive for pack in packs if pack.name == name for archive in pack.archives}
@@ -115,7 +115,7 @@ def open_pack(
 
 
 def fetch_packs(
-    store: Store | None = None,
+    store: DataPackStore | None = None,
     *,
     packs: Sequence[DataPack],
     archives_path: Path | None = None,
@@ -139,7 +139,7 @@ def fetch_packs(
         DataError: an archive cannot be obtained or differs from the published archive, or the store is not
             writable.
     """
-    store = store or Store()
+    store = store or DataPackStore()
     if not (force or _find_missing_packs(store, packs)):
         return ()
     with _lock_folder(store.folder, report):
@@ -162,12 +162,12 @@ def fetch_packs(
     return tuple(pack.name for pack in wanted)
 
 
-def get_pack_statuses(store: Store, *, packs: Sequence[DataPack]) -> tuple[_DataPackStatus, ...]:
+def get_pack_statuses(store: DataPackStore, *, packs: Sequence[DataPack]) -> tuple[_DataPackStatus, ...]:
     """Return the status of each pack (data package). Absent or damaged packs raise no error."""
     return tuple(_get_status(store, pack) for pack in packs)
 
 
-def is_stored(store: Store, benchmark: str) -> bool:
+def is_stored(store: DataPackStore, benchmark: str) -> bool:
     """Whether a store has a benchmark's packs (data packages), so that its tasks open without a download.
 
     A benchmark without registered packs uses those of the benchmark with which its name begins:
@@ -178,7 +178,7 @@ def is_stored(store: Store, benchmark: str) -> bool:
     return not any(status.problem for status in get_pack_statuses(store, packs=packs))
 
 
-def validate_packs(store: Store, packs: Sequence[DataPack] | None = None) -> tuple[DataMistake, ...]:
+def validate_packs(store: DataPackStore, packs: Sequence[DataPack] | None = None) -> tuple[DataMistake, ...]:
     """Return the problems of the packs (data packages) in a store. No archive is downloaded.
 
     Args:
@@ -195,7 +195,7 @@ def validate_packs(store: Store, packs: Sequence[DataPack] | None = None) -> tup
     return broken or tuple(DataMistake(pack.name, problem) for pack in packs for problem in pack.check(store))
 
 
-def _check_pack_files(store: Store, pack: DataPack) -> Iterator[DataMistake]:
+def _check_pack_files(store: DataPackStore, pack: DataPack) -> Iterator[DataMistake]:
     try:
         opened = store.open_pack(pack.name)
     except DataError as error:
@@ -212,7 +212,7 @@ def _check_pack_files(store: Store, pack: DataPack) -> Iterator[DataMistake]:
             yield DataMistake(pack.name, str(error))
 
 
-def _get_status(store: Store, pack: DataPack) -> _DataPackStatus:
+def _get_status(store: DataPackStore, pack: DataPack) -> _DataPackStatus:
     path = store.get_pack_path(pack.name)
     size = path.stat().st_size if path.is_file() else 0
     try:
@@ -222,7 +222,7 @@ def _get_status(store: Store, pack: DataPack) -> _DataPackStatus:
     return _DataPackStatus(pack.name, size, opened.sha256, opened.archives, None)
 
 
-def _find_missing_packs(store: Store, packs: Sequence[DataPack]) -> list[DataPack]:
+def _find_missing_packs(store: DataPackStore, packs: Sequence[DataPack]) -> list[DataPack]:
     """Return the packs (data packages) that are absent, unreadable or not made from the expected archives."""
     statuses = [(pack, _get_status(store, pack)) for pack in packs]
     return [
@@ -263,7 +263,7 @@ def _open_archives(
             archive: source.find_verified_archive(archive, archives_path) for archive in archives
         }
         return {archive: path for archive, path in paths_by_archive.items() if path is not None}
-    pip = source.find_pip_command(next(iter(archives)))
+    pip = source.find_command_that_runs_pip(next(iter(archives)))
     paths = {}
     for archive in archives:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="eai-")))

@@ -20,7 +20,7 @@ from eai.base.errors import InputError
 from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_gold_answers
-from eai.benchmarks.made_example import make_example
+from eai.benchmarks.made_example import make_example_task_for_prompts
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
 from eai.tasks.prompts.own import (
@@ -174,7 +174,7 @@ class PromptLibrary:
         if interaction.uses_operator_tasks:
             tasks = benchmark.operator_tasks(self.source)
             return render_operator_prompts(
-                tasks, templates, has_example=not benchmark.has_declared_prompt_names
+                tasks, templates, has_example=not benchmark.has_names_in_prompts_from_declaration
             )
         if interaction.make_question is not None:
             return self._make_prompts_by_ability_code(interaction.make_question, benchmark, ability, beliefs)
@@ -269,10 +269,10 @@ def _make_benchmark_of_examples(benchmark: Benchmark, wording: SuiteWording, sou
     If the wording of the prompts comes from the benchmark's declaration, the result has only one task, which
     is made as an example: no prompt may show the answer to an evaluated task.
     """
-    if not benchmark.has_declared_prompt_names:
+    if not benchmark.has_names_in_prompts_from_declaration:
         return benchmark
     tasks = benchmark.tasks(source).values()
-    example = make_example(benchmark.domain, tasks, wording.predicates) if tasks else None
+    example = make_example_task_for_prompts(benchmark.domain, tasks, wording.predicates) if tasks else None
     return replace(benchmark, open_tasks=use_tasks(*filter(None, [example])))
 
 

@@ -21,23 +21,25 @@ Render = Callable[[Source], Mapping[str, str]]
 """Renders prompts for which the data set has only a template. Returns a mapping from task id to question."""
 
 
-def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
+def make_reader_of_published_prompts(
+    folder_in_pack: str, renderer_by_ability: Mapping[Ability, Render] | None = None
+) -> PublishedPrompts:
     """Return a function that reads a benchmark's official prompts. Stored prompts are read byte for byte.
 
     Args:
-        name: the benchmark's folder in the pack (data package) of prompts.
-        rendered: ability -> renderer of prompts, for abilities for which the data set has only a
+        folder_in_pack: the benchmark's folder in the pack (data package) of prompts.
+        renderer_by_ability: ability -> renderer of prompts, for abilities for which the data set has only a
             template.
     """
 
     def open_prompt_files(ability: Ability, source: Source) -> PromptFiles:
-        if rendered is not None and ability in rendered:
-            texts = rendered[ability](source)
+        if renderer_by_ability is not None and ability in renderer_by_ability:
+            texts = renderer_by_ability[ability](source)
             return PromptFiles.from_prompts({i: Prompt(text) for i, text in texts.items()})
         pack = open_pack(packs.PROMPTS, source)
-        setup = f"{name}/{ability.value}_system.json"
+        setup = f"{folder_in_pack}/{ability.value}_system.json"
         system = pack.read_member(setup) if setup in pack.members else None
-        return PromptFiles(pack.read_member(f"{name}/{ability.value}.json"), system)
+        return PromptFiles(pack.read_member(f"{folder_in_pack}/{ability.value}.json"), system)
 
     return open_prompt_files
 

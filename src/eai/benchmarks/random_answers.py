@@ -71,7 +71,7 @@ def open_random_answers(
         DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return _open_random_operators(benchmark.operator_tasks(source))
+        return _open_answers_with_random_operators(benchmark.operator_tasks(source))
     if ability not in _WRITERS:
         raise make_no_answer_error(model="random", benchmark=benchmark, ability=ability)
     tasks = benchmark.tasks_for(ability, source)
@@ -183,7 +183,7 @@ def _make_atom_with_object_names(fact: Fact, task: Task) -> Atom:
     return Atom(fact.predicate, tuple([Constant(task.scene.objects[i].name) for i in fact.arguments]))
 
 
-def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
+def _open_answers_with_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     gold = [action for task in tasks.values() for action in task.gold_operators.values()]
     lengths = [
         len([formula for formula in walk_subformulas(action.precondition) if isinstance(formula, Atom)])

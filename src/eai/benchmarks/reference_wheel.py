@@ -49,7 +49,7 @@ def _load_wheel_path_by_pack_and_file() -> Mapping[str, Mapping[str, str]]:
     return parse_toml((files("eai.benchmarks") / "packs.toml").read_text(encoding="utf-8"))
 
 
-def get_pack_files(pack: str) -> Mapping[str, str]:
+def get_wheel_path_by_pack_file(pack: str) -> Mapping[str, str]:
     """Return a mapping from the files of a data package (pack) to their paths in the wheel."""
     return _load_wheel_path_by_pack_and_file()[pack]
 
@@ -80,7 +80,7 @@ def _extract_prompt_template(wheel: ArchiveFiles, report: ReportProgress) -> dic
     raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
 
 
-def _copy_pack_files_with_pddl_problems(
+def _extract_pack_files_and_problems_from_wheel(
     pack: str, resource_folder: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
     """Return the files of a data package by name. One JSON file has all PDDL problems of a benchmark."""
@@ -90,11 +90,16 @@ def _copy_pack_files_with_pddl_problems(
         for name in sorted(wheel.names)
         if name.startswith(folder) and name.endswith(".pddl")
     }
-    return {**_copy_pack_files(pack, wheel, report), PROBLEMS_MEMBER: json.dumps(problems).encode()}
+    return {
+        **_extract_pack_files_from_wheel(pack, wheel, report),
+        PROBLEMS_MEMBER: json.dumps(problems).encode(),
+    }
 
 
-def _copy_pack_files(pack: str, wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
-    return {member: wheel.read(path) for member, path in get_pack_files(pack).items()}
+def _extract_pack_files_from_wheel(
+    pack: str, wheel: ArchiveFiles, report: ReportProgress
+) -> dict[str, bytes]:
+    return {member: wheel.read(path) for member, path in get_wheel_path_by_pack_file(pack).items()}
 
 
 EAI_EVAL = PackageArchive(
@@ -120,10 +125,14 @@ TEMPLATES = "prompt_templates"
 """Name of the data package (pack) with the template of VirtualHome's goal interpretation prompts."""
 
 PUBLISHED = (
-    DataPack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, RESOURCES, "virtualhome")),
-    DataPack(PROMPTS, (EAI_EVAL,), partial(_copy_pack_files, PROMPTS)),
     DataPack(
-        BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, BEHAVIOR_PDDL, "behavior")
+        RESOURCES, (EAI_EVAL,), partial(_extract_pack_files_and_problems_from_wheel, RESOURCES, "virtualhome")
+    ),
+    DataPack(PROMPTS, (EAI_EVAL,), partial(_extract_pack_files_from_wheel, PROMPTS)),
+    DataPack(
+        BEHAVIOR_PDDL,
+        (EAI_EVAL,),
+        partial(_extract_pack_files_and_problems_from_wheel, BEHAVIOR_PDDL, "behavior"),
     ),
     DataPack(TEMPLATES, (EAI_EVAL,), _extract_prompt_template),
 )

@@ -93,7 +93,7 @@ def find_benchmark(reference: str) -> Benchmark:
     Raises:
         InputError: there is no such benchmark, or it cannot be loaded.
     """
-    return _load_benchmark(reference, tuple(_list_paths_times_and_sizes(reference)))
+    return _load_benchmark_cached_by_file_times(reference, tuple(_list_paths_times_and_sizes(reference)))
 
 
 def _list_paths_times_and_sizes(reference: str) -> Iterator[tuple[str, int, int]]:
@@ -119,7 +119,9 @@ def get_title(name: str) -> str:
 
 
 @cache
-def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchmark:
+def _load_benchmark_cached_by_file_times(
+    reference: str, file_times_and_sizes: tuple[tuple[str, int, int], ...]
+) -> Benchmark:
     if reference in _get_entry_points():
         return _require_benchmark(_get_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
@@ -132,7 +134,7 @@ def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) 
         )
     if is_path_of_task_files(reference):
         path = Path(reference)
-        return replace(_open_file_for_single_ability(path) or _open_task_files(path), reference=reference)
+        return replace(_open_task_file_of_single_ability(path) or _open_task_files(path), reference=reference)
     if separator or reference.endswith(".py"):
         return _require_benchmark(load_object(reference), reference)
     names = list_benchmarks()
@@ -181,7 +183,7 @@ def open_pddl_benchmark(files: str) -> Benchmark:
     return Benchmark(declared.name, declared, lambda source: tasks, notation, data)
 
 
-def _open_file_for_single_ability(path: Path) -> Benchmark | None:
+def _open_task_file_of_single_ability(path: Path) -> Benchmark | None:
     """Return the benchmark of a file with tasks that are made for one ability, or None for other files."""
     from eai.abilities.declaration import get_declaration
 

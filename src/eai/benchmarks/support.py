@@ -20,7 +20,7 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _map_supports_to_is_container(
+def _find_supports_with_container_flags(
     state: State, relations: Sequence[str], obj: int
 ) -> Mapping[ObjectMask, bool]:
     """Return the direct and indirect supports of an object, each with whether it is a container.
@@ -43,8 +43,8 @@ def _map_supports_to_is_container(
         obj = support.bit_length() - 1
 
 
-def make_support_and_containment_predicates(
-    supports: Sequence[Predicate],
+def make_carries_carried_by_and_within_predicates(
+    support_relations: Sequence[Predicate],
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``.
 
@@ -52,25 +52,29 @@ def make_support_and_containment_predicates(
     - ``carried_by`` relates an object to its direct and indirect supports.
     - ``within`` relates an object to its containers and to the containers of its supports.
 
-    The first of `supports` is the relation of containment.
+    The first of `support_relations` is the relation of containment.
     """
-    names = [relation.name for relation in supports]
+    names = [relation.name for relation in support_relations]
 
     def find_all_supporting_objects(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return all direct and indirect supports of an object, as a bit mask."""
-        return reduce(or_, _map_supports_to_is_container(state, names, arguments[0]), 0)
+        return reduce(or_, _find_supports_with_container_flags(state, names, arguments[0]), 0)
 
-    def find_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_direct_and_indirect_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _map_supports_to_is_container(state, names, arguments[0])
+        chain = _find_supports_with_container_flags(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
-    carries = DefinedPredicate("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
+    carries = DefinedPredicate(
+        "carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in support_relations]))
+    )
     above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
     return (
         carries,
         DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_all_supporting_objects),
-        DefinedPredicate("within", (X, Y), supports[0](X, Y) | within, find_containers),
+        DefinedPredicate(
+            "within", (X, Y), support_relations[0](X, Y) | within, find_direct_and_indirect_containers
+        ),
     )
 
 
@@ -92,8 +96,8 @@ def make_predicate_for_floor_of_object(
     return DefinedPredicate(name, (X, Y), definition)
 
 
-def make_floor_lookup(
-    supports: Sequence[str], find_floor_of_unsupported: Callable[[State, int], ObjectMask]
+def make_lookup_of_floor_under_object(
+    support_relations: Sequence[str], find_floor_of_unsupported: Callable[[State, int], ObjectMask]
 ) -> LookupFunction:
     """Return a function that finds an object's floor, as a bit mask.
 
@@ -102,26 +106,26 @@ def make_floor_lookup(
     object.
     """
 
-    def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_floor_under_object(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_map_supports_to_is_container(state, supports, root)):
+        for support in (1 << root, *_find_supports_with_container_flags(state, support_relations, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1
         return find_floor_of_unsupported(state, root)
 
-    return find_floor
+    return find_floor_under_object
 
 
-def invert_lookup(lookup: LookupFunction) -> LookupFunction:
+def make_cached_inverse_lookup(lookup: LookupFunction) -> LookupFunction:
     """Return the inverse of a function that, in a state, maps an object to other objects.
 
     The inverse is cached for one state, because a search often calls it for the same state.
     """
     cached: tuple[State | None, Mapping[int, ObjectMask]] = None, {}
 
-    def apply_inverse_of_lookup(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_objects_that_lookup_maps_to_argument(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         nonlocal cached
         cached_state, by_value = cached
         if cached_state is not state:
@@ -129,7 +133,7 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
             cached = state, by_value
         return by_value.get(arguments[0], 0)
 
-    return apply_inverse_of_lookup
+    return find_objects_that_lookup_maps_to_argument
 
 
 def _map_targets_to_sources(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:

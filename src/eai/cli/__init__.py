@@ -26,7 +26,7 @@ from typer.main import get_group
 from eai import __version__
 from eai.base.docstrings import read_docstring_entries
 from eai.base.entry_points import EntryPoint, get_entry_points
-from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.base.errors import EaiError, InputError, UserInterruptError, did_you_mean
 
 MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and data", "Extensions"
 """Titles of the panels of commands in the help of ``eai``."""
@@ -114,14 +114,14 @@ class _CommandGroup(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the name of the command in the arguments, the command, and the remaining arguments."""
         name, found, rest = super().resolve_command(ctx, args)
-        return name, found and _replace_placeholder_by_command(found), rest
+        return name, found and _import_command_for_placeholder(found), rest
 
     def invoke(self, ctx: Any) -> Any:
         """Run the chosen command; an unhandled interrupt prints one line."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            raise InterruptError("interrupted") from None
+            raise UserInterruptError("interrupted") from None
         except typer.BadParameter as error:
             error.message = _reword_wrong_value(error.message)
             raise
@@ -139,7 +139,7 @@ class _LazilyImportedCommands(UserDict[str, Any]):
     """A mapping of commands by name, which imports a command when it is looked up."""
 
     def __getitem__(self, name: str) -> Any:
-        return _replace_placeholder_by_command(self.data[name])
+        return _import_command_for_placeholder(self.data[name])
 
 
 @cache
@@ -171,37 +171,39 @@ def _read_command_summary(point: EntryPoint) -> str:
 
 
 @cache
-def _replace_placeholder_by_command(placeholder: Any) -> Any:
+def _import_command_for_placeholder(placeholder: Any) -> Any:
     """Import the command for which a placeholder stands in the group's help, and return the command."""
     if placeholder.callback is not None:
         return placeholder
-    command = _load_command(placeholder.name, placeholder.rich_help_panel)
+    command = _import_command_with_subcommands(placeholder.name, placeholder.rich_help_panel)
     for each in _walk_commands(command):
         _add_help_texts(each)
     return command
 
 
-def _load_command(path: str, panel: str | None = None) -> Any:
+def _import_command_with_subcommands(command_path: str, help_panel: str | None = None) -> Any:
     """Import a command or a command group. Add the commands that entry points register in the group."""
-    point, name = _find_command_entry_points()[path], path.rpartition(" ")[2]
+    point, name = _find_command_entry_points()[command_path], command_path.rpartition(" ")[2]
     target = point.load()
     app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_choose_markup_mode())
     if isinstance(target, typer.Typer):
-        app.add_typer(target, name=name, help=_read_command_summary(point), rich_help_panel=panel)
+        app.add_typer(target, name=name, help=_read_command_summary(point), rich_help_panel=help_panel)
     else:
-        app.command(name, rich_help_panel=panel)(target)
+        app.command(name, rich_help_panel=help_panel)(target)
     command: Any = get_group(app).commands[name]
     if not isinstance(command, TyperGroup):
-        command.no_args_is_help = path in _NEED_OPTIONS or any(each.required for each in command.params)
+        command.no_args_is_help = command_path in _NEED_OPTIONS or any(
+            each.required for each in command.params
+        )
     for below in _find_command_entry_points():
         group, _, leaf = below.rpartition(" ")
-        if group == path:
+        if group == command_path:
             if not isinstance(command, TyperGroup):
                 raise InputError(
                     f"rename the entry point {below} in {_COMMANDS}: "
-                    f"{path} is a command and can have no subcommand"
+                    f"{command_path} is a command and can have no subcommand"
                 )
-            command.add_command(_load_command(below), leaf)
+            command.add_command(_import_command_with_subcommands(below), leaf)
     return command
 
 
@@ -308,7 +310,7 @@ def main() -> None:
         from eai.cli.console import print_note
 
         print_note(f"eai: {error}")
-        sys.exit(128 + interrupted_by if isinstance(error, InterruptError) else 2)
+        sys.exit(128 + interrupted_by if isinstance(error, UserInterruptError) else 2)
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
             raise

@@ -108,7 +108,7 @@ def _list_studies_as_markdown() -> Iterator[str]:
         if study.analyze is not None:
             yield f"| **{name}** | | {study.title} |"
             yield from options.format_option_rows(study.choices)
-    yield f"| **{ALL}** | | {', '.join(each.name for each in _find_studies(ALL))}, a folder each. |"
+    yield f"| **{ALL}** | | {', '.join(each.name for each in _find_study_or_all(ALL))}, a folder each. |"
     yield f"| **{TABLE}** | | Records as tidy tables. |"
     yield from options.format_option_rows(_TableFileOptions)
 
@@ -119,11 +119,11 @@ def _refuse_unknown_study(name: str) -> None:
         raise InputError(f"{name!r} is no study: there are {', '.join(known)}{did_you_mean(name, known)}")
 
 
-def _find_studies(name: str) -> list[Study]:
+def _find_study_or_all(study_name_or_all: str) -> list[Study]:
     """Return the study (tables and plots on one question) with a name, or all studies for the name `all`."""
-    if name == ALL:
+    if study_name_or_all == ALL:
         return [each for each in map(find_study, list_study_names()) if each.included_in_all]
-    return [] if name == TABLE else [find_study(name)]
+    return [] if study_name_or_all == TABLE else [find_study(study_name_or_all)]
 
 
 def _write_analyses_of_studies(
@@ -138,7 +138,7 @@ def _write_analyses_of_studies(
 
     Among several studies, a study without enough records is left out with a note to the user.
     """
-    studies = _find_studies(study_or_all)
+    studies = _find_study_or_all(study_or_all)
     if study_or_all != ALL:
         yield from write_analyses_of_study(studies[0], records, settings, formats=formats, as_json=as_json)
         return

@@ -27,11 +27,11 @@ from eai.abilities.repair import DEFAULT_EFFORT, describe_repair
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, AnswerSpanKind, ErrorReport, PlanVerdict, Unreadable
-from eai.agents.verdict import ActingVerdict, describe_goal_reachability
+from eai.agents.verdict import EpisodeVerdict, describe_goal_reachability
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError, did_you_mean, find_enum_member
 from eai.base.files import to_model_name, write_files_atomically
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.packs import is_stored
@@ -169,7 +169,9 @@ def _read_records_or_find_log_plugin(path: Path) -> tuple[list[Record], Any | No
         return [], plugin
 
 
-def _read_task_info_from_data_set(record: Record, records: Path, store: Store) -> _TaskInfoFromDataSet:
+def _read_task_info_from_data_set(
+    record: Record, records: Path, store: DataPackStore
+) -> _TaskInfoFromDataSet:
     """Return the data set's information about a record's task.
 
     The result is empty if the data set is missing, or differs from the data of the record.
@@ -190,13 +192,15 @@ def _read_task_info_from_data_set(record: Record, records: Path, store: Store) -
     return _NOTHING_KNOWN
 
 
-def _open_suite_of_record(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
+def _open_suite_of_record(record: Record, benchmark: Benchmark | str, store: DataPackStore) -> Suite:
     """Return the suite (ability in a benchmark) by which an answer was scored."""
     source = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
     return open_suite(benchmark, record.ability, record.protocol, source=source)
 
 
-def _write_gif_of_execution(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
+def _write_gif_of_execution(
+    chosen: Sequence[Record], records: Path, store: DataPackStore, file: Path
+) -> None:
     """Write an animated picture (GIF) of the execution of an answer.
 
     Raises:
@@ -238,10 +242,10 @@ def _describe_distance_to_success(suite: Suite, record: Record) -> tuple[str, ..
     if find_answer_outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
     look_back = suite.assess(record.task_id, record.response).analyze_failure
-    known = verdict.repair if not isinstance(verdict, ActingVerdict) else verdict.outlook
+    known = verdict.repair if not isinstance(verdict, EpisodeVerdict) else verdict.outlook
     if known is None and look_back is not None:
-        verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else DEFAULT_EFFORT)
-    if isinstance(verdict, ActingVerdict):
+        verdict = look_back(Limits().states if isinstance(verdict, EpisodeVerdict) else DEFAULT_EFFORT)
+    if isinstance(verdict, EpisodeVerdict):
         return (describe_goal_reachability(verdict),)
     return () if verdict.repair is None else tuple(describe_repair(verdict.repair))
 
@@ -317,7 +321,7 @@ def _print_explanation(
     for number, action in enumerate(untried_steps, len(explanation.steps) + 1):
         _print_with_hanging_indent(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
-        remark = _format_met_conditions(record)
+        remark = _format_count_of_met_goal_conditions(record)
         remark += ": none counts, as nothing was carried out" * _are_goals_missed_because_not_executed(
             record, explanation
         )
@@ -355,7 +359,7 @@ def _print_parsed_text(console: Console, record: Record) -> None:
         _print_with_hanging_indent(console, f"  {span.kind.value:9} ", Text(words, style=style))
 
 
-def _format_met_conditions(record: Record) -> str:
+def _format_count_of_met_goal_conditions(record: Record) -> str:
     share = record.verdict.partial if isinstance(record.verdict, PlanVerdict) else None
     if share is None:
         return ""
@@ -467,7 +471,11 @@ def _describe_failure(record: Record) -> str:
         place = "" if error.step is None else f"{noun} {error.step + 1}: "
         cause = f"{error.check}: " if error.kind is FaultKind.PARSING and error.check else ""
         return f"{place}{cause}{error.detail}"
-    if isinstance(record.verdict, ActingVerdict) and record.verdict.without_call and not record.verdict.turns:
+    if (
+        isinstance(record.verdict, EpisodeVerdict)
+        and record.verdict.without_call
+        and not record.verdict.turns
+    ):
         return (
             f"a reply called no tool: {shorten(record.verdict.without_call, _MAX_PART, placeholder=' ...')}"
         )

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from rich.table import Table
 
 from eai.agents.reference import add_reference_plans
-from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.base.errors import EaiError, InputError, UserInterruptError, did_you_mean
 from eai.base.files import raise_write_errors_as_input_errors
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
@@ -244,7 +244,7 @@ def _collect_outcomes_and_task_lines(
     write_lines: Callable[[GeneratedTask], Iterable[str]],
     *,
     quiet: bool,
-) -> tuple[Sequence[GenerationOutcome], Sequence[str], InputError | InterruptError | None]:
+) -> tuple[Sequence[GenerationOutcome], Sequence[str], InputError | UserInterruptError | None]:
     """Return the outcomes of seeds and the lines of their tasks, and the error if there are too few tasks.
 
     An interrupt is also returned as an error, with the outcomes and lines so far.
@@ -265,7 +265,7 @@ def _collect_outcomes_and_task_lines(
     except (InputError, KeyboardInterrupt) as error:
         while outcomes and isinstance(outcomes[-1], SeedRejectionReason):
             outcomes.pop()
-        return outcomes, lines, error if isinstance(error, InputError) else InterruptError("interrupted")
+        return outcomes, lines, error if isinstance(error, InputError) else UserInterruptError("interrupted")
     return outcomes, lines, None
 
 

@@ -26,14 +26,14 @@ from eai.results.terminal import print_table
 from eai.tasks.prompts.prompt import PromptSet
 
 
-def print_learnability(
-    reference: str,
+def print_learnability_of_rewards(
+    benchmark_reference: str,
     ability: Ability,
-    shaping: Shaping,
-    runs: Sequence[Path],
-    context: int | None,
+    reward_shaping: Shaping,
+    record_paths: Sequence[Path],
+    context_tokens: int | None,
     prompt_set: PromptSet,
-    data: Path | None,
+    data_folder: Path | None,
     workers: int | None,
     ray: str | None,
     *,
@@ -48,9 +48,12 @@ def print_learnability(
         InputError: answers to the ability get no reward, or a file of records cannot be read.
         EaiError: a context is given, and Inspect is not installed.
     """
-    with open_data_source(data, PlannerChoice.NONE) as source, open_scoring_workers(workers, ray) as scoring:
-        suite = open_suite(find_benchmark(reference), ability, source=source)
-        nulls = measure_rewards_of_trivial_baselines(Reward(suite, shaping), scoring)
+    with (
+        open_data_source(data_folder, PlannerChoice.NONE) as source,
+        open_scoring_workers(workers, ray) as scoring,
+    ):
+        suite = open_suite(find_benchmark(benchmark_reference), ability, source=source)
+        nulls = measure_rewards_of_trivial_baselines(Reward(suite, reward_shaping), scoring)
         value: dict[str, Json] = {
             "null_models": {
                 name: {"mean": rewards.mean.to_json(), "full": rewards.full.to_json()}
@@ -58,23 +61,23 @@ def print_learnability(
             }
         }
         if not as_json:
-            title = f"{suite.domain} {ability.value}: null models' reward {shaping.value}, percent"
+            title = f"{suite.domain} {ability.value}: null models' reward {reward_shaping.value}, percent"
             columns: list[NamedCells] = [("", [*nulls])]
             for i, heading in enumerate(("mean", "full reward")):
                 rates = [Estimate.from_rate(rewards[i]) for rewards in nulls.values()]
                 columns.append((replace(PERCENT, name=heading), rates))
             print_table(get_output_console(), Table.from_columns(title, columns))
         lines = []
-        if runs:
-            records = (record for file in find_record_files(runs) for record in read_records(file))
+        if record_paths:
+            records = (record for file in find_record_files(record_paths) for record in read_records(file))
             of_suite = [
                 record for record in records if (record.domain, record.ability) == (suite.domain, ability)
             ]
-            groups = count_tasks_by_reward_spread(of_suite, Reward(suite, shaping), scoring)
+            groups = count_tasks_by_reward_spread(of_suite, Reward(suite, reward_shaping), scoring)
             value["groups"] = {**groups}
             lines.append(_describe_reward_spread(groups))
-        if context is not None:
-            line, value["too_long"] = _describe_and_list_long_tasks(suite, prompt_set, context)
+        if context_tokens is not None:
+            line, value["too_long"] = _describe_and_list_long_tasks(suite, prompt_set, context_tokens)
             lines.append(line)
     print_result(*lines, value=value, as_json=as_json)
 

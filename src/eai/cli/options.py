@@ -14,7 +14,7 @@ import typer
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError, require_extra
-from eai.base.store import FOLDER_VARIABLE, Store
+from eai.base.store import FOLDER_VARIABLE, DataPackStore
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import show_data_progress
 from eai.pddl.planning import PlannerChoice, PlannerLimits
@@ -118,9 +118,9 @@ DataFolder = Annotated[
 ]
 
 
-def open_store(folder: Path | None) -> Store:
+def open_store(folder: Path | None) -> DataPackStore:
     """Return the data store in a folder, or the default store."""
-    return Store() if folder is None else Store(folder)
+    return DataPackStore() if folder is None else DataPackStore(folder)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 from rich.console import Console
 from typing_extensions import ParamSpec
 
-from eai.base.errors import InterruptError
+from eai.base.errors import UserInterruptError
 from eai.base.store import FetchStage, ReportProgress
 from eai.cli.console import get_error_console
 
@@ -68,13 +68,13 @@ def make_command_print_how_to_resume(command: Callable[P, None]) -> Callable[P, 
     """Return a command that prints how to resume it if it is interrupted."""
 
     @wraps(command)
-    def run_interruptible(*arguments: P.args, **options: P.kwargs) -> None:
+    def run_command_and_explain_interrupt(*arguments: P.args, **options: P.kwargs) -> None:
         try:
             command(*arguments, **options)
         except KeyboardInterrupt:
-            raise InterruptError("interrupted; the same command resumes from here") from None
+            raise UserInterruptError("interrupted; the same command resumes from here") from None
 
-    return run_interruptible
+    return run_command_and_explain_interrupt
 
 
 @contextmanager
@@ -319,11 +319,11 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
         pace.update(answered, failed, total, tokens)
         print_progress_if_due()
 
-    def print_at_least_each_minute() -> None:
+    def print_progress_when_due_until_over() -> None:
         while not over.wait(min(1, LONGEST_SILENCE)):
             print_progress_if_due()
 
-    timer = Thread(target=print_at_least_each_minute, daemon=True)
+    timer = Thread(target=print_progress_when_due_until_over, daemon=True)
     timer.start()
     try:
         yield update_answering_pace

@@ -17,7 +17,7 @@ from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError
 from eai.base.files import raise_write_errors_as_input_errors, write_files_atomically
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_stored
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -140,7 +140,7 @@ def _draw_and_count_plots(
 
 
 def read_domain_data_for_explorer_page(
-    source: Store,
+    source: DataPackStore,
     own_benchmarks: Mapping[str, Benchmark],
     out: Path,
     domain: str,
@@ -167,7 +167,7 @@ def read_domain_data_for_explorer_page(
         raise InputError("--pictures: the data set is not on this machine; eai data fetch downloads it")
     known = domain in own_benchmarks or (domain in list_benchmarks() and is_stored(source, domain))
     words = (
-        _collect_prompts_for_explorer(own_benchmarks.get(domain) or find_benchmark(domain), source)
+        _collect_texts_for_explorer_page(own_benchmarks.get(domain) or find_benchmark(domain), source)
         if prompts and known
         else ExplorerDomainData()
     )
@@ -186,7 +186,7 @@ def _find_animation_path(out: Path, record: Record) -> str:
     return address if (out / address).is_file() else ""
 
 
-def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> ExplorerDomainData:
+def _collect_texts_for_explorer_page(benchmark: Benchmark, store: DataPackStore) -> ExplorerDomainData:
     """Return the prompts and operators of a benchmark for the page ``explorer.html``.
 
     Texts that are not available are left out.

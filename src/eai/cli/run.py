@@ -19,7 +19,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.agents.setting import STANDARD
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.base.files import lock_run_folder, to_file_name
@@ -148,7 +148,7 @@ def run(
     if not spec.model.name:
         raise InputError("expected --model NAME, or a FILE.toml with names of models in model.name")
     scoring = spec.scoring
-    wanted = spec.combined_study_options.select_abilities(spec.tasks.ability)
+    wanted = spec.combined_options_of_studies.select_abilities(spec.tasks.ability)
     flags.check_model_names(spec.model.name, wanted)
     terms = options.make_planner_limits_of_command(context, scoring.planner_seconds, scoring.planner_memory)
     with options.open_data_source(data, scoring.planner, scoring.errata, terms) as opened_source:
@@ -175,7 +175,9 @@ def run(
             if ids:
                 chosen.append((suite, _make_compact_prompts_by_task_id(library, suite, ids)))
     endpoints = spec.model.endpoints
-    remarks = flags.describe_unanswerable_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
+    remarks = flags.describe_abilities_models_cannot_answer(
+        spec.model.name, [suite.ability for suite, _ in chosen]
+    )
     flags.check_replayed_files_match_suites(endpoints, [suite for suite, _ in chosen])
     console.print_note_if_planner_missing([suite for suite, _ in chosen])
     first = _make_stage_that_asks_for_goals_or_scenes(request, chosen)
@@ -196,7 +198,7 @@ def run(
             _print_number_of_corrected_questions(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.all_results
-    if spec.combined_study_options.captioning_model is not None and not request.quiet:
+    if spec.combined_options_of_studies.captioning_model is not None and not request.quiet:
         for outcome in before:
             _print_suite_results(spec, [outcome], wide=wide)
     for remark in remarks:
@@ -222,15 +224,15 @@ def _leave_out_long_tasks(
     """
     from eai.run.context import (
         REMEDIES,
-        calls_server,
         describe_long_tasks,
         find_long_tasks,
+        is_endpoint_on_server_of_user,
         read_context_length,
     )
     from eai.run.tasks import find_model
 
     prompts, handling = [asked for _, asked in chosen], request.spec.requests.too_long
-    if handling == "ask" or not calls_server(endpoint):
+    if handling == "ask" or not is_endpoint_on_server_of_user(endpoint):
         return prompts
     context = read_context_length(find_model(endpoint))
     if context is None:
@@ -254,7 +256,9 @@ def _leave_out_long_tasks(
 def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite: the tasks of a benchmark for one ability."""
     print_results(
-        {each.model: each.totals for each in outcomes}, spec.combined_study_options.results_heading, wide=wide
+        {each.model: each.totals for each in outcomes},
+        spec.combined_options_of_studies.results_heading,
+        wide=wide,
     )
     repeated = {
         each.model: each.success_contributions_by_epoch
@@ -275,7 +279,7 @@ def _make_stage_that_asks_for_goals_or_scenes(
     wanted: dict[str, set[str]] = {}
     for suite, asked in suites_and_prompts:
         wanted.setdefault(suite.domain, set()).update(asked)
-    ask, variation = partial(_request_answers_and_score, request), request.spec.combined_study_options
+    ask, variation = partial(_request_answers_and_score, request), request.spec.combined_options_of_studies
     if variation.captioning_model is not None:
         flags.check_captioning_model(variation.captioning_model)
     return variation.make_stage_that_obtains_beliefs(request.library, wanted, ask)
@@ -308,7 +312,7 @@ def _request_answers_and_score(
     The number of answers for each task is ``epochs``, or else the number in the specification. If ``studied``
     is true, records contain the options of the run's studies (variations around benchmarks and abilities).
     """
-    from eai.run.context import choose_answer_limit
+    from eai.run.context import choose_default_max_answer_tokens
     from eai.run.log_scores import write_scores
     from eai.run.remarks import describe_unfulfilled_requests
     from eai.run.tasks import combine_experiments, make_suite_conversations, request_missing_answers
@@ -320,13 +324,17 @@ def _request_answers_and_score(
     rules: str | None = None
     prompts_name = spec.prompts.prompt_label
     if get_declaration(suite.ability).takes_turns:
-        from eai.agents.play import make_prompts_and_metadata
+        from eai.agents.play import make_episode_prompts_and_metadata
 
-        asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
+        asked, about = make_episode_prompts_and_metadata(spec.setting, asked, suite)
         rules, prompts_name = spec.setting.label or None, spec.prompts.name
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     trials = make_suite_conversations(
-        spec.combined_study_options.replanning if studied else None, request.library, suite, asked, beliefs
+        spec.combined_options_of_studies.replanning if studied else None,
+        request.library,
+        suite,
+        asked,
+        beliefs,
     )
     of_studies = spec.experiment if studied else Experiment()
     parts = [
@@ -338,7 +346,7 @@ def _request_answers_and_score(
     job = QuestionJob(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
         experiment=combine_experiments([*parts[:-1], Experiment(effort=effort)]),
-        answer_limit=choose_answer_limit(endpoint.model, suite, spec.generation),
+        answer_limit=choose_default_max_answer_tokens(endpoint.model, suite, spec.generation),
     )
     place = suite.domain, suite.ability.value, to_file_name(endpoint.model)
     folder = request.out.joinpath(*place, *(each.label for each in parts if each is not None))
@@ -389,7 +397,7 @@ def _print_failures_and_token_usage(
             console.print_note(
                 f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: {remark}"
             )
-        again = sum(isinstance(verdict, ActingVerdict) and verdict.begun > 1 for verdict in verdicts)
+        again = sum(isinstance(verdict, EpisodeVerdict) and verdict.begun > 1 for verdict in verdicts)
         if again:
             console.print_note(
                 f"{outcome.model}: {console.format_count(again, 'episode')} interrupted before, begun again"

@@ -17,7 +17,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.verdict import Verdict
-from eai.base.errors import InputError, InterruptError
+from eai.base.errors import InputError, UserInterruptError
 from eai.base.files import LOCK_FILE, find_files_below, lock_run_folder
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
@@ -127,7 +127,7 @@ class _ScoringJob:
         return len(places if self.shard is None else places[self.shard.number - 1 :: self.shard.of])
 
     @property
-    def model_and_rules_text(self) -> str:
+    def model_and_nonstandard_game_rules_text(self) -> str:
         """The name of the model, followed by the rules of its episodes if they are not standard."""
         return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).game_rules_text)))
 
@@ -193,7 +193,7 @@ def score(
     for path in paths:
         find_response_files(path)  # report missing files before the data set is fetched
     settings = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
-    _check_shard_and_goals(shard, out, goals, ability)
+    _check_options_with_shard_and_goals(shard, out, goals, ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.make_planner_limits_of_command(context, planner_seconds, planner_memory)
@@ -212,7 +212,7 @@ def score(
             for folder in {job.out: None for job in jobs}:
                 if folder is not None:
                     stack.enter_context(lock_run_folder(folder, lock_file))
-            jobs = [_add_partial_file_to_job(job, settings) for job in jobs]
+            jobs = [_add_partial_records_file_to_job(job, settings) for job in jobs]
             score_in_batches = partial(_score_in_batches, settings=settings, scoring=scoring)
             printed = _score_all_answers(jobs, score_in_batches, as_json=as_json, wide=wide)
         if as_json:
@@ -221,12 +221,12 @@ def score(
             print_result_line(f"written to {out}")
 
 
-def _check_shard_and_goals(
-    shard: RunShard | None, out: Path | None, goals: Path | None, ability: Ability | None
+def _check_options_with_shard_and_goals(
+    shard: RunShard | None, output_folder: Path | None, goals_file: Path | None, ability: Ability | None
 ) -> None:
-    if shard is not None and out is None:
+    if shard is not None and output_folder is None:
         raise InputError("--shard: also give --out, the folder in which the shards are merged")
-    if goals is not None and ability is not None:
+    if goals_file is not None and ability is not None:
         from eai.studies.pipeline.stage_one import require_goals_in_questions
 
         require_goals_in_questions(ability)
@@ -279,7 +279,7 @@ def _print_note_on_unknown_tasks(jobs: Sequence[_ScoringJob]) -> None:
             print_note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
-def _add_partial_file_to_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
+def _add_partial_records_file_to_job(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
     """Return the job with the file and the number of records that an interrupted command has kept."""
     if job.out is None:
         return job
@@ -321,14 +321,16 @@ def _score_all_answers(
         for _, group in groupby(jobs, key=lambda job: job.suite):
             results: dict[str, RunTotals] = {}
             for job in group:
-                totals = results[job.model_and_rules_text] = _score_suite(job, score_in_batches, show_file)
+                totals = results[job.model_and_nonstandard_game_rules_text] = _score_suite(
+                    job, score_in_batches, show_file
+                )
                 if job.shard is None:
                     _print_note_on_fast_downward(job.answers.model, totals)
                     printed.append(result_to_json(totals, job.out))
             if printed and not as_json:
                 print_results(results, wide=wide)
     except KeyboardInterrupt:
-        raise InterruptError(_make_interrupt_message(jobs, number)) from None
+        raise UserInterruptError(_make_message_for_interrupted_scoring(jobs, number)) from None
     for job in jobs:
         if job.partial_file is not None:
             remove_partial_files(job.records_file)
@@ -362,12 +364,12 @@ def _pass_batches_and_report_counts(
         add_to_answer_count(batch[1].record_count)
 
 
-def _make_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
+def _make_message_for_interrupted_scoring(jobs: Sequence[_ScoringJob], answer_count: int) -> str:
     """Return the message after an interrupt, which states how many answers need not be scored again."""
     if jobs[0].partial_file is None:
         return "interrupted; nothing is written, because --out is not given"
     kept = sum(count_kept_records(job.partial_file) for job in jobs if job.partial_file)
-    return f"interrupted; {kept:,} of {number:,} answers are scored; the same command resumes from here"
+    return f"interrupted; {kept:,} of {answer_count:,} answers are scored; the same command resumes from here"
 
 
 def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scoring) -> Iterable[RecordBatch]:
@@ -519,8 +521,8 @@ def _make_scoring_job(file: Path, suite: Suite, out: Path | None) -> _ScoringJob
         answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True)
         return _ScoringJob(suite, answers, out)
     with inspect_needed():
-        from eai.run.tasks import make_function_that_adds_study_options, read_answers
-    answers, logged = read_answers(file, suite), make_function_that_adds_study_options(file, suite)
+        from eai.run.tasks import make_function_that_adds_logged_study_options, read_answers
+    answers, logged = read_answers(file, suite), make_function_that_adds_logged_study_options(file, suite)
     return _ScoringJob(suite, answers, out, logged=logged, log=file)
 
 

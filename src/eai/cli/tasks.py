@@ -20,7 +20,7 @@ from eai.benchmarks.generator.problem_files import find_problem_files, read_prob
 from eai.benchmarks.generator.sets import find_reasons_to_doubt_published_set, measure_overlap
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_path_of_task_files
 from eai.cli.console import DOMAIN_HELP, format_count, print_findings_and_exit, print_result
-from eai.cli.learnability import print_learnability
+from eai.cli.learnability import print_learnability_of_rewards
 from eai.cli.options import (
     ABILITIES,
     AsJson,
@@ -105,7 +105,7 @@ def check(
     """
     if learnable:
         reference = _require_benchmark_reference(path)
-        print_learnability(
+        print_learnability_of_rewards(
             *(reference, ability, shaping, records or (), context, prompt_set, data, workers, ray),
             as_json=as_json,
         )
@@ -172,8 +172,14 @@ def _find_benchmark_domain(reference: str) -> Domain:
     return find_benchmark(reference).domain
 
 
-def _describe_wrong_reference_plans(searches: bool, benchmark_reference: str, task: Task) -> list[str]:
-    return list(describe_wrong_recorded_plans(task, find_benchmark(benchmark_reference), searches=searches))
+def _describe_wrong_reference_plans(
+    searches_shorter_plans: bool, benchmark_reference: str, task: Task
+) -> list[str]:
+    return list(
+        describe_wrong_recorded_plans(
+            task, find_benchmark(benchmark_reference), searches_shorter_plans=searches_shorter_plans
+        )
+    )
 
 
 def _add_reference_plans_to_task_file(file: Path, map_items: MapItems) -> int:

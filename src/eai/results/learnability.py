@@ -15,8 +15,8 @@ from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import (
+    open_answers_copied_from_questions,
     open_answers_of_similar_tasks,
-    open_copied_answers,
     open_empty_answers,
 )
 from eai.benchmarks.gold_answers import AnswersByTask
@@ -103,7 +103,7 @@ def _make_random_answers_by_task(benchmark: Benchmark, ability: Ability, source:
 
 
 OPEN_NULL_MODEL_ANSWERS: dict[str, Callable[[Benchmark, Ability, Source], AnswersByTask]] = {
-    "eai/copy": open_copied_answers,
+    "eai/copy": open_answers_copied_from_questions,
     "eai/empty": open_empty_answers,
     "eai/lookup": open_answers_of_similar_tasks,
     "eai/random": _make_random_answers_by_task,

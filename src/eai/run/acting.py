@@ -99,7 +99,7 @@ def _play_command(state: TaskState, play: RecordedGame, command: str) -> str | l
     last_reply = _read_last_model_reply()
     reply = play.play_command(command, "" if last_reply == command else last_reply)
     state.store_as(_EpisodeInInspectStore).episode = play.to_json("stopped")
-    return make_message_content(Prompt(reply, images=play.draw_pictures()))
+    return make_message_content(Prompt(reply, images=play.draw_pictures_of_current_world()))
 
 
 def _read_last_model_reply() -> str:
@@ -190,7 +190,7 @@ def _make_solver_that_plays_episode(harness: str | None = None) -> Solver:
                 await _play_by_tools(state, agent, chosen)
         state.messages = agent.messages
         ended = "stopped" if scope.limit_error is None else _ENDED_BY_LIMIT[scope.limit_error.type]
-        _store_episode_text(state, agent.output.stop_reason, ended)
+        _store_episode_and_end_reason_in_state(state, agent.output.stop_reason, ended)
         return state
 
     return solve
@@ -202,7 +202,9 @@ if registry_info(player).name == "player":
     player = solver(name="eai/player")(_make_solver_that_plays_episode)
 
 
-def _store_episode_text(state: TaskState, model_stop_reason: StopReason, episode_end_reason: str) -> None:
+def _store_episode_and_end_reason_in_state(
+    state: TaskState, model_stop_reason: StopReason, episode_end_reason: str
+) -> None:
     stored = state.store_as(_EpisodeInInspectStore)
     if stored.episode["ended"] == "stopped":
         stored.episode = {**stored.episode, "ended": episode_end_reason}

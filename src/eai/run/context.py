@@ -82,7 +82,7 @@ def _estimate_gold_answer_tokens(benchmark: Benchmark, ability: Ability, source:
     return {task_id: estimate_tokens(book[task_id].text) for task_id in known_ids}
 
 
-def choose_answer_limit(model: str, suite: Suite, decoding: DecodingOptions) -> int | None:
+def choose_default_max_answer_tokens(model: str, suite: Suite, decoding: DecodingOptions) -> int | None:
     """Return the default of the maximum number of tokens of an answer, or None for no limit.
 
     There is no limit for built-in models, for models that reason, and in abilities whose answers are episodes
@@ -103,7 +103,7 @@ REMEDIES = (
 """End of a message on tasks that do not fit into the model's context: options that help."""
 
 
-class _LongTasks(NamedTuple):
+class _TasksThatExceedContext(NamedTuple):
     """Tasks of a suite (an ability in a benchmark) that do not fit into a model's context.
 
     Attributes:
@@ -119,7 +119,7 @@ class _LongTasks(NamedTuple):
 
 def find_long_tasks(
     suite: Suite, prompts: Mapping[str, Prompt], max_tokens: int | None, context: int
-) -> _LongTasks:
+) -> _TasksThatExceedContext:
     """Return the tasks whose question and answer need more tokens than a context has.
 
     The length of an answer is the user's maximum, or else the length of the task's gold answer.
@@ -133,12 +133,12 @@ def find_long_tasks(
         task_id: estimate_prompt_tokens(prompt) + answers.get(task_id, 0)
         for task_id, prompt in prompts.items()
     }
-    return _LongTasks(
+    return _TasksThatExceedContext(
         suite, len(prompts), {task_id: need for task_id, need in needs.items() if need > context}
     )
 
 
-def describe_long_tasks(context: int, suites: Sequence[_LongTasks]) -> str:
+def describe_long_tasks(context: int, suites: Sequence[_TasksThatExceedContext]) -> str:
     """Return a text with the numbers of tasks that do not fit into a context, and their estimated lengths."""
     parts = []
     for suite, asked, needs in suites:
@@ -151,7 +151,7 @@ def describe_long_tasks(context: int, suites: Sequence[_LongTasks]) -> str:
     return ", ".join(parts)
 
 
-def calls_server(endpoint: Endpoint) -> bool:
+def is_endpoint_on_server_of_user(endpoint: Endpoint) -> bool:
     """Whether a model runs on a server with OpenAI's protocol, at an address that the user chose."""
     provider = endpoint.model.partition("/")[0]
     return provider in _PROVIDERS_OF_SERVERS or (
@@ -166,7 +166,7 @@ def read_context_length(model: Model) -> int | None:
         return next((length for length in lengths if isinstance(length, int) and length > 0), None)
 
 
-def require_server(model: Model) -> None:
+def require_server_at_model_address(model: Model) -> None:
     """Raise an error if no server listens at a model's address at two tries.
 
     Raises:

@@ -27,18 +27,18 @@ from eai.agents.setting import STANDARD, AgentSetting
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import (
+    open_answers_copied_from_questions,
     open_answers_of_similar_tasks,
-    open_copied_answers,
     open_empty_answers,
 )
 from eai.benchmarks.gold_answers import (
     AnswerInParts,
     AnswersByTask,
-    make_answer_heeding_feedback,
     make_benchmark_starting_after_actions,
     make_benchmark_without_reached_goals,
     make_no_answer_error,
     make_noisy_answer,
+    make_noisy_answer_heeding_feedback,
     open_answers_of_planner,
     open_gold_answers,
     replace_goals_by_answers,
@@ -71,7 +71,7 @@ T = TypeVar("T")
 _ANSWER_OPENERS = {
     "planner": open_answers_of_planner,
     "lookup": open_answers_of_similar_tasks,
-    "copy": open_copied_answers,
+    "copy": open_answers_copied_from_questions,
     "empty": open_empty_answers,
 }
 """Name of a built-in model -> function that returns its answers to a suite.
@@ -137,7 +137,7 @@ class _BuiltInModel(ModelAPI):
             - ``planner``: plans for the goals that the question states, or subgoals of such plans.
               After an attempt that changed the world, the search starts in the changed state.
             - ``lookup``: the answer of the most similar public task, with renamed objects.
-            - ``copy``: answers copied from the question (`open_copied_answers`).
+            - ``copy``: answers copied from the question (`open_answers_copied_from_questions`).
             - ``empty``: answers without content, in the requested form.
             - ``random``: random possible actions; argument ``seed``.
             - ``noisy``: the data set's answers with random errors, which differ between attempts; arguments
@@ -171,7 +171,7 @@ class _BuiltInModel(ModelAPI):
             if model_name == "replay" and self._arguments.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._open_answers = cache(_ANSWER_OPENERS.get(model_name, open_gold_answers))
-        self._find_commands = cache(self._list_episode_commands)
+        self._find_commands = cache(self._list_commands_of_model_in_episode)
         self._open_random_answers = cache(open_random_answers)
         self._open_recorded_answers = cache(self._read_answers_from_response_file)
 
@@ -210,7 +210,7 @@ class _BuiltInModel(ModelAPI):
             )
         return self._make_output(input, await _run_in_thread(partial(self._answer_question, question)))
 
-    def _list_episode_commands(self, question: _ModelQuestion) -> list[str]:
+    def _list_commands_of_model_in_episode(self, question: _ModelQuestion) -> list[str]:
         """Return the commands of an episode: recorded commands, or the model's plan for the task."""
         task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
@@ -305,8 +305,14 @@ class _BuiltInModel(ModelAPI):
         seed = f"{self._arguments.seed} {question.epoch}"
         if self._arguments.heed is not None:
             text, attempt, rate = question.text, question.attempt, self._arguments.rate
-            return make_answer_heeding_feedback(
-                answers, question.task_id, text, attempt, rate=rate, seed=seed, heed=self._arguments.heed
+            return make_noisy_answer_heeding_feedback(
+                answers,
+                question.task_id,
+                text,
+                attempt,
+                error_rate=rate,
+                seed=seed,
+                repair_probability=self._arguments.heed,
             )
         seed += f" {question.attempt}" if question.attempt > 1 else ""
         return make_noisy_answer(answers, question.task_id, self._arguments.rate, seed)

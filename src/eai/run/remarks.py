@@ -38,7 +38,11 @@ def describe_unfulfilled_requests(job: QuestionJob, answers: Mapping[AnswerKey, 
         job: the questions, and the options of their requests.
         answers: mapping from task and epoch (round of answers) to the answer.
     """
-    describers = (_describe_answers_of_wrong_form, _describe_cut_prompts, _describe_replies_without_calls)
+    describers = (
+        _describe_answers_of_wrong_form,
+        _describe_prompts_cut_off_by_server,
+        _describe_replies_without_tool_calls,
+    )
     return tuple(filter(None, [describe(job, answers) for describe in describers]))
 
 
@@ -67,7 +71,7 @@ def _matches_schema(text: str, schema: Schema) -> bool:
     return is_valid
 
 
-def _describe_cut_prompts(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
+def _describe_prompts_cut_off_by_server(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
     """Return a sentence on prompts that the server seems to have cut off, or an empty text.
 
     The server has counted too few tokens for the length of such a prompt. Questions of attempts and episodes
@@ -95,7 +99,7 @@ def _describe_cut_prompts(job: QuestionJob, answers: Mapping[AnswerKey, Answer])
     )
 
 
-def _describe_replies_without_calls(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
+def _describe_replies_without_tool_calls(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
     """Return a sentence on the episodes with a reply that called no tool, or an empty text."""
     if not get_declaration(job.suite.ability).takes_turns:
         return ""

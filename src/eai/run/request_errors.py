@@ -56,7 +56,7 @@ def describe_error(error: BaseException) -> str:
         length = find_context_length(error)
         return f"the question is too long for the model's context{f' of {length:,} tokens' if length else ''}"
     error = _find_error_of_last_try(error)
-    if is_prerequisite_missing(error):
+    if is_library_or_key_missing(error):
         return get_message_without_markup(error)
     lines = str(error).strip().splitlines()
     first_line = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
@@ -83,7 +83,7 @@ def _find_first_cause(error: BaseException) -> BaseException:
     return error
 
 
-def is_prerequisite_missing(error: BaseException) -> bool:
+def is_library_or_key_missing(error: BaseException) -> bool:
     """Whether Inspect needs a library or a key that is missing, so that every request fails."""
     return type(_find_error_of_last_try(error)).__name__ == "PrerequisiteError"
 
@@ -91,7 +91,7 @@ def is_prerequisite_missing(error: BaseException) -> bool:
 def get_message_without_markup(error: BaseException) -> str:
     """Return the message of an error in one line, without the markup of Inspect's messages."""
     message = str(getattr(error, "message", error))
-    if is_prerequisite_missing(error):  # only messages on missing prerequisites contain markup
+    if is_library_or_key_missing(error):  # only messages on missing prerequisites contain markup
         message = Text.from_markup(message).plain
     return " ".join(message.split())
 

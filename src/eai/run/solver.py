@@ -45,7 +45,7 @@ from eai.run.request_errors import (
     find_context_length,
     find_http_status,
     is_connection_refused,
-    is_prerequisite_missing,
+    is_library_or_key_missing,
     is_prompt_too_long,
     is_refusal_of_max_tokens,
 )
@@ -79,7 +79,7 @@ def restore_brace_cut_off_by_stop_sequence(parts: _ReplyParts, stop: Sequence[st
     return parts._replace(answer=parts.answer + "}", repairs=(*parts.repairs, "stop_sequence"))
 
 
-def drop_unreadable_token_usage(model: Model) -> Model:
+def remove_unreadable_token_usage_in_replies(model: Model) -> Model:
     """Make a model's client remove usage figures that make replies unreadable. Return the model.
 
     This function changes only clients of OpenAI's protocol, which servers of all kinds speak.
@@ -161,7 +161,7 @@ def report_failure_in_block(run: RunState, key: AnswerKey) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        is_final = find_http_status(error) in FINAL_STATUSES or is_prerequisite_missing(error)
+        is_final = find_http_status(error) in FINAL_STATUSES or is_library_or_key_missing(error)
         if is_final or is_connection_refused(error):
             run.stop_asking_questions(describe_error(error))
         elif (misfits := _describe_tasks_longer_than_context(run, error)) is not None:
@@ -212,7 +212,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def make_solver_without_journal(trials: SuiteConversations | None) -> Solver:
+def make_solver_without_answer_journal(trials: SuiteConversations | None) -> Solver:
     """Return a solver for runs without a journal (file of all answers so far).
 
     Stop sequences come from the sample's metadata.

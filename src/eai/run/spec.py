@@ -184,7 +184,7 @@ class RunSpec(Options):
 
     @model_validator(mode="after")
     def _check_contradictions(self) -> Self:
-        choice = self.combined_study_options.option_that_enables_study
+        choice = self.combined_options_of_studies.option_that_enables_study
         if self.tasks.adaptive and choice:
             reason = "adaptive runs choose tasks by the difficulty of plain questions"
             raise InputError(f"tasks.adaptive: cannot be combined with {choice}; {reason}")
@@ -197,7 +197,7 @@ class RunSpec(Options):
         return self.agent.model_copy(update={"prompts": chosen}) if chosen in VARIANTS else self.agent
 
     @property
-    def combined_study_options(self) -> VariationOptions:
+    def combined_options_of_studies(self) -> VariationOptions:
         """The options of all studies of the run (variations of its questions), combined into one object.
 
         Raises:

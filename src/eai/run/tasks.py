@@ -34,9 +34,9 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.replanning_options import ReplanningOptions
-from eai.agents.play import make_prompts_and_metadata
+from eai.agents.play import make_episode_prompts_and_metadata
 from eai.agents.setting import AGENT_SETTING_FIELD, AgentSetting
-from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.base.errors import EaiError, InputError, UserInterruptError, did_you_mean
 from eai.base.files import raise_write_errors_as_input_errors, require_file, to_file_name
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
@@ -57,20 +57,20 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import SuiteConversations, open_trials
 from eai.run.acting import offer_task_tools, play_missing_episodes, player, read_episode_text
-from eai.run.context import calls_server, require_server
+from eai.run.context import is_endpoint_on_server_of_user, require_server_at_model_address
 from eai.run.job import ERRATA, QuestionJob, describe_unknown_provider, is_built_in_model
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.request_errors import (
     get_message_without_markup,
-    is_prerequisite_missing,
+    is_library_or_key_missing,
     limit_tries_of_refused_connections,
 )
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
 from eai.run.solver import (
-    drop_unreadable_token_usage,
     make_messages,
     make_solver_that_asks_questions,
-    make_solver_without_journal,
+    make_solver_without_answer_journal,
+    remove_unreadable_token_usage_in_replies,
 )
 from eai.run.spec import find_study_of_option, read_spec
 from eai.studies.prompts.choice import make_experiment_with_prompt_name
@@ -233,23 +233,23 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             questions = library.open(suite.benchmark, ability)
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
-            solver = make_solver_without_journal(None)
-            stage = spec.combined_study_options.make_stage_that_obtains_beliefs(
+            solver = make_solver_without_answer_journal(None)
+            stage = spec.combined_options_of_studies.make_stage_that_obtains_beliefs(
                 library, {suite.domain: asked}, _raise_instead_of_asking_model
             )
             if takes_turns:
-                asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
+                asked, about = make_episode_prompts_and_metadata(spec.setting, asked, suite)
                 experiment, solver = Experiment(), player()
-            elif spec.combined_study_options.option_that_enables_study:
-                spec.combined_study_options.select_abilities([ability])
+            elif spec.combined_options_of_studies.option_that_enables_study:
+                spec.combined_options_of_studies.select_abilities([ability])
                 beliefs = None
                 if stage is not None:
-                    asked, beliefs = _make_prompts_that_state_beliefs(stage, asked, suite)
+                    asked, beliefs = _make_prompts_that_state_model_beliefs(stage, asked, suite)
                     about = beliefs.metadata
                 trials = make_suite_conversations(
-                    spec.combined_study_options.replanning, library, suite, asked, beliefs
+                    spec.combined_options_of_studies.replanning, library, suite, asked, beliefs
                 )
-                solver = make_solver_without_journal(trials)
+                solver = make_solver_without_answer_journal(trials)
                 experiment = combine_experiments(
                     [experiment, None if beliefs is None else beliefs.experiment]
                 )
@@ -272,7 +272,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
 
 
 def make_suite_conversations(
-    options: ReplanningOptions | None,
+    replanning_options: ReplanningOptions | None,
     library: PromptLibrary,
     suite: Suite,
     prompts: Mapping[str, Prompt],
@@ -283,13 +283,13 @@ def make_suite_conversations(
     Raises:
         InputError: the answers of the suite are not plans.
     """
-    if options is None:
+    if replanning_options is None:
         return None
     look, goals = (
         (None, {}) if beliefs is None else (beliefs.perceive_changed_scene, beliefs.tasks_with_stated_goals)
     )
     question_writer = library.make_question_writer(suite.benchmark, suite.ability, prompts, look)
-    return open_trials(suite, options, question_writer, prompts, goals)
+    return open_trials(suite, replanning_options, question_writer, prompts, goals)
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
@@ -331,7 +331,7 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
     )
 
 
-def _make_prompts_that_state_beliefs(
+def _make_prompts_that_state_model_beliefs(
     stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
     """Return questions that state goals or scenes as a model understood them, and these goals or scenes.
@@ -429,13 +429,15 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
         epochs = group_pairs(zip([sample.epoch for sample in answered_samples], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(answers)) for answers in epochs.values()]
         return replace(first, further_epochs=tuple(further))
-    majority_samples = _select_samples_with_majority_answer(log, suite.ability)
+    majority_samples = _select_sample_with_majority_answer_per_task(log, suite.ability)
     return ResponseFile(
         model, tuple([Response(str(sample.id), read_episode_text(sample)) for sample in majority_samples])
     )
 
 
-def make_function_that_adds_study_options(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
+def make_function_that_adds_logged_study_options(
+    log_path: Path, suite: Suite
+) -> Callable[[Record], Record] | None:
     """Return a function that adds the options and results of studies in a log to the record of an answer.
 
     Studies are variations of the questions. Return None if the log has no options of studies. Return None
@@ -444,14 +446,14 @@ def make_function_that_adds_study_options(path: Path, suite: Suite) -> Callable[
     Raises:
         InputError: the log cannot be read.
     """
-    log = read_inspect_log(path)
+    log = read_inspect_log(log_path)
     samples = log.samples or ()
     experiment = next((s.metadata[EXPERIMENT] for s in samples if EXPERIMENT in s.metadata), None)
     if experiment is None or get_declaration(suite.ability).combine_epochs is not None:
         return None
     logged_samples: LoggedSamples = {
         str(s.id): (s.metadata, s.epoch, _read_question(s))
-        for s in _select_samples_with_majority_answer(log, suite.ability)
+        for s in _select_sample_with_majority_answer_per_task(log, suite.ability)
     }
     return partial(make_record_of_logged_answer, suite, experiment, logged_samples)
 
@@ -460,7 +462,7 @@ def _read_question(sample: EvalSample) -> str:
     return sample.input if isinstance(sample.input, str) else sample.input[-1].text
 
 
-def _select_samples_with_majority_answer(log: EvalLog, ability: Ability) -> list[EvalSample]:
+def _select_sample_with_majority_answer_per_task(log: EvalLog, ability: Ability) -> list[EvalSample]:
     """Return a sample with the most frequent answer to each task. A task is left out if no answer wins."""
     answered = sorted([s for s in log.samples or () if s.output.choices], key=lambda sample: sample.epoch)
     by_task = group_pairs((str(sample.id), sample) for sample in answered)
@@ -502,13 +504,13 @@ def request_missing_answers(
 
     Raises:
         InputError: a folder cannot be created, or the journal cannot be used.
-        InterruptError: the user interrupted the run.
+        UserInterruptError: the user interrupted the run.
         EaiError: the whole run failed: unknown model, or missing or wrong key.
     """
     run = RunState(job, AnswerJournal(journal), watch)
     run.call_progress_callback()
-    if calls_server(job.endpoint) and not run.has_all_answers(job):
-        require_server(find_model(job.endpoint))
+    if is_endpoint_on_server_of_user(job.endpoint) and not run.has_all_answers(job):
+        require_server_at_model_address(find_model(job.endpoint))
     logs: dict[str, Path] = {}
     for part in job.split_into_jobs(sys.maxsize if job.pace.batch else _MAX_LOG_SAMPLES):
         logs |= dict.fromkeys(part.prompts, _find_or_make_log(part, run, log_dir))
@@ -604,21 +606,21 @@ def find_model(endpoint: Endpoint) -> Model:
     arguments: dict[str, Any] = dict(endpoint.arguments)
     try:
         model = get_model(endpoint.model, base_url=endpoint.base_url, **arguments)
-        return limit_tries_of_refused_connections(drop_unreadable_token_usage(model))
+        return limit_tries_of_refused_connections(remove_unreadable_token_usage_in_replies(model))
     except EaiError:
         raise
     except Exception as error:  # providers raise many kinds of errors
         message = get_message_without_markup(error)
         if message.startswith("Model API ") and message.endswith(" not recognized."):
             message = describe_unknown_provider(endpoint.model)
-        elif is_prerequisite_missing(error) and "API_KEY" in message:
+        elif is_library_or_key_missing(error) and "API_KEY" in message:
             message = f"{message.removesuffix('.')}, nor given as -M api_key=KEY"
         raise EaiError(f"cannot open the model {endpoint.model}: {message}") from error
 
 
 def _require_finished_log(job: QuestionJob, log: EvalLog | None) -> Path:
     if log is None or log.status == "cancelled":
-        raise InterruptError("interrupted; the same command resumes from here")
+        raise UserInterruptError("interrupted; the same command resumes from here")
     if log.status == "success":
         return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TypeAlias, TypeVar
 
 from eai.base.errors import InputError, find_enum_member
-from eai.base.store import ReportProgress, Store, ignore_progress
+from eai.base.store import DataPackStore, ReportProgress, ignore_progress
 from eai.pddl.planning import PlannerChoice, PlannerLimits
 from eai.tasks.task import Task
 from eai.world.vocabulary import require_tuple
@@ -73,7 +73,7 @@ class Source:
         kept: the maximum number of built tasks that a task file keeps in memory; None to keep all.
     """
 
-    store: Store | None = None
+    store: DataPackStore | None = None
     report: ReportProgress = ignore_progress
     planner: PlannerChoice = PlannerChoice.AUTO
     errata: ErrataChoice = ErrataChoice.CURRENT
@@ -155,7 +155,7 @@ def open_tasks_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
 
     @wraps(opener)
     def open_task_set_once(source: Source) -> TaskSet[T]:
-        folder = (source.store or Store()).folder
+        folder = (source.store or DataPackStore()).folder
         if folder not in opened:
             opened[folder] = opener(source)
         return opened[folder]

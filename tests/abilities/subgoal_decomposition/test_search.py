@@ -44,7 +44,7 @@ from threading_tests import asked_by_threads
 
 START = flat.make_state()
 SCENE = START.scene
-DOMAIN = virtualhome.make_domain_in_paper_order()
+DOMAIN = virtualhome.make_domain_with_checks_in_paper_order()
 CHECK = missing_step(FALSE, "it does not hold")
 
 Plan = tuple[str, ...]
@@ -294,7 +294,7 @@ PARTS_START = flat.make_state()
 PARTS_SCENE = PARTS_START.scene
 SIGNATURE = Signature(
     {p.name: p.arity for p in PARTS_SCENE.vocabulary.predicates},
-    {op.name: op.arity for op in virtualhome.make_domain_in_paper_order().operators},
+    {op.name: op.arity for op in virtualhome.make_domain_with_checks_in_paper_order().operators},
 )
 STEPS = (
     "WALK fridge.10",
@@ -334,7 +334,7 @@ def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
 @given(GOALS, st.lists(st.sampled_from(STEPS), max_size=8))
 def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[str]) -> None:
     plan = [flat.parse_action(step, PARTS_SCENE) for step in steps]
-    trajectory = execute_plan(virtualhome.make_domain_in_paper_order(), PARTS_START, plan)
+    trajectory = execute_plan(virtualhome.make_domain_with_checks_in_paper_order(), PARTS_START, plan)
     assert_progress_agrees(read_formula(goal, SIGNATURE)[0], trajectory)
 
 

@@ -12,7 +12,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts
 from eai.base.errors import DataError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.published import TransitionTasks, open_virtualhome_transition_tasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -25,12 +25,12 @@ from oracle import Oracle
 
 
 @pytest.fixture(scope="module")
-def virtualhome(data_store: Store) -> TransitionTasks:
+def virtualhome(data_store: DataPackStore) -> TransitionTasks:
     return open_virtualhome_transition_tasks(Source(data_store))
 
 
 @pytest.fixture(scope="module")
-def behavior(data_store: Store) -> TaskSet[TransitionTask]:
+def behavior(data_store: DataPackStore) -> TaskSet[TransitionTask]:
     return find_benchmark("behavior").operator_tasks(Source(data_store))
 
 
@@ -72,7 +72,7 @@ def status() -> OperatorStatus:
 
 
 def test_an_operator_has_the_name_that_was_asked_for(
-    oracle: Oracle, data_store: Store, protocol: Protocol, status: OperatorStatus
+    oracle: Oracle, data_store: DataPackStore, protocol: Protocol, status: OperatorStatus
 ) -> None:
     """The data set calls an operator ``slice-carvingknife``; prompts and answers have an underscore."""
     rows = oracle("behavior", "transition_modeling", "gpt-4o-2024-05-13")["records"]

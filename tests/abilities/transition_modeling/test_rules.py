@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.transition_modeling.rules import PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.published import (
     TransitionTasks,
     open_behavior_operator_tasks,
@@ -51,7 +51,10 @@ def write_all_true_operators(task: TransitionTask, *, with_parameters: bool) -> 
     ("open_tasks", "step"), [(open_virtualhome_transition_tasks, 25), (open_behavior_operator_tasks, 8)]
 )
 def test_operators_that_assert_everything_have_plans_and_none_works(
-    open_tasks: Callable[[Source], TransitionTasks], step: int, with_parameters: bool, data_store: Store
+    open_tasks: Callable[[Source], TransitionTasks],
+    step: int,
+    with_parameters: bool,
+    data_store: DataPackStore,
 ) -> None:
     tasks = open_tasks(Source(data_store))
     rules = PaperOperatorRules(BuiltInPlanner())

@@ -12,7 +12,7 @@ from eai.world.domain import Domain
 @pytest.fixture
 def domain() -> Domain:
     """Return the domain with the paper's rules. Tests of other rules override this fixture."""
-    return behavior.make_domain_in_paper_order()
+    return behavior.make_domain_with_checks_in_paper_order()
 
 
 @pytest.fixture
@@ -32,4 +32,4 @@ def test_the_domain_conforms_on_the_scenes_of_the_data_set(
 
 
 def test_the_domain_has_the_actions_of_the_paper() -> None:
-    assert len(behavior.make_domain_in_paper_order().operators) == 30
+    assert len(behavior.make_domain_with_checks_in_paper_order().operators) == 30

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from eai.base.errors import DataError
-from eai.base.store import Store, ignore_progress
+from eai.base.store import DataPackStore, ignore_progress
 from eai.benchmarks.behavior.convert import convert_tasks
 from eai.benchmarks.behavior.records import OPTIONS_MEMBER, TASKS_MEMBER, read_records
 from eai.logic.formula import And, get_operands
@@ -95,7 +95,7 @@ def test_a_task_is_assembled_from_both_archives(tmp_path: Any) -> None:
     members = convert_tasks(wheel(), bddl(), lambda _, subject, *counts: steps.append(counts))
     assert members.keys() == {TASKS_MEMBER, OPTIONS_MEMBER}
     assert steps == [(0, 1), (1, 1)]
-    tasks = read_records(Store(tmp_path).write_pack("behavior", {}, members))
+    tasks = read_records(DataPackStore(tmp_path).write_pack("behavior", {}, members))
     assert list(tasks) == [TASK]
     record = tasks[TASK]
     jar, floor = record.objects

@@ -20,7 +20,7 @@ from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from sweeps import examples
 
 TASK = make_task()
-DOMAIN = domain.make_domain_in_paper_order()
+DOMAIN = domain.make_domain_with_checks_in_paper_order()
 STRICT = GoalInterpretationScorer(TASK, DOMAIN, BehaviorGoalNotation())
 
 ALL = [

@@ -8,7 +8,7 @@ from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute_plan
 from eai.world.state import State
 
-STRICT = behavior.make_domain_in_paper_order()
+STRICT = behavior.make_domain_with_checks_in_paper_order()
 ON_TABLE = ("RIGHT_GRASP rag_1", "RIGHT_PLACE_ONTOP table_1")
 PEACH = ("OPEN fridge_1", "RIGHT_GRASP peach_1")
 CUT = ("OPEN fridge_1", "RIGHT_GRASP carving_knife_1", "SLICE peach_1")

@@ -17,7 +17,7 @@ from eai.world.history import History
 from eai.world.relation import iterate_bits
 from eai.world.state import State
 
-DOMAIN = behavior.make_domain_in_paper_order()
+DOMAIN = behavior.make_domain_with_checks_in_paper_order()
 IN_CARTON = (
     "RIGHT_GRASP plate_2",
     "RIGHT_PLACE_ONTOP plate_1",

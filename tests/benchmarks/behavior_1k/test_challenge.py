@@ -8,7 +8,7 @@ import pytest
 
 import eai.logic.formula as f
 from eai.base.errors import DataError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior_1k.benchmark import behavior_1k_challenge_2025, behavior_1k_challenge_2026
 from eai.benchmarks.behavior_1k.challenge import (
     _ActivityAmendment,
@@ -38,7 +38,7 @@ OTHERWISE_COUNTED = {
 
 
 @pytest.fixture(scope="module")
-def tasks(activity_store: Store) -> TaskSet[Task]:
+def tasks(activity_store: DataPackStore) -> TaskSet[Task]:
     return behavior_1k_challenge_2026().tasks(Source(store=activity_store))
 
 
@@ -56,7 +56,7 @@ def facts_of(definition: str) -> list[str]:
     return [*map(str, numbers), " ".join(sorted(atoms)), " ".join(sorted(map(get_lemma, in_goal)))]
 
 
-def test_each_definition_has_the_published_facts(activity_store: Store) -> None:
+def test_each_definition_has_the_published_facts(activity_store: DataPackStore) -> None:
     definitions, _ = load_activities_of_challenge_2026(Source(store=activity_store))
     lines = [line.split("|") for line in FACTS.read_text().splitlines() if not line.startswith("#")]
     assert sorted(definitions) == sorted(name for name, *_ in lines)
@@ -65,7 +65,7 @@ def test_each_definition_has_the_published_facts(activity_store: Store) -> None:
 
 
 def test_the_first_fifty_are_those_of_2025_and_one_name_is_spelt_anew(
-    tasks: TaskSet[Task], activity_store: Store
+    tasks: TaskSet[Task], activity_store: DataPackStore
 ) -> None:
     names = list(tasks)
     assert len(names) == len(set(names)) == 100
@@ -73,7 +73,9 @@ def test_the_first_fifty_are_those_of_2025_and_one_name_is_spelt_anew(
     assert names[75] == "put_together_a_basic_pruning_kit"
 
 
-def test_a_checkout_with_these_definitions_is_not_damaged(activity_store: Store, tmp_path: Path) -> None:
+def test_a_checkout_with_these_definitions_is_not_damaged(
+    activity_store: DataPackStore, tmp_path: Path
+) -> None:
     definitions, _ = load_activities_of_challenge_2026(Source(store=activity_store))
     for name, text in definitions.items():
         (tmp_path / name).mkdir()
@@ -91,7 +93,7 @@ def test_gold_plans_reach_goals_that_do_not_hold_at_the_start(tasks: TaskSet[Tas
         assert task.unsolvable or solves_task(domain, task, task.script), name
 
 
-def test_unchanged_definitions_keep_the_data_s_text(activity_store: Store) -> None:
+def test_unchanged_definitions_keep_the_data_s_text(activity_store: DataPackStore) -> None:
     packed = split_by_activity(open_pack(PACK, Source(store=activity_store)).read_member(ACTIVITIES))
     definitions, amended = amend_definitions_for_challenge(packed), load_activity_amendments().activities
     assert len(amended) == 50

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior_1k.checkout import FILE, read_activity_definitions
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK
 from eai.benchmarks.packs import open_pack
@@ -31,7 +31,7 @@ def write(folder: Path, name: str, text: str) -> None:
     (folder / name / FILE).write_text(text, encoding="utf-8")
 
 
-def test_a_definition_of_the_user_is_a_task(tmp_path: Path, activity_store: Store) -> None:
+def test_a_definition_of_the_user_is_a_task(tmp_path: Path, activity_store: DataPackStore) -> None:
     write(tmp_path / "bddl" / "activity_definitions", "putting_away_mug", OWN)
     benchmark = find_benchmark(f"behavior-1k:{tmp_path}")
     tasks = benchmark.tasks(Source(activity_store))
@@ -46,14 +46,14 @@ def test_a_definition_of_the_user_is_a_task(tmp_path: Path, activity_store: Stor
 
 
 @pytest.fixture(scope="module")
-def texts(activity_store: Store) -> dict[str, str]:
+def texts(activity_store: DataPackStore) -> dict[str, str]:
     """Return the definitions of the data by activity."""
     lines = open_pack(PACK, Source(activity_store)).read_member(ACTIVITIES).decode().splitlines()
     return dict(line.split("\t") for line in lines)
 
 
 def test_an_unchanged_definition_keeps_its_plan_and_a_changed_one_does_not(
-    tmp_path: Path, texts: dict[str, str], activity_store: Store, activities: TaskSet[Task]
+    tmp_path: Path, texts: dict[str, str], activity_store: DataPackStore, activities: TaskSet[Task]
 ) -> None:
     write(tmp_path, "can_meat", texts["can_meat"])
     write(tmp_path, "bringing_water", texts["bringing_water"].replace("(not (open", "(not (toggled_on"))
@@ -72,7 +72,7 @@ def test_all_definitions_of_the_data_are_accepted(tmp_path: Path, texts: dict[st
 
 
 def test_an_activity_with_a_kind_that_the_data_lacks_is_excluded(
-    tmp_path: Path, activity_store: Store
+    tmp_path: Path, activity_store: DataPackStore
 ) -> None:
     write(tmp_path, "putting_away_mug", OWN.replace("mug.n.04", "space_mug.n.07"))
     task = find_benchmark(f"behavior-1k:{tmp_path}").tasks(Source(activity_store))["putting_away_mug"]

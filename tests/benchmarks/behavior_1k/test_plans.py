@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from by_path import ROOT, module_at
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.tasks.source import Source
 from sweeps import every
 
 
 @every(100)
 def test_gold_plans_equal_the_output_of_the_planning_program(
-    activity_store: Store, monkeypatch: pytest.MonkeyPatch, every: int
+    activity_store: DataPackStore, monkeypatch: pytest.MonkeyPatch, every: int
 ) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "tools" / "behavior_1k"))
     tool = module_at("tools/behavior_1k/plans.py")

@@ -7,7 +7,7 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.game import Game
 from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior.benchmark import behavior
 from eai.benchmarks.behavior_1k.benchmark import (
     behavior_1k,
@@ -48,7 +48,7 @@ def domain() -> Domain:
 
 
 def test_all_definitions_are_read_and_the_store_is_small(
-    activities: TaskSet[Task], activity_store: Store
+    activities: TaskSet[Task], activity_store: DataPackStore
 ) -> None:
     assert len(activities) == NUMBER
     assert activity_store.get_pack_path(PACK).stat().st_size < 250_000
@@ -123,14 +123,14 @@ def test_goals_do_not_hold_initially_except_in_one_activity(activities: TaskSet[
         assert holds == (task_id == "clean_a_stainless_steel_dishwasher")
 
 
-def test_each_activity_of_the_challenge_has_a_plan(activity_store: Store) -> None:
+def test_each_activity_of_the_challenge_has_a_plan(activity_store: DataPackStore) -> None:
     tasks = behavior_1k_challenge_2025().tasks(Source(store=activity_store))
     assert len(tasks) == 50
     assert next(iter(tasks)) == "turning_on_radio"
     assert all(task.script and task.unsolvable is None for task in tasks.values())
 
 
-def test_the_subset_of_behavior_100_has_the_activities_of_equal_names(activity_store: Store) -> None:
+def test_the_subset_of_behavior_100_has_the_activities_of_equal_names(activity_store: DataPackStore) -> None:
     source = Source(store=activity_store)
     of_100 = {task_id.partition("_0_")[0] for task_id in behavior().tasks(source)}
     assert list(behavior_1k_in_behavior_100().tasks(source)) == [
@@ -170,7 +170,9 @@ def test_an_object_without_a_known_floor_is_visible_from_everywhere(activities: 
     assert stain in Game(make_setup(task, behavior_1k(), STANDARD)).memory.known
 
 
-def test_prompts_for_plans_list_conventions_unless_the_benchmark_tests_them(activity_store: Store) -> None:
+def test_prompts_for_plans_list_conventions_unless_the_benchmark_tests_them(
+    activity_store: DataPackStore,
+) -> None:
     library, task_id = PromptLibrary("eai", source=Source(store=activity_store)), "clean_a_patio"
     explained, silent = (
         {ability: library.open(benchmark, ability)[task_id].user for ability in PAPER_ABILITIES[:3]}
@@ -184,7 +186,7 @@ def test_prompts_for_plans_list_conventions_unless_the_benchmark_tests_them(acti
 
 @pytest.mark.parametrize("task_id", ["clean_clams", "cook_hot_dogs", "make_a_cappuccino"])
 def test_planning_problems_contain_the_rules_that_gold_operators_need(
-    activity_store: Store, task_id: str
+    activity_store: DataPackStore, task_id: str
 ) -> None:
     suite = open_suite(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
     gold = open_gold_answers(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
@@ -195,7 +197,7 @@ def test_planning_problems_contain_the_rules_that_gold_operators_need(
 
 
 def test_prompts_of_transition_modeling_show_the_facts_of_their_operators_and_little_more(
-    activity_store: Store,
+    activity_store: DataPackStore,
 ) -> None:
     source = Source(store=activity_store)
     operators = behavior_1k().operator_tasks(source)

@@ -12,7 +12,7 @@ import pytest
 import eai.logic.formula as f
 from benchmarks.generator.kitchens import VOCABULARY, task, told, usual
 from benchmarks.generator.worlds import tasks
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import TaskObject
 from eai.benchmarks.generator.composed_scene import (
     add_static_facts_comparing_objects,
@@ -192,7 +192,7 @@ def test_objects_of_two_tasks_get_the_relations_that_the_benchmark_tells() -> No
     assert told(state.facts(), state.scene) == {"clean cup.1", "part_of cup.1 tray.2"}
 
 
-def test_composed_scenes_have_whole_facts(data_store: Store) -> None:
+def test_composed_scenes_have_whole_facts(data_store: DataPackStore) -> None:
     """Sizes are a strict order of all objects, wholes have both halves, and there is one robot."""
     made = [each.task for each in tasks("behavior")]
     assert len(made) > 10

@@ -15,7 +15,7 @@ import pytest
 import eai.logic.formula as f
 from benchmarks.generator.worlds import HOUSEHOLDS, generate_from_seeds, generator, outcomes, tasks
 from eai.base.errors import DataError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.goals import GoalSampler
 from eai.benchmarks.generator.growing_plan import GoalByGoalPlan, find_min_plan_length
@@ -187,7 +187,7 @@ def test_every_line_of_the_odd_lists_matches_a_literal(like: str) -> None:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
+def test_no_task_is_public_and_none_twice(like: str, data_store: DataPackStore) -> None:
     public = {
         fingerprint_task(task)[0] for task in find_benchmark(like).tasks(generator(like).source).values()
     }

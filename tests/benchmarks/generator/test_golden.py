@@ -16,7 +16,7 @@ from typing import get_args
 import pytest
 
 from benchmarks.generator.worlds import HOUSEHOLDS
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.generator.census import learn_usual_goals_from_tasks
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.goals import GoalSampler
@@ -55,7 +55,7 @@ SEEDS, TASKS = 40, 4
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_equal_seeds_give_the_recorded_tasks(like: str, data_store: Store) -> None:
+def test_equal_seeds_give_the_recorded_tasks(like: str, data_store: DataPackStore) -> None:
     benchmark, source = find_benchmark(like), Source()
     lines = []
     for name, options in SPECS.items():
@@ -91,7 +91,7 @@ def plain(value: object) -> object:
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_the_prior_equals_the_recorded_prior(like: str, data_store: Store) -> None:
+def test_the_prior_equals_the_recorded_prior(like: str, data_store: DataPackStore) -> None:
     benchmark = find_benchmark(like)
     prior = learn_usual_goals_from_tasks(benchmark, benchmark.tasks(Source()).values())
     lines = [f"{each.name}: {digest(plain(getattr(prior, each.name)))}" for each in fields(prior)]
@@ -99,7 +99,9 @@ def test_the_prior_equals_the_recorded_prior(like: str, data_store: Store) -> No
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, data_store: Store) -> None:
+def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(
+    like: str, data_store: DataPackStore
+) -> None:
     """The records have closed scenes of some public tasks, plain and rich, and goals proposed for them."""
     benchmark = find_benchmark(like)
     tasks = list(benchmark.tasks(Source()).values())

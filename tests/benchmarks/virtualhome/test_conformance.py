@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from benchmarks.virtualhome import flat
-from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
+from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_paper_order
 from eai.world.conformance import check_domain
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -32,4 +32,4 @@ def find_problems(domain: Domain) -> set[str]:
 
 
 def test_the_domain_conforms_to_its_declarations() -> None:
-    assert not find_problems(make_domain_in_paper_order())
+    assert not find_problems(make_domain_with_checks_in_paper_order())

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from benchmarks.graphs import ORDERED, PlainGraph, build_final_graph, build_initial_graph
 from benchmarks.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, Triple, bundle, files, graph, node
 from eai.base.errors import DataError
-from eai.base.store import Store, ignore_progress
+from eai.base.store import DataPackStore, ignore_progress
 from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.benchmarks.virtualhome.records import (
     VirtualHomeRecords,
@@ -20,7 +20,7 @@ from eai.benchmarks.virtualhome.records import (
 
 def convert(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHomeRecords:
     members = convert_tasks(bundle(files(tasks)), ignore_progress)
-    return VirtualHomeRecords.from_pack(Store(folder).write_pack("virtualhome", {}, members))
+    return VirtualHomeRecords.from_pack(DataPackStore(folder).write_pack("virtualhome", {}, members))
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ TASK = make_task(
     ),
     more_objects=("cup.40",),
 )
-DOMAIN = domain.make_domain_in_paper_order()
+DOMAIN = domain.make_domain_with_checks_in_paper_order()
 STRICT = GoalInterpretationScorer(TASK, DOMAIN, VirtualHomeGoalNotation())
 
 OPEN = {"name": "fridge", "state": "OPEN"}

@@ -11,7 +11,7 @@ from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.state import State, compare_states
 
-STRICT = virtualhome.make_domain_in_paper_order()
+STRICT = virtualhome.make_domain_with_checks_in_paper_order()
 
 AT_FRIDGE = ("NEXT_TO character.65 fridge.10",)
 AT_TABLE = ("NEXT_TO character.65 table.12",)

@@ -12,7 +12,7 @@ from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.results.codec import dataclass_to_json, verdict_to_record_fields
@@ -22,7 +22,7 @@ from protocols import PROTOCOLS
 
 MADE_UP = make_task(goals=("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|TYPE"))
 STRICT = virtualhome_scorer(MADE_UP)
-ACTIONS = sorted(virtualhome.make_domain_in_paper_order().compiled_operators)
+ACTIONS = sorted(virtualhome.make_domain_with_checks_in_paper_order().compiled_operators)
 NAMES = [obj.name for obj in MADE_UP.scene.objects]
 
 SYNTAX = [
@@ -125,7 +125,7 @@ def test_a_plan_of_ten_thousand_steps_is_executed(scorer: ActionSequencingScorer
 
 
 @pytest.fixture(scope="module")
-def suites(data_store: Store) -> tuple[Suite, ...]:
+def suites(data_store: DataPackStore) -> tuple[Suite, ...]:
     source = Source(data_store)
     return tuple(
         open_suite("virtualhome", Ability.ACTION_SEQUENCING, protocol, source=source)
@@ -134,7 +134,7 @@ def suites(data_store: Store) -> tuple[Suite, ...]:
 
 
 @pytest.fixture(scope="module")
-def answers(data_store: Store) -> list[tuple[str, str]]:
+def answers(data_store: DataPackStore) -> list[tuple[str, str]]:
     """Return an answer with its task id for each task."""
     return made_answers("virtualhome", Ability.ACTION_SEQUENCING, data_store)
 

@@ -14,7 +14,7 @@ from eai.world.execution import attempt_action
 from eai.world.history import History
 from eai.world.state import Scene, State, WorldObject
 
-STRICT = virtualhome.make_domain_in_paper_order()
+STRICT = virtualhome.make_domain_with_checks_in_paper_order()
 NAMES = (*flat.PROPERTIES, "shelf.90", "shelf.128")
 ON_SHELVES = (
     *("-ONTOP cup.13 table.12", "ONTOP cup.13 shelf.90", "ONTOP cup.13 shelf.128"),

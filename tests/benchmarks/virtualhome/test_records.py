@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from benchmarks.graphs import build_final_graph, build_initial_graph
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.reference_wheel import PROMPTS, RESOURCES
 from eai.benchmarks.virtualhome.records import (
@@ -42,7 +42,7 @@ print(seconds, *peak)
 
 
 @pytest.fixture(scope="module")
-def tasks(data_store: Store) -> VirtualHomeRecords:
+def tasks(data_store: DataPackStore) -> VirtualHomeRecords:
     return open_records(Source(data_store))
 
 
@@ -89,7 +89,7 @@ def test_tasks_have_the_order_of_the_references_rows(tasks: VirtualHomeRecords, 
     assert [row["id"] for row in rows] == list(tasks)
 
 
-def test_resources_and_prompts_are_complete(data_store: Store, tasks: VirtualHomeRecords) -> None:
+def test_resources_and_prompts_are_complete(data_store: DataPackStore, tasks: VirtualHomeRecords) -> None:
     resources, prompts = [open_pack(name, Source(data_store)) for name in (RESOURCES, PROMPTS)]
     with_goals = {task.id for task in tasks.values() if task.tl_goal is not None}
     assert resources.read_json("problems.json").keys() == with_goals
@@ -122,7 +122,7 @@ def test_sets_of_ids_have_the_order_on_which_verdicts_depend() -> None:
     assert hashlib.sha256(repr(orders).encode()).hexdigest()[:16] == "209fa4f71264e7df"
 
 
-def test_the_store_is_small_and_quick_to_load(data_store: Store) -> None:
+def test_the_store_is_small_and_quick_to_load(data_store: DataPackStore) -> None:
     assert data_store.get_pack_path(VIRTUALHOME).stat().st_size <= 3_000_000
     command = [sys.executable, "-c", LOAD, str(data_store.folder)]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout

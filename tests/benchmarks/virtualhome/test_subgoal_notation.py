@@ -9,7 +9,7 @@ from benchmarks.virtualhome import flat
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import AnswersByTask, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoalNotation
@@ -68,7 +68,7 @@ def test_subgoals_are_joined_into_an_answer() -> None:
 
 @pytest.mark.parametrize("open_book", [open_gold_answers, *swept(open_answers_of_planner)])
 def test_subgoals_of_scripts_and_of_plans_reach_every_goal(
-    open_book: Callable[..., AnswersByTask], data_store: Store
+    open_book: Callable[..., AnswersByTask], data_store: DataPackStore
 ) -> None:
     source = Source(data_store)
     suite = open_suite("virtualhome", Ability.SUBGOAL_DECOMPOSITION, source=source)

@@ -10,7 +10,7 @@ import pytest
 from cli.test_analyze import must_have_the_same_bytes
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.extensions.adaptive.flag import Flag
 from eai.extensions.adaptive.item_flags import make_task_flag_reader
 from eai.extensions.adaptive.study import make_task_difficulty_tables
@@ -95,14 +95,14 @@ def test_tasks_are_flagged_by_who_solves_them(nine: dict[str, list[dict[str, Any
     ],
 )
 def test_the_planner_tries_tasks_that_no_model_solves(
-    suite: SuiteIdentity, task: str, unsolved: bool, flags: list[Flag], data_store: Store
+    suite: SuiteIdentity, task: str, unsolved: bool, flags: list[Flag], data_store: DataPackStore
 ) -> None:
     """In 26_1 the character sits, and under eai-1.0.5 no subgoal makes it stand up."""
     assert list(make_task_flag_reader(Source(data_store))(suite, task, unsolved)) == flags
 
 
 def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
-    data_store: Store, monkeypatch: pytest.MonkeyPatch
+    data_store: DataPackStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The gold answer of one task is wrong in the reference package, so a plan is searched for it."""
     searched = []
@@ -120,7 +120,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
         assert len(searched) == looks
 
 
-def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: Store) -> None:
+def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: DataPackStore) -> None:
     from eai.benchmarks.registry import find_benchmark
 
     flags = make_task_flag_reader(Source(data_store))

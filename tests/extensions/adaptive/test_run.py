@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cli.test_run import NAMED, SUITE
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.extensions.adaptive.short_tests import short_test
 from processes import eai
 from protocols import PROTOCOLS
@@ -17,7 +17,7 @@ from sweeps import sweep
 
 @sweep
 def test_an_adaptive_run_ends_at_the_target_error_and_resumes_after_an_interruption(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     named = ("--domain", "behavior", "--ability", "action_sequencing", "--adaptive", 0.5, "--out", tmp_path)
     noisy = ("run", "--model", "eai/noisy", "-M", "rate=0.1", *named)
@@ -65,7 +65,7 @@ def test_an_adaptive_run_refuses_suites_without_difficulties(
     assert f"adaptive: {message}" in " ".join(run.err.split())
 
 
-def test_the_short_test_of_a_suite_is_run_by_its_name(data_store: Store, tmp_path: Path) -> None:
+def test_the_short_test_of_a_suite_is_run_by_its_name(data_store: DataPackStore, tmp_path: Path) -> None:
     named = (*NAMED, "--tasks", "short", "--limit", 3, "--json", "--out", tmp_path)
     run = eai("run", "--model", "eai/oracle", *named)
     assert run.status == 0, run.err

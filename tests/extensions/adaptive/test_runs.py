@@ -15,7 +15,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive import runs as runs_module
 from eai.extensions.adaptive.difficulties import load_task_difficulties
@@ -40,7 +40,7 @@ class Result:
 
 @pytest.mark.parametrize("excluded", [True, False])
 def test_excluded_tasks_are_asked_once_and_do_not_change_the_ability(
-    data_store: Store, tmp_path: Path, *, excluded: bool
+    data_store: DataPackStore, tmp_path: Path, *, excluded: bool
 ) -> None:
     """An excluded task is left out of the estimate; an unanswerable task also ends the run."""
     suite = open_suite(*SUITE, source=Source(data_store))

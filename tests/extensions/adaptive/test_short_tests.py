@@ -8,7 +8,7 @@ import pytest
 
 from by_path import module_at
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.extensions.adaptive.short_tests import short_test
@@ -55,7 +55,7 @@ def test_chosen_tasks_predict_scores_better_than_random_tasks(tool: ModuleType) 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES)
 def test_every_suite_has_a_short_test_of_its_own_tasks(
-    domain: str, ability: Ability, data_store: Store
+    domain: str, ability: Ability, data_store: DataPackStore
 ) -> None:
     suite = open_suite(find_benchmark(domain), ability, source=Source(data_store))
     found = short_test(domain, ability)

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior.activities import build_pddl_problem
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.benchmark import open_demonstrations
-from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
+from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_paper_order
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.annotation.decisions import (
@@ -95,7 +95,7 @@ def _kind(values: Mapping[str, Any]) -> _ObjectKind:
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, DemonstrationChanges]:
     found = [
-        find_changes_made_by_demonstration(tasks[task_id], make_domain_in_paper_order())
+        find_changes_made_by_demonstration(tasks[task_id], make_domain_with_checks_in_paper_order())
         for task_id in task_ids
     ]
     return dict(zip(task_ids, found, strict=True))
@@ -136,7 +136,7 @@ def test_assignments_and_frequencies_of_all_518_demonstrations() -> None:
 
 
 def test_99_of_100_planning_problems_are_those_of_their_goals(
-    data_store: Store, behavior_tasks: BehaviorTasks
+    data_store: DataPackStore, behavior_tasks: BehaviorTasks
 ) -> None:
     different = []
     for task_id, asked in find_benchmark("behavior").operator_tasks(Source(data_store)).items():

@@ -14,7 +14,7 @@ from browsing import needs_browser, quiet_page, started_browser
 from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -30,7 +30,7 @@ def answers(rows: dict[str, str]) -> str:
 
 
 @pytest.fixture(scope="module")
-def right(data_store: Store) -> str:
+def right(data_store: DataPackStore) -> str:
     """A right answer to the task 27_2."""
     benchmark = find_benchmark("virtualhome")
     book = open_gold_answers(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.board.croissant import (
@@ -27,12 +27,14 @@ def plain(value: object) -> object:
 
 
 @pytest.fixture(scope="module")
-def published(data_store: Store) -> list[Benchmark]:
+def published(data_store: DataPackStore) -> list[Benchmark]:
     return [find_benchmark(name) for name in ("virtualhome", "behavior")]
 
 
 @pytest.fixture(scope="module")
-def written(data_store: Store, published: list[Benchmark], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(
+    data_store: DataPackStore, published: list[Benchmark], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     folder = tmp_path_factory.mktemp("croissant")
     write_croissant_files(published, Source(data_store), folder)
     return folder
@@ -51,7 +53,7 @@ def test_the_metadata_is_valid(read: Any) -> None:
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 @pytest.mark.parametrize("kind", TABLES)
 def test_every_field_of_every_row_reads_back(
-    data_store: Store, published: list[Benchmark], read: Any, name: str, kind: str
+    data_store: DataPackStore, published: list[Benchmark], read: Any, name: str, kind: str
 ) -> None:
     (benchmark,) = [each for each in published if each.name == name]
     rows = list(TABLES[kind](benchmark, Source(data_store)))
@@ -64,7 +66,7 @@ def test_every_field_of_every_row_reads_back(
 
 
 def test_the_same_data_are_the_same_bytes(
-    data_store: Store, published: list[Benchmark], written: Path, tmp_path: Path
+    data_store: DataPackStore, published: list[Benchmark], written: Path, tmp_path: Path
 ) -> None:
     for file in write_croissant_files(published, Source(data_store), tmp_path):
         assert file.read_bytes() == (written / file.name).read_bytes()

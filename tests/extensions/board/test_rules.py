@@ -7,12 +7,12 @@ from agents.test_rules import CASE, EASY_NAME, written
 from command_line import Command
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 
 
 def test_a_board_refuses_other_rules_and_counts_what_does_not_replay(
-    eai: Command, tmp_path: Path, data_store: Store
+    eai: Command, tmp_path: Path, data_store: DataPackStore
 ) -> None:
     suite = open_suite("virtualhome", ACTING)
     setup = EpisodeFactory(suite.benchmark).make_setup(suite.tasks["27_2"])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.extensions.board.submission import (
     build_submission,
     check_submission,
@@ -31,7 +31,7 @@ Rows = list[dict[str, object]]
 
 
 @pytest.fixture(scope="module")
-def complete(data_store: Store) -> dict[str, Rows]:
+def complete(data_store: DataPackStore) -> dict[str, Rows]:
     """A complete submission."""
     return {
         file: [{"identifier": identifier, "llm_output": "{}"} for identifier in identifiers]
@@ -53,7 +53,7 @@ def test_a_submission_has_these_files(complete: dict[str, Rows]) -> None:
 @pytest.mark.parametrize("folder", ["", "outputs/"])
 @pytest.mark.parametrize("prefix", ["", "scene_1_"])
 def test_complete_submissions_pass(
-    data_store: Store, tmp_path: Path, complete: dict[str, Rows], folder: str, prefix: str
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows], folder: str, prefix: str
 ) -> None:
     files = {
         file: [
@@ -83,7 +83,7 @@ def test_complete_submissions_pass(
     ],
 )
 def test_every_bad_row_is_named(
-    data_store: Store,
+    data_store: DataPackStore,
     tmp_path: Path,
     complete: dict[str, Rows],
     change: Callable[[Rows], object],
@@ -95,7 +95,7 @@ def test_every_bad_row_is_named(
 
 
 def test_missing_and_surplus_files_are_named(
-    data_store: Store, tmp_path: Path, complete: dict[str, Rows]
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows]
 ) -> None:
     files: dict[str, object] = {name: rows for name, rows in complete.items() if name != FILE}
     path = write(tmp_path / "s.zip", {**files, "readme.txt": b"hello"})
@@ -109,7 +109,7 @@ def test_missing_and_surplus_files_are_named(
 
 
 def test_a_member_that_cannot_be_read_is_named_and_the_others_are_checked(
-    data_store: Store, tmp_path: Path, complete: dict[str, Rows]
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows]
 ) -> None:
     other = "behavior_action_sequencing_outputs.json"
     path = write(tmp_path / "s.zip", {**complete, other: b" " * 32_000_001})
@@ -122,7 +122,7 @@ def test_a_member_that_cannot_be_read_is_named_and_the_others_are_checked(
     assert found[1].problem == "holds more than 32,000,000 bytes"
 
 
-def test_a_file_that_is_not_a_zip_is_refused(data_store: Store, tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_zip_is_refused(data_store: DataPackStore, tmp_path: Path) -> None:
     for path in (tmp_path / "none.zip", tmp_path):
         with pytest.raises(InputError, match="expected a zip that can be read"):
             check_submission(path, data_store)
@@ -139,7 +139,7 @@ def write_run(folder: Path, model: str, complete: dict[str, Rows]) -> None:
 
 
 def test_a_built_submission_is_complete_and_reproducible(
-    data_store: Store, tmp_path: Path, complete: dict[str, Rows]
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows]
 ) -> None:
     write_run(tmp_path / "run", "gpt", complete)
     build_submission(tmp_path / "run", tmp_path / "one.zip", data_store)
@@ -156,7 +156,7 @@ def test_a_built_submission_is_complete_and_reproducible(
 
 
 def test_a_submission_needs_exactly_one_known_model(
-    data_store: Store, tmp_path: Path, complete: dict[str, Rows]
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows]
 ) -> None:
     for model in ("gpt", "llama"):
         write_run(tmp_path / "run", model, complete)
@@ -168,7 +168,7 @@ def test_a_submission_needs_exactly_one_known_model(
 
 @pytest.mark.parametrize("name", ["..", "../other", "/other", "a/b", ""])
 def test_the_folder_of_a_submission_is_not_a_path(
-    data_store: Store, tmp_path: Path, complete: dict[str, Rows], name: str
+    data_store: DataPackStore, tmp_path: Path, complete: dict[str, Rows], name: str
 ) -> None:
     write_run(tmp_path / "run", "m", complete)
     with pytest.raises(InputError, match="expected the name of a folder"):
@@ -178,7 +178,9 @@ def test_the_folder_of_a_submission_is_not_a_path(
     assert not (tmp_path / "s.zip").exists()
 
 
-def test_the_prompts_of_a_phase_determine_the_expected_rows(data_store: Store, tmp_path: Path) -> None:
+def test_the_prompts_of_a_phase_determine_the_expected_rows(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     asked = ["scene_1_27_2", "scene_2_22_1", "scene_7_135_2"]
     kit, run = tmp_path / "llm_prompts", tmp_path / "run/virtualhome/action_sequencing/m"
     for folder, name, key in (
@@ -199,6 +201,6 @@ def test_the_prompts_of_a_phase_determine_the_expected_rows(data_store: Store, t
     ]
 
 
-def test_a_prompts_folder_without_prompts_is_refused(data_store: Store, tmp_path: Path) -> None:
+def test_a_prompts_folder_without_prompts_is_refused(data_store: DataPackStore, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a folder with <domain>_<ability>_prompts"):
         get_identifiers_by_submission_file(data_store, tmp_path)

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from command_line import Command
 from eai.abilities.protocol import PAPER_ABILITIES
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 
 def test_an_incomplete_run_is_built_and_its_gaps_are_named(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     place = tmp_path / "run" / "behavior" / "action_sequencing" / "gpt"
     place.mkdir(parents=True)
@@ -31,7 +31,7 @@ def test_an_incomplete_run_is_built_and_its_gaps_are_named(
 
 
 def test_an_invalid_submission_is_reported_in_one_line(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     for arguments in (
         ("export", "submission", tmp_path / "none.zip"),

@@ -13,7 +13,7 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
@@ -27,7 +27,7 @@ PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 
 
 @pytest.fixture(params=["lamps:lamps", "virtualhome", "behavior"])
-def name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, data_store: Store) -> str:
+def name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, data_store: DataPackStore) -> str:
     monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     return str(request.param)
 

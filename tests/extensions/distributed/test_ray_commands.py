@@ -17,7 +17,7 @@ import eai as package
 from by_path import ROOT
 from command_line import Command
 from eai.agents.rewards import TrlReward
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.results.batch import Scoring
@@ -112,7 +112,7 @@ def test_an_actor_that_is_killed_loses_and_doubles_no_question(address: str) -> 
     assert written == list(generator.write_questions(number=number, seed=1))
 
 
-def test_an_actor_that_is_killed_loses_and_doubles_no_reward(address: str, data_store: Store) -> None:
+def test_an_actor_that_is_killed_loses_and_doubles_no_reward(address: str, data_store: DataPackStore) -> None:
     suite = package.open("virtualhome", "action_sequencing", source=package.Source(data_store))
     book = open_gold_answers(suite.benchmark, suite.ability)
     answers = [(task_id, text) for task_id in suite.task_ids[:40] for text in (book[task_id].text, "no plan")]

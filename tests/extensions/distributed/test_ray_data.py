@@ -14,7 +14,7 @@ import pytest
 import eai
 from by_path import ROOT
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite
 from eai.extensions.distributed.ray_data import RECORD_COLUMNS, BatchScorer
@@ -30,7 +30,7 @@ EXAMPLE = re.compile(r"^```py\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module")
-def suite(data_store: Store) -> Suite:
+def suite(data_store: DataPackStore) -> Suite:
     return eai.open("virtualhome", "action_sequencing", source=eai.Source(data_store))
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from by_path import TESTS
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.batch import Scoring
 from eai.results.records import format_record_line
@@ -35,7 +35,7 @@ def nodes(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     cluster.shutdown()
 
 
-def test_a_node_that_is_killed_loses_and_doubles_nothing(nodes: Any, data_store: Store) -> None:
+def test_a_node_that_is_killed_loses_and_doubles_nothing(nodes: Any, data_store: DataPackStore) -> None:
     second = nodes.add_node(num_cpus=1, object_store_memory=NODE["object_store_memory"])
     suite = eai.open("virtualhome", "action_sequencing", source=eai.Source(data_store))
     book = open_gold_answers(suite.benchmark, suite.ability)

@@ -11,7 +11,7 @@ import pytest
 import eai
 from by_path import TESTS
 from eai.base.errors import EaiError, InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.batch import Scoring
 from eai.results.responses import Response
@@ -31,7 +31,7 @@ def cluster() -> Iterator[RayScoring]:
             yield scoring
 
 
-def test_records_are_those_of_one_process(cluster: RayScoring, data_store: Store) -> None:
+def test_records_are_those_of_one_process(cluster: RayScoring, data_store: DataPackStore) -> None:
     suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
     book = open_gold_answers(suite.benchmark, suite.ability)
     answers = [Response(task_id, book[task_id].text) for task_id in suite.task_ids]

@@ -11,7 +11,7 @@ import pytest
 
 from boxes import lacking
 from by_path import ROOT
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.extensions.harbor.folders import IMAGE
 from extensions.harbor.trials import Trial, exported
 
@@ -58,7 +58,7 @@ def trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Trial]:
     (folder,) = exported(str(tmp_path / "nights.jsonl"), "acting", ["dark"], tmp_path / "out")
     shutil.copy(LAMPS, tmp_path / "out" / IMAGE)
     (tmp_path / "none").mkdir()
-    with Trial(folder, tmp_path / "trial", Store(tmp_path / "none")) as trial:
+    with Trial(folder, tmp_path / "trial", DataPackStore(tmp_path / "none")) as trial:
         yield trial
 
 

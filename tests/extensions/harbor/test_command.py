@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 
-def test_task_folders_for_harbor(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_task_folders_for_harbor(eai: Command, data_store: DataPackStore, tmp_path: Path) -> None:
     asked = (
         "--domain",
         "virtualhome",
@@ -29,7 +29,7 @@ def test_task_folders_for_harbor(eai: Command, data_store: Store, tmp_path: Path
 
 
 def test_task_folders_that_are_scored_in_the_agents_box(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     how = (
         "--ability",

@@ -13,7 +13,7 @@ from eai.abilities.protocol import PAPER_ABILITIES
 from eai.agents.episode_server import open_episode_server
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.harbor.folders import IMAGE, NO_SOLUTION, SOLVED_WITHOUT_WORK, write_task_folders
@@ -156,7 +156,7 @@ def test_names_of_folders_are_unique(nights: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("ability", ["action_sequencing", "acting"])
 @pytest.mark.parametrize("how", [{}, {"image": "a", "verifier_image": "b"}])
 def test_harbor_finds_nothing_wrong(
-    ability: str, how: dict[str, Any], data_store: Store, tmp_path: Path
+    ability: str, how: dict[str, Any], data_store: DataPackStore, tmp_path: Path
 ) -> None:
     (folder,) = exported("virtualhome", ability, ["27_2"], tmp_path / "out", **how)
     assert lint(folder) == []
@@ -164,7 +164,9 @@ def test_harbor_finds_nothing_wrong(
 
 @in_boxes
 @pytest.mark.parametrize("ability", first_of([*PAPER_ABILITIES, "acting"]))
-def test_the_solution_wins_and_nothing_does_not(ability: str, data_store: Store, tmp_path: Path) -> None:
+def test_the_solution_wins_and_nothing_does_not(
+    ability: str, data_store: DataPackStore, tmp_path: Path
+) -> None:
     (folder,) = exported("virtualhome", ability, ["27_2"], tmp_path / "out")
     with Trial(folder, tmp_path / "idle", data_store) as trial:
         assert trial.judge()["reward"] == 0
@@ -174,7 +176,7 @@ def test_the_solution_wins_and_nothing_does_not(ability: str, data_store: Store,
 
 
 @in_boxes
-def test_an_answer_is_scored_in_the_agents_box(data_store: Store, tmp_path: Path) -> None:
+def test_an_answer_is_scored_in_the_agents_box(data_store: DataPackStore, tmp_path: Path) -> None:
     (folder,) = exported("behavior", "action_sequencing", [GIFTS], tmp_path / "out", is_shared=True)
     with Trial(folder, tmp_path / "trial", data_store) as trial:
         trial.main.env["EAI_DATA_DIR"] = "/data"
@@ -188,7 +190,9 @@ def test_an_answer_is_scored_in_the_agents_box(data_store: Store, tmp_path: Path
 
 @sweep
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_solutions_win_in_the_worlds_of_their_folders(domain: str, data_store: Store, tmp_path: Path) -> None:
+def test_solutions_win_in_the_worlds_of_their_folders(
+    domain: str, data_store: DataPackStore, tmp_path: Path
+) -> None:
     suite, prompts = asked(domain, "acting")
     some = dict([*prompts.items()][:: len(prompts) // 20][:20])
     written, left_out = write_task_folders(suite, some, tmp_path / "out")

@@ -18,7 +18,7 @@ import yaml  # type: ignore[import-untyped]
 from boxes import Box
 from eai.abilities.protocol import Ability
 from eai.base.files import parse_toml
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.harbor.folders import IMAGE, write_task_folders
@@ -65,7 +65,7 @@ class Trial:
         data: where the data set is.
     """
 
-    def __init__(self, folder: Path, place: Path, data: Store) -> None:
+    def __init__(self, folder: Path, place: Path, data: DataPackStore) -> None:
         self.folder, self.place, self.data = folder, place, data
         self.about = parse_toml((folder / "task.toml").read_text())
         self.user = self.about["agent"]["user"]

@@ -13,7 +13,7 @@ from agents.switches import DOMAIN, initial
 from command_line import Command
 from eai import Benchmark, make_task, use_tasks
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs import readers, study
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
@@ -183,7 +183,7 @@ def test_the_outcomes_beside_a_twin_say_which_episodes_ran_out_of_time() -> None
 
 
 def test_hidden_objects_of_a_twin_are_those_that_its_gold_plan_uses_and_nobody_sees(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     benchmark = find_benchmark("behavior-1k")
     tasks = benchmark.tasks(Source(data_store))

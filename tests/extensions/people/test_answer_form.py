@@ -6,7 +6,7 @@ import re
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.people.answer_form import (
     FIRST,
@@ -24,7 +24,7 @@ def content_of(page: str) -> dict[str, object]:
     return dict(json.loads(found))
 
 
-def test_the_page_has_the_prompts_as_they_are_and_reaches_for_nothing(data_store: Store) -> None:
+def test_the_page_has_the_prompts_as_they_are_and_reaches_for_nothing(data_store: DataPackStore) -> None:
     prompts = official_prompts("behavior", Ability.SUBGOAL_DECOMPOSITION, data_store)
     chosen = dict(list(prompts.items())[3:5])
     page = build_answer_form(find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION, chosen)
@@ -37,7 +37,7 @@ def test_the_page_has_the_prompts_as_they_are_and_reaches_for_nothing(data_store
     assert page == build_answer_form(find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION, chosen)
 
 
-def test_the_pattern_of_goals_is_that_of_the_notation(data_store: Store) -> None:
+def test_the_pattern_of_goals_is_that_of_the_notation(data_store: DataPackStore) -> None:
     assert make_goal_answer_template(find_benchmark("behavior"), Source(data_store)) == {
         "node goals": [[PREDICATE, FIRST]],
         "edge goals": [[PREDICATE, FIRST, SECOND]],
@@ -50,7 +50,9 @@ def test_the_pattern_of_goals_is_that_of_the_notation(data_store: Store) -> None
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_the_table_of_operators_tells_no_more_than_the_question(data_store: Store, domain: str) -> None:
+def test_the_table_of_operators_tells_no_more_than_the_question(
+    data_store: DataPackStore, domain: str
+) -> None:
     prompts = official_prompts(domain, Ability.TRANSITION_MODELING, data_store)
     page = build_answer_form(find_benchmark(domain), Ability.TRANSITION_MODELING, prompts, Source(data_store))
     operators = content_of(page)["operators"]

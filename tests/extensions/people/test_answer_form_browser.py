@@ -12,7 +12,7 @@ import pytest
 from browsing import needs_browser
 from command_line import Command
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from suites import SUITES, answer_book, official_prompts
 
 pytestmark = needs_browser
@@ -44,7 +44,7 @@ def rates(folder: Path) -> Mapping[str, Any]:
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES)
 def test_gold_answers_come_to_what_the_oracle_comes_to(
-    eai: Command, page: Any, data_store: Store, tmp_path: Path, domain: str, ability: Ability
+    eai: Command, page: Any, data_store: DataPackStore, tmp_path: Path, domain: str, ability: Ability
 ) -> None:
     book = answer_book(domain, ability, data_store)
     tasks = [[*book][2], [*book][-1]]
@@ -78,7 +78,7 @@ def test_gold_answers_come_to_what_the_oracle_comes_to(
 
 
 def test_a_table_of_goals_becomes_an_answer(
-    eai: Command, page: Any, data_store: Store, tmp_path: Path
+    eai: Command, page: Any, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     task = next(iter(official_prompts("behavior", Ability.GOAL_INTERPRETATION, data_store)))
     opened_form(eai, page, tmp_path, "behavior", Ability.GOAL_INTERPRETATION, [task])
@@ -102,7 +102,7 @@ def test_a_table_of_goals_becomes_an_answer(
 
 
 def test_a_table_of_operators_becomes_an_answer(
-    eai: Command, page: Any, data_store: Store, tmp_path: Path
+    eai: Command, page: Any, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     book = answer_book("virtualhome", Ability.TRANSITION_MODELING, data_store)
     task_id = next(iter(book))
@@ -117,7 +117,7 @@ def test_a_table_of_operators_becomes_an_answer(
 
 
 def test_what_is_not_answered_is_saved_as_such_and_time_is_told(
-    eai: Command, page: Any, data_store: Store, tmp_path: Path
+    eai: Command, page: Any, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     tasks = list(official_prompts("virtualhome", Ability.ACTION_SEQUENCING, data_store))[:2]
     page.clock.install()

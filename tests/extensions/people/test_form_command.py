@@ -8,10 +8,10 @@ import pytest
 from cli.test_json import FOLDER, PLAN
 from cli.test_prompts import NAMED, write_goals
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 
-def test_a_page_states_the_goals_of_answers(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_a_page_states_the_goals_of_answers(eai: Command, data_store: DataPackStore, tmp_path: Path) -> None:
     write_goals(tmp_path)
     done = eai("export", "prompts", *NAMED, "--goals", tmp_path, "--out", tmp_path / "p.html")
     assert "1 question;" in done.out

@@ -239,7 +239,9 @@ def test_pictures_are_shown_where_turns_are_told_by_them(
     sit: Callable[..., Sitting], browser: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        RecordedGame, "draw_pictures", lambda play: () if play.is_over else (Image("image/png", PIXEL),)
+        RecordedGame,
+        "draw_pictures_of_current_world",
+        lambda play: () if play.is_over else (Image("image/png", PIXEL),),
     )
     sitting = sit()
     page = browser.new_page()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
@@ -77,7 +77,9 @@ def test_gold_answers_of_pddl_worlds_are_right(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", [QuestionKind.FORWARD, QuestionKind.STATE])
-def test_facts_that_held_before_do_not_reveal_the_answer(kind: QuestionKind, data_store: Store) -> None:
+def test_facts_that_held_before_do_not_reveal_the_answer(
+    kind: QuestionKind, data_store: DataPackStore
+) -> None:
     """An answer that nothing has changed is right about half the time."""
     behavior = find_benchmark("behavior")
     right = 0
@@ -92,5 +94,5 @@ def test_facts_that_held_before_do_not_reveal_the_answer(kind: QuestionKind, dat
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", *swept("behavior")])
-def test_gold_answers_of_households_are_right(domain: str, data_store: Store) -> None:
+def test_gold_answers_of_households_are_right(domain: str, data_store: DataPackStore) -> None:
     assert differing(find_benchmark(domain), Source(data_store), CELLS, seed=1) == []

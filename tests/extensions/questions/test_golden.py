@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
@@ -35,5 +35,5 @@ def test_questions_about_the_example_world_match_the_golden_file(lamps: Benchmar
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_questions_about_households_match_the_golden_files(domain: str, data_store: Store) -> None:
+def test_questions_about_households_match_the_golden_files(domain: str, data_store: DataPackStore) -> None:
     assert_golden(Path(__file__).with_name(f"golden_{domain}.txt"), written(find_benchmark(domain), 4))

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import questions_to_bytes
 from eai.extensions.questions.writer import QuestionGenerator
@@ -11,7 +11,7 @@ from run.test_resume import TASKS, must_stop_after_one_more_answer
 
 
 def test_a_built_in_model_answers_one_more_question_at_most_after_an_interrupt(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     questions = QuestionGenerator(find_benchmark("virtualhome"), Source(data_store)).write_questions(
         number=TASKS

@@ -8,7 +8,7 @@ import inspect_ai
 import pytest
 
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import QuestionKind, questions_to_bytes
 from eai.extensions.questions.writer import QuestionGenerator
@@ -18,7 +18,9 @@ from eai.tasks.source import Source
 pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
 
 
-def test_a_task_asks_the_questions_of_a_file_and_scores_in_the_log(data_store: Store, tmp_path: Path) -> None:
+def test_a_task_asks_the_questions_of_a_file_and_scores_in_the_log(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     writer = QuestionGenerator(find_benchmark("behavior"), Source(data_store))
     questions = list(writer.write_questions((QuestionKind.FORWARD, QuestionKind.WHY_NOT), number=12))
     file = tmp_path / "questions.jsonl"

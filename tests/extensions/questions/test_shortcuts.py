@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
@@ -125,7 +125,7 @@ EACH = 40
 
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
-def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
+def test_no_shortcut_beats_chance(domain: str, data_store: DataPackStore) -> None:
     forms = QuestionForm.CHOICE, QuestionForm.YES_NO
     writer = QuestionGenerator(find_benchmark(domain), Source(data_store))
     questions = list(writer.write_questions(KINDS, forms, 2 * EACH * len(KINDS), seed=5))
@@ -167,7 +167,7 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
     assert shown(replace(item, wrong=["step 4"]), 0) == set()
 
 
-def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
+def test_hardly_an_operator_has_one_answer_alone(data_store: DataPackStore) -> None:
     """No plan needs a step that touches or looks at an object, so these steps are not asked about."""
     asked: dict[str, list[str]] = {}
     writer = QuestionGenerator(find_benchmark("virtualhome"), Source(data_store))

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from command_line import Command
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.questions.question import QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.writer import QuestionGenerator
@@ -63,7 +63,10 @@ def test_questions_of_a_kind_do_not_depend_on_other_kinds(lamps: Benchmark) -> N
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_workers_that_write_questions_end_quickly(
-    data_store: Store, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, number: signal.Signals
+    data_store: DataPackStore,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    number: signal.Signals,
 ) -> None:
     scratch = tmp_path_factory.mktemp("s")  # a short path, because sockets lie in it
     out, errors = tmp_path / "questions.jsonl", tmp_path / "errors"

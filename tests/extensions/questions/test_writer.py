@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.command import questions as command
@@ -95,7 +95,7 @@ def test_a_kind_is_given_up_after_five_failures_in_a_row(
 
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
-def test_answers_are_spread_evenly(domain: str, data_store: Store) -> None:
+def test_answers_are_spread_evenly(domain: str, data_store: DataPackStore) -> None:
     questions = list(
         QuestionGenerator(find_benchmark(domain), Source(data_store)).write_questions(number=12 * len(CELLS))
     )

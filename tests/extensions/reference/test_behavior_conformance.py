@@ -6,7 +6,7 @@ from benchmarks.behavior.test_conformance import (
     test_the_domain_conforms_on_the_scenes_of_the_data_set,
     test_the_domain_conforms_to_its_declarations,
 )
-from eai.benchmarks.behavior.domain import make_domain_in_paper_order
+from eai.benchmarks.behavior.domain import make_domain_with_checks_in_paper_order
 from eai.extensions.reference.behavior_quirks import (
     make_domain_with_all_quirks,
     make_subgoal_domain_with_all_quirks,
@@ -38,5 +38,5 @@ def tolerated() -> frozenset[str]:
 
 
 def test_there_is_one_action_more_than_the_papers() -> None:
-    names = {operator.name for operator in make_domain_in_paper_order().operators}
+    names = {operator.name for operator in make_domain_with_checks_in_paper_order().operators}
     assert {operator.name for operator in make_domain_with_all_quirks().operators} == {*names, "BURN"}

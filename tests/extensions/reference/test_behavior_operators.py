@@ -91,6 +91,6 @@ def test_subgoals_rank_kinds_of_error_differently_in_the_reference() -> None:
 
 @pytest.mark.parametrize("quirk", behavior_quirks.QUIRKS, ids=lambda quirk: quirk.__name__)
 def test_each_quirk_changes_the_domain_and_says_what(quirk: Any) -> None:
-    declared = behavior.make_domain_in_reference_order()
+    declared = behavior.make_domain_with_checks_in_reference_order()
     assert quirk(declared) != declared
     assert "``" in quirk.__doc__  # its place in the reference

@@ -9,7 +9,7 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import NO_ROW, score_run
@@ -50,7 +50,7 @@ what does not exist. No lot of an ``or`` falls otherwise.
 
 
 @pytest.fixture(scope="module")
-def suite(data_store: Store) -> Suite:
+def suite(data_store: DataPackStore) -> Suite:
     return open_suite(
         "behavior", Ability.SUBGOAL_DECOMPOSITION, Protocol("eai-1.0.5"), source=Source(data_store)
     )

@@ -27,7 +27,7 @@ def file(name: str) -> Any:
 
 def after(task: BehaviorTask, *steps: str) -> State:
     return execute_plan(
-        behavior.make_domain_in_paper_order(), task.initial, parse_actions(task.initial, *steps)
+        behavior.make_domain_with_checks_in_paper_order(), task.initial, parse_actions(task.initial, *steps)
     ).final_state
 
 

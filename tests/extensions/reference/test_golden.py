@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import make_noisy_answer, make_random_generator
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -36,12 +36,12 @@ FIELDS = (
 """The fields of verdicts that are compared, besides the kind and the step of the error."""
 
 
-def test_verdicts_on_damaged_answers_are_those_of_the_golden_file(data_store: Store) -> None:
+def test_verdicts_on_damaged_answers_are_those_of_the_golden_file(data_store: DataPackStore) -> None:
     lines = [line for name, ability in SUITES for line in suite_lines(name, ability, data_store)]
     assert_golden(Path(__file__).with_name("golden_verdicts.txt"), lines)
 
 
-def suite_lines(name: str, ability: Ability, store: Store) -> Iterator[str]:
+def suite_lines(name: str, ability: Ability, store: DataPackStore) -> Iterator[str]:
     """Yield digests of a suite's answers and of the verdicts on them, and how many ended with each error."""
     source = Source(store, planner=PlannerChoice.NONE)
     suite = open_suite(name, ability, Protocol("eai-1.0.5"), source=source)
@@ -57,7 +57,7 @@ def suite_lines(name: str, ability: Ability, store: Store) -> Iterator[str]:
     yield from (f"  {number} {kind}" for kind, number in sorted(kinds.items()))
 
 
-def damaged_answers(name: str, ability: Ability, store: Store) -> Iterator[tuple[str, str]]:
+def damaged_answers(name: str, ability: Ability, store: DataPackStore) -> Iterator[tuple[str, str]]:
     """Yield a gold answer, one with corrupted parts and one that is cut off, for some tasks."""
     book = answer_book(name, ability, store)
     for task_id in list(book)[::EVERY]:

@@ -19,7 +19,7 @@ from eai.abilities.transition_modeling.rules import OperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, Verdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.published import TransitionTasks, open_behavior_operator_tasks
 from eai.extensions.reference.operator_rules import PublishedOperatorRules
 from eai.pddl.matching import ClauseComparison
@@ -58,7 +58,7 @@ def plan_works() -> None:
 
 
 @pytest.fixture(scope="module")
-def behavior_as_published(data_store: Store) -> TransitionTasks:
+def behavior_as_published(data_store: DataPackStore) -> TransitionTasks:
     return open_behavior_operator_tasks(Source(data_store))
 
 

@@ -6,13 +6,15 @@ from pathlib import Path
 import pytest
 from inspect_ai.log import read_eval_log
 
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from processes import eai
 from sweeps import sweep
 
 
 @sweep
-def test_scores_under_another_protocol_replace_those_in_the_log(data_store: Store, tmp_path: Path) -> None:
+def test_scores_under_another_protocol_replace_those_in_the_log(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     arguments = "run --model eai/noisy -M rate=0.5 --domain virtualhome --ability action_sequencing --json"
     numbers = []
     for protocol in ("strict", "eai-1.0.5"):

@@ -8,7 +8,7 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Protocol
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.summary import compute_metric_rates
 from run.child import (
     Whom,
@@ -21,7 +21,7 @@ SHARED = (process,)
 
 
 def test_answers_are_read_together_where_their_form_decides(
-    data_store: Store, process: Executor, tmp_path: Path
+    data_store: DataPackStore, process: Executor, tmp_path: Path
 ) -> None:
     """Under `eai-1.0.5` most of the answers say whether objects have ids, as the reference's revisions do."""
     suite, asked = some_tasks(*PLANS, Protocol("eai-1.0.5"))

@@ -4,7 +4,7 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.operator_rules import PublishedOperatorRules
 from eai.pddl.planning import PlannerChoice
@@ -45,7 +45,9 @@ def test_each_operator_is_tried_alone_among_gold_ones(text: str, strict: dict[st
 
 
 @sweep
-def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle, data_store: Store) -> None:
+def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(
+    oracle: Oracle, data_store: DataPackStore
+) -> None:
     """The figures that the paper prints for the model, each as it comes out of its public answers."""
     rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)

@@ -4,10 +4,10 @@ import pytest
 
 from benchmarks.test_suite import NAMES_ONLY, WITH_IDS, open_plan_suite
 from eai.abilities.protocol import Protocol
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 
-def test_tasks_with_several_relation_goals_are_excluded(data_store: Store) -> None:
+def test_tasks_with_several_relation_goals_are_excluded(data_store: DataPackStore) -> None:
     suite = open_plan_suite(data_store, Protocol("eai-1.0.5"))
     assert sum(suite.score(task_id, "").excluded is not None for task_id in suite.task_ids) == 37
 
@@ -24,7 +24,7 @@ def test_tasks_with_several_relation_goals_are_excluded(data_store: Store) -> No
     ],
 )
 def test_under_the_reference_the_answers_decide_how_each_is_read(
-    data_store: Store, answers: tuple[str, ...], text: str, kind: str | None
+    data_store: DataPackStore, answers: tuple[str, ...], text: str, kind: str | None
 ) -> None:
     error = open_plan_suite(data_store, Protocol("eai-1.0.5"), *answers).score("11_1", text).error
     assert (error and error.kind.value) == kind

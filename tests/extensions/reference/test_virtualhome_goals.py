@@ -14,7 +14,7 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretationScorer
 from oracle import MODELS, Oracle
 
-DOMAIN = domain.make_domain_in_paper_order()
+DOMAIN = domain.make_domain_with_checks_in_paper_order()
 SETS = (*MODELS, "gold", "perturbed")
 
 

@@ -12,7 +12,7 @@ import pytest
 from by_path import ROOT
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
@@ -80,12 +80,12 @@ Score: TypeAlias = Callable[[str], Scored]
 
 
 @pytest.fixture(scope="module")
-def score(data_store: Store, oracle: Oracle) -> Score:
+def score(data_store: DataPackStore, oracle: Oracle) -> Score:
     """Scores a file, once."""
     return cache(partial(scored, oracle=oracle, store=data_store))
 
 
-def scored(name: str, *, oracle: Oracle, store: Store) -> Scored:
+def scored(name: str, *, oracle: Oracle, store: DataPackStore) -> Scored:
     reference = oracle("virtualhome", "action_sequencing", name)
     rows = reference["tasks"]
     suite = open_suite(
@@ -205,7 +205,7 @@ def test_row_verdicts_and_summaries_differ_in_the_order_of_action_goals(score: S
 
 @pytest.mark.parametrize("name", MODELS)
 def test_the_documentation_shows_the_rates_of_both_protocols(
-    name: str, score: Score, data_store: Store
+    name: str, score: Score, data_store: DataPackStore
 ) -> None:
     """bench/README.md, "Both protocols on public answers"."""
     reference = summary(score(name).verdicts)

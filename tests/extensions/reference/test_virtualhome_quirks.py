@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from benchmarks.virtualhome.test_conformance import find_problems
-from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
+from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_paper_order
 from eai.extensions.reference.virtualhome_quirks import QUIRKS
 from eai.world.domain import Domain
 
@@ -18,6 +18,6 @@ from eai.world.domain import Domain
 def test_the_references_additional_steps_would_still_bring_something_about(
     quirk: Callable[[Domain], Domain],
 ) -> None:
-    found = find_problems(quirk(make_domain_in_paper_order()))
+    found = find_problems(quirk(make_domain_with_checks_in_paper_order()))
     assert found
     assert all("an additional step that would bring about" in problem for problem in found)

@@ -15,7 +15,7 @@ from cli.test_scene import JARS
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.cli import app
@@ -33,7 +33,9 @@ from studies.report.samples import write_runs
 from studies.report.test_commands import RUNNER
 
 
-def test_pictures_of_bodies_and_films_are_written(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_pictures_of_bodies_and_films_are_written(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     can_draw()
     command = ("export", "pictures", "--domain", "behavior", "--tasks", JARS, "--out", tmp_path)
     assert eai(*command, "--format", "rendered").status == eai(*command, "--format", "gif").status == 0
@@ -43,7 +45,7 @@ def test_pictures_of_bodies_and_films_are_written(eai: Command, data_store: Stor
     assert (refused.status, refused.err[:26]) == (2, "eai: cannot build a scene:")
 
 
-def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: DataPackStore, tmp_path: Path) -> None:
     can_draw()
     steps = '[{"action": "OPEN", "object": "fridge_97"}, {"action": "LEFT_GRASP", "object": "peach_0"}]'
     (tmp_path / "m_outputs.json").write_text(json.dumps([{"identifier": JARS, "llm_output": steps}]))
@@ -69,7 +71,7 @@ def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: Store, tmp_
         ("pointed", r"\nfridge_97: picture [12], \(\d+, \d+\)\n"),
     ],
 )
-def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_store: Store) -> None:
+def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_store: DataPackStore) -> None:
     can_draw()
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     tasks = {JARS: suite.tasks[JARS]}
@@ -93,12 +95,14 @@ def can_draw() -> None:
 
 
 @pytest.mark.parametrize("scene", ["rendered", "numbered"])
-def test_questions_come_with_rendered_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
+def test_questions_come_with_rendered_pictures(scene: str, data_store: DataPackStore, tmp_path: Path) -> None:
     can_draw()
     must_ask_with_pictures(scene, tmp_path)
 
 
-def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_pictures_are_written_with_their_truth(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     done = eai(
         "export", "pictures", "--domain", "behavior", "--tasks", JARS, "--format", "svg", "--out", tmp_path
     )
@@ -108,7 +112,7 @@ def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, 
     assert json.loads((tmp_path / f"{JARS}.json").read_text(encoding="utf-8"))["facts"]
 
 
-def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> None:
+def test_pictures_come_from_the_data_set(data_store: DataPackStore, tmp_path: Path) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
     gold = open_gold_answers(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
     answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))

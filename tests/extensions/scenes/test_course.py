@@ -12,7 +12,7 @@ from eai.abilities.explanation import Explanation, StepReport, parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.setting import ACTING
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -105,7 +105,7 @@ def test_nothing_is_shown_of_other_data_and_of_what_has_no_plan() -> None:
 @pytest.mark.parametrize("name", ["behavior", "virtualhome"])
 @pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
 def test_pictures_of_households_begin_and_end_with_what_is_so(
-    name: str, ability: Ability, data_store: Store
+    name: str, ability: Ability, data_store: DataPackStore
 ) -> None:
     source, benchmark = Source(data_store), find_benchmark(name)
     suite, course = open_suite(name, ability, source=source), make_scene_diagram_maker(source)

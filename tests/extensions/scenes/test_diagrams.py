@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
 from eai.extensions.scenes.drawing import WIDTH, Drawing, _DrawnText, _Rectangle, text_width, to_png, to_svg
@@ -78,7 +78,7 @@ def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("clutter", get_args(Clutter))
 @pytest.mark.parametrize(("name", "every"), [("behavior", 5), ("virtualhome", 17)])
-def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_store: Store) -> None:
+def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_store: DataPackStore) -> None:
     benchmark = find_benchmark(name)
     tasks, words = (
         benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store)),

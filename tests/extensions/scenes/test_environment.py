@@ -12,10 +12,10 @@ from agents.switches import SWITCHES, WON
 from agents.test_environment import TASKS
 from eai.agents.gym import make
 from eai.base.errors import EaiError, InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 
 
-def test_a_camera_shows_the_rooms_of_what_is_played(data_store: Store) -> None:
+def test_a_camera_shows_the_rooms_of_what_is_played(data_store: DataPackStore) -> None:
     if find_spec("mujoco") is None:
         pytest.skip("the extra physics is not installed")
     environment = gymnasium.make("eai/Behavior-v1", render_mode="camera")

@@ -16,7 +16,7 @@ from command_line import Command
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -35,7 +35,7 @@ from studies.perception.test_declaration import ASKED, LIMIT
 pytest.importorskip("matplotlib")
 
 
-def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None:
+def test_a_model_sees_for_another_one(data_store: DataPackStore, tmp_path: Path) -> None:
     """The second run reads the scene graph from the journal."""
     predicted = with_options(
         "scene=predicted", "scene_model=eai/captioner", "scene_args.rate=0.5", "clutter=some"
@@ -70,12 +70,14 @@ def must_ask_with_pictures(scene: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("scene", ["image", "both"])
-def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
+def test_questions_come_with_pictures(scene: str, data_store: DataPackStore, tmp_path: Path) -> None:
     must_ask_with_pictures(scene, tmp_path)
 
 
 @pytest.mark.parametrize(("scene", "clutter"), [("image", "none"), ("both", "many")])
-def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Store, tmp_path: Path) -> None:
+def test_a_server_is_sent_the_picture(
+    scene: str, clutter: str, data_store: DataPackStore, tmp_path: Path
+) -> None:
     task = find_benchmark("behavior").tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[JARS]
     benchmark = find_benchmark("behavior")
     drawn = to_png(draw_scene(task, make_words_for_picture_labels(benchmark), clutter)[0])
@@ -101,7 +103,7 @@ def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Stor
 
 
 @pytest.mark.parametrize(("scene", "told"), [("image", False), ("both", True)])
-def test_a_task_shows_pictures(data_store: Store, scene: str, told: bool) -> None:
+def test_a_task_shows_pictures(data_store: DataPackStore, scene: str, told: bool) -> None:
     (sample,) = TASKS["behavior_action_sequencing"](
         tasks=[JARS], prompts="eai", scene=scene, clutter="none"
     ).dataset
@@ -119,7 +121,7 @@ def test_a_task_shows_pictures(data_store: Store, scene: str, told: bool) -> Non
 
 
 def test_a_question_shows_a_picture_and_takes_a_template_of_the_users(
-    data_store: Store, tmp_path: Path
+    data_store: DataPackStore, tmp_path: Path
 ) -> None:
     benchmark = find_benchmark("behavior")
     (tmp_path / "scene_graph.txt").write_text("Look at $objects", encoding="utf-8")
@@ -131,7 +133,9 @@ def test_a_question_shows_a_picture_and_takes_a_template_of_the_users(
         assert (image.media_type, image.data[1:4]) == ("image/png", b"PNG")
 
 
-def test_it_is_run_scored_reported_and_compared(eai: Command, data_store: Store, tmp_path: Path) -> None:
+def test_it_is_run_scored_reported_and_compared(
+    eai: Command, data_store: DataPackStore, tmp_path: Path
+) -> None:
     out = tmp_path / "out"
     captioner = ("--model", "eai/captioner", "-M", "rate=0.4")
     done = run_eai("run", *captioner, *ASKED, "--out", out)
@@ -153,7 +157,7 @@ def test_it_is_run_scored_reported_and_compared(eai: Command, data_store: Store,
 
 
 @pytest.mark.filterwarnings("ignore")  # Inspect's
-def test_a_model_is_shown_the_world_after_each_action(data_store: Store, tmp_path: Path) -> None:
+def test_a_model_is_shown_the_world_after_each_action(data_store: DataPackStore, tmp_path: Path) -> None:
     if find_spec("mujoco") is None:
         pytest.skip("the extra physics is not installed")
     suite = open_suite("behavior", ACTING)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.extensions.scenes import geometry
 from eai.extensions.scenes.scene import MujocoScene
@@ -122,5 +122,7 @@ def test_published_scenes_hold_by_geometry(behavior_tasks: BehaviorTasks) -> Non
 
 
 @pytest.mark.sweep
-def test_all_published_scenes_hold_by_geometry(data_store: Store, behavior_tasks: BehaviorTasks) -> None:
+def test_all_published_scenes_hold_by_geometry(
+    data_store: DataPackStore, behavior_tasks: BehaviorTasks
+) -> None:
     assert refusals(behavior_tasks, 1) == []

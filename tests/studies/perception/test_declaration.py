@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
@@ -18,7 +18,7 @@ LIMIT = 3
 ASKED = ("--domain", "behavior", "--ability", "scene_graph", "--limit", LIMIT)
 
 
-def test_right_wrong_and_unreadable_scene_graphs_have_different_outcomes(data_store: Store) -> None:
+def test_right_wrong_and_unreadable_scene_graphs_have_different_outcomes(data_store: DataPackStore) -> None:
     suite = open_suite("behavior", SCENE_GRAPH)
     task_ids = suite.task_ids[:LIMIT]
     gold = [open_gold_answers(suite.benchmark, SCENE_GRAPH, suite.source)[i].text for i in task_ids]

@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -34,7 +34,7 @@ HOUSEHOLDS = ("behavior", "virtualhome")
 ALL_KINDS = PerceptionNoise(0.2, 0.2, 0.2, 0.2, 0.2, seed=1)
 
 
-def tasks_of(name: str, store: Store, every: int) -> tuple[Benchmark, list[Task]]:
+def tasks_of(name: str, store: DataPackStore, every: int) -> tuple[Benchmark, list[Task]]:
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
     return benchmark, [tasks[task_id] for task_id in list(tasks)[::every]]
@@ -103,7 +103,7 @@ KINDS = [field.name for field in fields(PerceptionNoise) if field.name != "seed"
 @pytest.mark.parametrize("name", HOUSEHOLDS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
-    name: str, kind: str, data_store: Store
+    name: str, kind: str, data_store: DataPackStore
 ) -> None:
     """Within three standard errors. A relation without another possible place is not counted."""
     benchmark, tasks = tasks_of(name, data_store, 2)
@@ -133,7 +133,7 @@ def test_an_invented_object_counts_as_a_name_and_by_its_facts() -> None:
 
 @pytest.mark.parametrize("name", ["virtualhome", *swept("behavior")])
 def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
-    name: str, data_store: Store
+    name: str, data_store: DataPackStore
 ) -> None:
     benchmark, tasks = tasks_of(name, data_store, 20 if name == "virtualhome" else 10)
     words, planner = make_scene_graph_vocabulary(benchmark), Planner(benchmark.domain)
@@ -151,7 +151,7 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
         assert {names[index] for action in plan for index in action.arguments} <= {*graph.mentioned_objects}
 
 
-def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
+def test_tasks_with_errata_are_corrected_once(data_store: DataPackStore) -> None:
     benchmark, tasks = tasks_of("behavior", data_store, 1)
     source, seen = (
         Source(data_store),
@@ -174,7 +174,7 @@ CURVE = ("behavior", "misplaced")
 @pytest.mark.parametrize(
     ("name", "kind"), [CURVE, *swept(*(each for each in product(HOUSEHOLDS, KINDS) if each != CURVE))]
 )
-def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_store: Store) -> None:
+def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_store: DataPackStore) -> None:
     """Success falls by over a standard error in all, and never rises by two."""
     every, rates = CURVES[name]
     benchmark, tasks = tasks_of(name, data_store, every)

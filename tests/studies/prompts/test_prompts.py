@@ -12,7 +12,7 @@ import pytest
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.results.record import Record
 from eai.results.table import Estimate, Table
 from eai.studies.prompts.study import PLAIN, make_prompt_tables
@@ -116,7 +116,7 @@ def test_unknown_metrics_and_references_are_refused() -> None:
 
 
 def test_answers_scored_with_prompt_names_are_analysed(
-    eai: Command, data_store: Store, tmp_path: Path
+    eai: Command, data_store: DataPackStore, tmp_path: Path
 ) -> None:
     pytest.importorskip("matplotlib")
     book = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)
@@ -151,7 +151,9 @@ def test_answers_scored_with_prompt_names_are_analysed(
     assert (folder / "prompts.svg").exists()
 
 
-def test_the_label_of_a_run_contains_the_name_of_its_prompts(data_store: Store, tmp_path: Path) -> None:
+def test_the_label_of_a_run_contains_the_name_of_its_prompts(
+    data_store: DataPackStore, tmp_path: Path
+) -> None:
     pytest.importorskip("inspect_ai")
     suite = ("--domain", "behavior", "--ability", "goal_interpretation", "--limit", "2", "--out", tmp_path)
     for name in (("--with", "prompts.name=base"), ("--with", "prompts.name=general"), ()):

@@ -10,7 +10,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.agents.setting import ACTING
-from eai.agents.verdict import ActingVerdict, Turn
+from eai.agents.verdict import EpisodeTurn, EpisodeVerdict
 from eai.pddl.planning import PlannerOutcome
 from eai.results.paper_tables import (
     NULL_AGENTS,
@@ -289,8 +289,8 @@ def test_null_models_are_last_in_each_table_without_a_rank(protocol: Protocol, w
 def test_tables_of_acting_end_with_the_floor_of_null_agents() -> None:
     """An agent that acts blindly recovers from some errors by chance, and wins nothing after an error."""
     fault = FaultKind.AFFORDANCE
-    turns = tuple([Turn("GO", "", True, kind, False, "1", None) for kind in (fault, None)])
-    won = ActingVerdict(success=True, reached=True, turns=turns, shortest=2)
+    turns = tuple([EpisodeTurn("GO", "", True, kind, False, "1", None) for kind in (fault, None)])
+    won = EpisodeVerdict(success=True, reached=True, turns=turns, shortest=2)
     runs = [summarize_run(run_of([won], ACTING, name)) for name in ("a", "eai_blind")]
     (spec,) = [spec for spec in make_table_specs([ACTING]) if spec.columns[0].ability == ACTING][-1:]
     found = make_ranking(spec, runs, make_scores_by_model(runs), with_paper=False)

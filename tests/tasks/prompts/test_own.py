@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
 from eai.tasks.prompts.own import PromptTemplateValues, render_prompts
 from eai.tasks.prompts.template import PromptTemplates
@@ -68,7 +68,7 @@ SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for abilit
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
 def test_every_official_task_has_a_prompt_with_the_answer_to_another(
-    data_store: Store, domain: str, ability: Ability
+    data_store: DataPackStore, domain: str, ability: Ability
 ) -> None:
     prompts = own_prompts(domain, ability, data_store)
     assert prompts.keys() == official_prompts(domain, ability, data_store).keys()
@@ -80,7 +80,7 @@ def test_every_official_task_has_a_prompt_with_the_answer_to_another(
         assert shown not in question, task_id
 
 
-def test_transition_modeling_shows_no_operator_that_it_asks_for(data_store: Store) -> None:
+def test_transition_modeling_shows_no_operator_that_it_asks_for(data_store: DataPackStore) -> None:
     suite = ("virtualhome", Ability.TRANSITION_MODELING)
     prompts = own_prompts(*suite, data_store)
     for prompt in prompts.values():
@@ -92,7 +92,7 @@ def test_transition_modeling_shows_no_operator_that_it_asks_for(data_store: Stor
         assert not shown & asked
 
 
-def test_goal_interpretation_does_not_show_the_goals(data_store: Store) -> None:
+def test_goal_interpretation_does_not_show_the_goals(data_store: DataPackStore) -> None:
     suite = ("virtualhome", Ability.GOAL_INTERPRETATION)
     prompt = own_prompts(*suite, data_store)["27_2"].user
     question = prompt.partition("Your task")[2]

@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.agents.game import Game
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules, View
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.behavior_1k.benchmark import UNTOLD
 from eai.benchmarks.behavior_1k.conventions import HEADING, describe_unobservable_facts
 from eai.benchmarks.benchmark import Benchmark
@@ -52,7 +52,7 @@ FOLDER = TESTS / "pddl" / "domains"
 
 
 @pytest.fixture(scope="module")
-def fetched(data_store: Store, activity_store: Store) -> Source:
+def fetched(data_store: DataPackStore, activity_store: DataPackStore) -> Source:
     """The data of the paper's households and of BEHAVIOR-1K."""
     return Source(data_store)
 

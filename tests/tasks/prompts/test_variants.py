@@ -11,7 +11,7 @@ import pytest
 from agents.switches import SWITCHES
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.run.spec import read_spec
@@ -68,7 +68,7 @@ def read_lists(question: str) -> tuple[set[str], set[str]]:
 @pytest.mark.parametrize("variant", SHORT)
 @pytest.mark.parametrize("domain", ["behavior", "virtualhome", "behavior-1k"])
 def test_short_lists_state_the_plain_facts_and_no_others(
-    domain: str, variant: PromptSet, data_store: Store, every: int
+    domain: str, variant: PromptSet, data_store: DataPackStore, every: int
 ) -> None:
     source, benchmark = Source(data_store), find_benchmark(domain)
     for ability in PAPER_ABILITIES:
@@ -85,7 +85,7 @@ def test_short_lists_state_the_plain_facts_and_no_others(
 @pytest.mark.parametrize("domain", ["behavior", "virtualhome"])
 @pytest.mark.parametrize("variant", WORDINGS)
 def test_a_question_states_what_the_plain_one_states(
-    domain: str, variant: PromptSet, data_store: Store
+    domain: str, variant: PromptSet, data_store: DataPackStore
 ) -> None:
     """Vocabulary, rules, objects, start and goals are word for word those of the other question."""
     source, benchmark = Source(data_store), find_benchmark(domain)

@@ -24,14 +24,14 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.behavior.activities import make_activity_problem_reader, write_task_problem
-from eai.benchmarks.behavior.domain import make_domain_in_paper_order
+from eai.benchmarks.behavior.domain import make_domain_with_checks_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoalNotation, BehaviorSubgoalNotation
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import get_category_of_3d_model, yield_size_facts_of_objects_across_tasks
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_answer_format_texts
 from eai.benchmarks.errata import load_errata
-from eai.benchmarks.published import make_prompt_reader, open_behavior_operator_tasks
+from eai.benchmarks.published import make_reader_of_published_prompts, open_behavior_operator_tasks
 from eai.benchmarks.reference_wheel import find_task_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english_words
@@ -174,14 +174,16 @@ def make_wording(ability: Ability) -> SuiteWording:
     name objects as problem files do.
     """
     if ability is Ability.GOAL_INTERPRETATION:
-        return SuiteWording(make_domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
+        return SuiteWording(
+            make_domain_with_checks_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name
+        )
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), get_declared_object_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _get_object_name_in_subgoals
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_sliced_halves, names)
     return SuiteWording(
-        make_domain_in_paper_order(),
+        make_domain_with_checks_in_paper_order(),
         predicates,
         written_as,
         names,
@@ -238,14 +240,14 @@ def behavior() -> Benchmark:
     """Return the benchmark BEHAVIOR."""
     return Benchmark(
         NAME,
-        make_domain_in_paper_order(),
+        make_domain_with_checks_in_paper_order(),
         open_tasks,
         Notation(
             PLANS,
             BehaviorGoalNotation(),
             BehaviorSubgoalNotation(),
             formats=read_answer_formats("eai.benchmarks.behavior"),
-            short_texts=read_short_format_texts("eai.benchmarks.behavior"),
+            short_texts=read_short_answer_format_texts("eai.benchmarks.behavior"),
             wordings=make_wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
             english=read_english_words("eai.benchmarks.behavior"),
@@ -253,7 +255,7 @@ def behavior() -> Benchmark:
         DataSet(
             TITLES[NAME],
             load_errata(NAME),
-            make_prompt_reader(NAME),
+            make_reader_of_published_prompts(NAME),
             goal_sections=GOAL_SECTIONS,
             task_id_of=find_task_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},

@@ -13,7 +13,7 @@ from eai.world.operator import Operator, sort_operator_checks
 
 
 @cache
-def make_domain_in_paper_order() -> Domain:
+def make_domain_with_checks_in_paper_order() -> Domain:
     """Return the domain whose operators check preconditions in the order of the paper's text.
 
     This order decides which kind of error an impossible action has. Actions move the robot to their objects.
@@ -23,7 +23,7 @@ def make_domain_in_paper_order() -> Domain:
     )
 
 
-def make_domain_in_reference_order() -> Domain:
+def make_domain_with_checks_in_reference_order() -> Domain:
     """Return the domain whose operators check preconditions in the order of the paper's package."""
     return _build_household(make_operators())
 

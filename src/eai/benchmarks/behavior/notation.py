@@ -92,7 +92,10 @@ DOMAIN_NAMES: Mapping[str, str] = {
 """Predicate in answers -> name of the predicate in the domain, if the names differ."""
 
 ACTION_ARITIES: Mapping[str, int | None] = {
-    **{operator.name.lower(): operator.arity for operator in behavior.make_domain_in_paper_order().operators},
+    **{
+        operator.name.lower(): operator.arity
+        for operator in behavior.make_domain_with_checks_in_paper_order().operators
+    },
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
 """Action -> number of its objects; None for three actions without a number in ``base_vocabulary.json``."""
@@ -159,7 +162,7 @@ class BehaviorSubgoalNotation(SubgoalNotation):
     """The notation of subgoals in answers to BEHAVIOR's prompts."""
 
     def __init__(self) -> None:
-        super().__init__(behavior.make_domain_in_paper_order())
+        super().__init__(behavior.make_domain_with_checks_in_paper_order())
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of a scene: the names that prompts use for its states, actions and objects."""

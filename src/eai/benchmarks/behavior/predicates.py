@@ -131,12 +131,12 @@ closed = DefinedPredicate("closed", (X,), openable(X) & ~is_open(X))
 labelled = DefinedPredicate(
     "labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS))
 )
-carries, carried_by, within = support.make_support_and_containment_predicates((lies_in, lies_on))
+carries, carried_by, within = support.make_carries_carried_by_and_within_predicates((lies_in, lies_on))
 shut_in = DefinedPredicate("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = LookupPredicate(
     "floor_below",
     2,
-    support.make_floor_lookup(_SUPPORTS, _find_floor_under),
+    support.make_lookup_of_floor_under_object(_SUPPORTS, _find_floor_under),
     (*_SUPPORTS, "floor", "stands_on"),
     support.make_predicate_for_floor_of_object("floor_below", floor, carries, stands_on(X, Y)),
 )

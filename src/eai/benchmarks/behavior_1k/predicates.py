@@ -100,7 +100,7 @@ has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), 
 soaked_with = Predicate("soaked_with", 2)
 
 # Derived.
-carries, carried_by, within = support.make_support_and_containment_predicates(_SUPPORTS)
+carries, carried_by, within = support.make_carries_carried_by_and_within_predicates(_SUPPORTS)
 
 
 def _find_floor_of_unsupported_object(state: State, obj: int) -> ObjectMask:
@@ -114,13 +114,15 @@ def _find_floor_of_unsupported_object(state: State, obj: int) -> ObjectMask:
 floor_of = LookupPredicate(
     "floor_of",
     2,
-    support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported_object),
+    support.make_lookup_of_floor_under_object(SUPPORTS, _find_floor_of_unsupported_object),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
     support.make_predicate_for_floor_of_object(
         "floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))
     ),
     single=True,
-    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported_object)),
+    inverse=support.make_cached_inverse_lookup(
+        support.make_lookup_of_floor_under_object(SUPPORTS, _find_floor_of_unsupported_object)
+    ),
 )
 real = DefinedPredicate(
     "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.base.source import open_archive_files
-from eai.base.store import ReportProgress, Store, ignore_progress
+from eai.base.store import DataPackStore, ReportProgress, ignore_progress
 from eai.benchmarks import reference_wheel as packs
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_answer_format_texts
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
-from eai.benchmarks.published import make_prompt_reader, open_virtualhome_transition_tasks
+from eai.benchmarks.published import make_reader_of_published_prompts, open_virtualhome_transition_tasks
 from eai.benchmarks.registry import TITLES
-from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
+from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_paper_order
 from eai.benchmarks.virtualhome.notation import VirtualHomeGoalNotation, VirtualHomeSubgoalNotation
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlanNotation
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION, room
@@ -163,12 +163,14 @@ def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
         ),
     )
     return {
-        task_id: _fill_template(template, (*_make_placeholder_text_pairs(task, base, possible), *shared))
+        task_id: _fill_template(
+            template, (*_pair_placeholders_with_replacement_texts(task, base, possible), *shared)
+        )
         for task_id, task in records.items()
     }
 
 
-def _make_placeholder_text_pairs(
+def _pair_placeholders_with_replacement_texts(
     task: TaskRecord, shared_objects: Mapping[int, ObjectRecord], possible_states: Mapping[str, Sequence[str]]
 ) -> tuple[tuple[str, str], ...]:
     """Return pairs: a placeholder of the template, and the text that replaces it for one task."""
@@ -238,13 +240,13 @@ def make_wording(ability: Ability) -> SuiteWording:
     """
     from eai.tasks.wording import SuiteWording
 
-    predicates = SuiteWording.from_domain(make_domain_in_paper_order()).predicates
+    predicates = SuiteWording.from_domain(make_domain_with_checks_in_paper_order()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
         return SuiteWording(
-            make_domain_in_paper_order(), predicates, surroundings=_find_rooms_and_objects_of_plan
+            make_domain_with_checks_in_paper_order(), predicates, surroundings=_find_rooms_and_objects_of_plan
         )
     return SuiteWording(
-        make_domain_in_paper_order(),
+        make_domain_with_checks_in_paper_order(),
         predicates,
         _RELATIONS,
         lambda task, index: task.scene.objects[index].category,
@@ -289,33 +291,35 @@ def virtualhome() -> Benchmark:
     """Return the benchmark VirtualHome. Only tasks with a temporal goal have questions about subgoals."""
     return Benchmark(
         NAME,
-        make_domain_in_paper_order(),
+        make_domain_with_checks_in_paper_order(),
         open_tasks,
         Notation(
             VirtualHomePlanNotation(),
             VirtualHomeGoalNotation(),
             VirtualHomeSubgoalNotation(),
             formats=read_answer_formats("eai.benchmarks.virtualhome"),
-            short_texts=read_short_format_texts("eai.benchmarks.virtualhome"),
+            short_texts=read_short_answer_format_texts("eai.benchmarks.virtualhome"),
             wordings=make_wording,
             english=read_english_words("eai.benchmarks.virtualhome"),
         ),
         DataSet(
             TITLES[NAME],
             load_errata(NAME),
-            make_prompt_reader(NAME, {Ability.GOAL_INTERPRETATION: render_goal_interpretation_prompts}),
+            make_reader_of_published_prompts(
+                NAME, {Ability.GOAL_INTERPRETATION: render_goal_interpretation_prompts}
+            ),
             goal_sections=GOAL_SECTIONS,
             task_id_of=packs.find_task_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
-            own_figures=count_tasks_and_goals_of_data_set,
+            own_figures=compute_data_set_statistics_with_notes,
             open_demonstrations=open_demonstrations,
             labels=GOAL_LABELS,
         ),
     )
 
 
-def count_tasks_and_goals_of_data_set(source: Source) -> dict[str, tuple[int, str]]:
+def compute_data_set_statistics_with_notes(source: Source) -> dict[str, tuple[int, str]]:
     """Return statistics of the published data set: label -> number, and a note on what the number means.
 
     Raises DataError if the data cannot be obtained.
@@ -323,17 +327,19 @@ def count_tasks_and_goals_of_data_set(source: Source) -> dict[str, tuple[int, st
     resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
-    return count_tasks_and_goals_of_records(tasks, resources.read_json("success_task.json"), len(operators))
+    return compute_record_statistics_with_notes(
+        tasks, resources.read_json("success_task.json"), len(operators)
+    )
 
 
-def count_tasks_and_goals_of_records(
-    tasks: VirtualHomeRecords, transition_tasks: Collection[str], operator_count: int
+def compute_record_statistics_with_notes(
+    tasks: VirtualHomeRecords, transition_task_ids: Collection[str], operator_count: int
 ) -> dict[str, tuple[int, str]]:
     """Return statistics of the tasks: label -> number, and a note on what the number means.
 
     Args:
         tasks: all tasks.
-        transition_tasks: ids of the tasks of transition modeling.
+        transition_task_ids: ids of the tasks of transition modeling.
         operator_count: number of annotated operators.
     """
     records = tuple(tasks.values())
@@ -355,8 +361,8 @@ def count_tasks_and_goals_of_records(
             "goals, which the reference drops",
         ),
         "transition modeling tasks": (
-            len(transition_tasks),
-            _describe_left_out_tasks(instructed, transition_tasks),
+            len(transition_task_ids),
+            _describe_tasks_left_out_of_transition_tasks(instructed, transition_task_ids),
         ),
         "goals": (state + relation + action, "of all tasks, as annotated, duplicates included"),
         "state goals": (state, "an object is in a state"),
@@ -367,8 +373,10 @@ def count_tasks_and_goals_of_records(
     }
 
 
-def _describe_left_out_tasks(instructed: Iterable[TaskRecord], transition_tasks: Collection[str]) -> str:
-    titles = Counter(task.title for task in instructed if task.id not in transition_tasks)
+def _describe_tasks_left_out_of_transition_tasks(
+    tasks_with_goals: Iterable[TaskRecord], transition_task_ids: Collection[str]
+) -> str:
+    titles = Counter(task.title for task in tasks_with_goals if task.id not in transition_task_ids)
     names = ", ".join(f"{title} ({count})" for title, count in titles.most_common())
     return f"instructions less those the reference leaves out: {names or 'none'}"
 
@@ -390,7 +398,7 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
 
 
 def list_unexpected_counts(
-    store: Store, expected_counts: Mapping[str, int | float] | None = None
+    store: DataPackStore, expected_counts: Mapping[str, int | float] | None = None
 ) -> Iterator[str]:
     """Yield a line for each count in the stored data that differs from the expected count.
 
@@ -403,7 +411,9 @@ def list_unexpected_counts(
     expected_counts = PUBLISHED_COUNTS if expected_counts is None else expected_counts
     tasks, resources = VirtualHomeRecords.from_pack(store.open_pack(PACK)), store.open_pack(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
-    counts = count_tasks_and_goals_of_records(tasks, resources.read_json("success_task.json"), len(operators))
+    counts = compute_record_statistics_with_notes(
+        tasks, resources.read_json("success_task.json"), len(operators)
+    )
     for label, (count, _) in counts.items():
         if expected_counts.get(label, count) != count:
             yield f"{label}: {count}, expected {expected_counts[label]}"

@@ -59,8 +59,10 @@ class _UnconvertedTask(NamedTuple):
     final: _HomeGraph
 
 
-def _read_graph(
-    values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
+def _read_graph_with_interned_records(
+    values: Mapping[str, Any],
+    interned_objects: dict[ObjectRecord, ObjectRecord],
+    interned_edges: dict[Edge, Edge],
 ) -> _HomeGraph:
     """Read a graph. Graphs share equal objects and edges, so that 342 graphs fit into 20 MB of memory.
 
@@ -71,8 +73,8 @@ def _read_graph(
     records = map(_read_object, [nodes[identifier] for identifier in sorted(nodes)])
     edges_read = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
     return _HomeGraph(
-        tuple([objects.setdefault(record, record) for record in records]),
-        tuple(dict.fromkeys([edges.setdefault(edge, edge) for edge in edges_read])),
+        tuple([interned_objects.setdefault(record, record) for record in records]),
+        tuple(dict.fromkeys([interned_edges.setdefault(edge, edge) for edge in edges_read])),
     )
 
 
@@ -132,7 +134,10 @@ def _convert_annotated_tasks(
         report("converting", "VirtualHome tasks", done, len(annotations))
         graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
         script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
-        initial, final = (_read_graph(graphs[name], objects, edges) for name in ("init_graph", "final_graph"))
+        initial, final = (
+            _read_graph_with_interned_records(graphs[name], objects, edges)
+            for name in ("init_graph", "final_graph")
+        )
         sources.append(_UnconvertedTask(task_id, annotation, script, initial, final))
     report("converting", "VirtualHome tasks", len(annotations), len(annotations))
     return _encode_tasks(sources, list(objects))

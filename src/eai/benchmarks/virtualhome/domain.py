@@ -12,7 +12,7 @@ from eai.world.operator import Operator, sort_operator_checks
 
 
 @cache
-def make_domain_in_paper_order() -> Domain:
+def make_domain_with_checks_in_paper_order() -> Domain:
     """Return the domain whose operators make their checks in the order of the paper's text."""
     return _build_household([sort_operator_checks(operator) for operator in make_operators()])
 
@@ -23,10 +23,10 @@ def make_domain_with_switch_hands_action() -> Domain:
 
     Only this domain has the action SWITCH_HANDS, which moves an object to the other hand.
     """
-    return make_domain_in_paper_order().replace_operators(make_switch_hands_action())
+    return make_domain_with_checks_in_paper_order().replace_operators(make_switch_hands_action())
 
 
-def make_domain_in_reference_order() -> Domain:
+def make_domain_with_checks_in_reference_order() -> Domain:
     """Return the domain whose operators make their checks in the order of the paper's package."""
     return _build_household(make_operators())
 

@@ -129,13 +129,13 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
 
 
-def _keep_sections_if_known(sections: GoalSections) -> GoalSections | None:
+def _reject_missing_or_unknown_goal_sections(sections: GoalSections) -> GoalSections | None:
     """Return the sections of goals in an answer, or None if it has no section or an unknown section."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = make_goal_sections_format(_keep_sections_if_known, _find_section_error)
+_FORM = make_goal_sections_format(_reject_missing_or_unknown_goal_sections, _find_section_error)
 
 
 def _read_goals_of_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
@@ -198,7 +198,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
     """
 
     def __init__(self, actions: Sequence[str] = (*SUBGOAL_ACTIONS, MISSING_ACTION)) -> None:
-        super().__init__(virtualhome.make_domain_in_paper_order())
+        super().__init__(virtualhome.make_domain_with_checks_in_paper_order())
         self._actions: dict[str, int | None] = {
             operator.name: operator.arity for operator in self.domain.operators if operator.name in actions
         }

@@ -85,7 +85,7 @@ def make_effects_of_leaving_hand(obj: f.Variable) -> tuple[Effect, ...]:
     return Delete(p.holds_rh(AGENT, obj)), Delete(p.holds_lh(AGENT, obj))
 
 
-def make_effects_of_forgetting_grab_origin(obj: f.Variable) -> tuple[Effect, ...]:
+def make_effects_forgetting_place_grabbed_from(obj: f.Variable) -> tuple[Effect, ...]:
     """Return effects that delete the stored place from which an object was grabbed (its origin)."""
     return (
         Delete(p.taken_from_top_of(obj, ANYTHING)),
@@ -182,7 +182,7 @@ def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
         *make_symmetric_effects(Add, p.next_to(AGENT, Y)),
         *make_symmetric_effects(Add, p.next_to(X, Y)),
         Add(relation(X, Y)),
-        *make_effects_of_forgetting_grab_origin(X),
+        *make_effects_forgetting_place_grabbed_from(X),
     )
 
 
@@ -231,7 +231,7 @@ def make_grab_action(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) ->
         *make_symmetric_effects(Add, p.next_to(AGENT, X)),
         When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
-        *make_effects_of_forgetting_grab_origin(X),
+        *make_effects_forgetting_place_grabbed_from(X),
         *remember,
     )
     return _make_action_on_one_object("GRAB", *checks, effects=effects, role=OperatorRole.TAKES)
@@ -359,7 +359,7 @@ def _make_object_handling_actions() -> tuple[Operator, ...]:
     drop = (
         *make_effects_of_leaving_hand(X),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
-        *make_effects_of_forgetting_grab_origin(X),
+        *make_effects_forgetting_place_grabbed_from(X),
     )
     return (
         make_grab_action(),

@@ -90,12 +90,14 @@ class VirtualHomePlanNotation(PlanNotation):
         The function returns None for unknown names.
         """
         index = task.scene.index
-        by_class_or_id = make_index_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
+        by_class_or_id = make_object_index_lookup(
+            {task.scene.objects[i].category: i for i in task.relevant}, index
+        )
 
-        def find_object(word: object) -> int | None:
+        def find_scene_index_of_written_object(word: object) -> int | None:
             return index.get(word) if isinstance(word, str) and word in index else by_class_or_id(word)
 
-        return find_object
+        return find_scene_index_of_written_object
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         """Return the text of each step: ``"GRAB": ["soap", "1002"]``.
@@ -127,8 +129,8 @@ class VirtualHomePlanNotation(PlanNotation):
         return make_object_schema({_STEPS: make_list_schema(make_union_schema(steps))})
 
 
-def make_index_lookup(
-    index_by_class: Mapping[str, int], index_by_name: Mapping[str, int], sep: str = "."
+def make_object_index_lookup(
+    index_by_class: Mapping[str, int], index_by_name: Mapping[str, int], class_id_separator: str = "."
 ) -> Callable[[object], int | None]:
     """Return the function that finds the index of an object by its class, or by its class and id.
 
@@ -137,13 +139,17 @@ def make_index_lookup(
     Args:
         index_by_class: class -> index of the object that the class means.
         index_by_name: name of an object -> its index.
-        sep: text between class and id in names of objects.
+        class_id_separator: text between class and id in names of objects.
     """
 
     def find_object_of_word(word: object) -> int | None:
         if isinstance(word, str):
             return index_by_class.get(word)
-        return index_by_name.get(f"{word.name}{sep}{word.id}") if isinstance(word, ObjectWithId) else None
+        return (
+            index_by_name.get(f"{word.name}{class_id_separator}{word.id}")
+            if isinstance(word, ObjectWithId)
+            else None
+        )
 
     return find_object_of_word
 
@@ -167,7 +173,7 @@ def has_object_ids(plan: WrittenPlan) -> bool:
     return any(_is_numeric_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
-def pair_names_with_ids(plan: WrittenPlan) -> WrittenPlan:
+def join_classes_and_ids_in_plan(plan: WrittenPlan) -> WrittenPlan:
     """Return a copy of the plan in which each class and its id are joined to one object."""
     steps = [WrittenStep(step.action, _pair_classes_with_ids(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))
@@ -204,7 +210,7 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
             step = read_labelled_step(value)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         if any(
-            key not in accepted_words and _is_list_of_steps_in_texts(member, read_steps_in_text)
+            key not in accepted_words and _is_list_of_texts_with_steps(member, read_steps_in_text)
             for key, member in value.members
         ):
             return None
@@ -219,7 +225,7 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     )
 
 
-def _is_list_of_steps_in_texts(value: object, read_steps_in_text: Callable[[str], StepList | None]) -> bool:
+def _is_list_of_texts_with_steps(value: object, read_steps_in_text: Callable[[str], StepList | None]) -> bool:
     """Whether a JSON value is a list of strings with steps, such as ``WALK(soap)``."""
     return (
         isinstance(value, list)

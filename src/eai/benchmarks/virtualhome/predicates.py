@@ -31,7 +31,7 @@ SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench":
 BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
 """Class of a bed -> number of objects that fit; 1 otherwise (``LieExecutor`` of the paper's package)."""
 
-GRAB_ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
+RELATIONS_TO_PLACE_GRABBED_FROM = ("ONTOP", "INSIDE", "NEXT_TO")
 """Relations that define the origin (former place) of a grabbed object. Only the first that holds counts.
 """
 
@@ -85,29 +85,29 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
     return state.relation(predicate).row(source) & candidates
 
 
-def make_grab_origin_lookup(
+def make_lookup_of_places_grabbed_from(
     relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
     """Return a lookup function for the origins of objects: the places from which they are grabbed.
 
-    The function uses one relation of `GRAB_ORIGIN_RELATIONS`. If an earlier relation in this tuple
+    The function uses one relation of `RELATIONS_TO_PLACE_GRABBED_FROM`. If an earlier relation in this tuple
     relates the object to a place, the function returns no places. Rooms are never origins (as in
     ``_find_first_node_from`` of the paper's package).
 
     Args:
-        relation_index: index of the relation in `GRAB_ORIGIN_RELATIONS`.
+        relation_index: index of the relation in `RELATIONS_TO_PLACE_GRABBED_FROM`.
         choose: chooses among several places.
     """
 
-    def find_grab_origins(state: State, arguments: tuple[int, ...]) -> ObjectMask:
+    def find_places_object_is_grabbed_from(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         no_room = ~state.mask("ROOM")
-        for earlier in GRAB_ORIGIN_RELATIONS[:relation_index]:
+        for earlier in RELATIONS_TO_PLACE_GRABBED_FROM[:relation_index]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
-        return choose(state, GRAB_ORIGIN_RELATIONS[relation_index], x, no_room)
+        return choose(state, RELATIONS_TO_PLACE_GRABBED_FROM[relation_index], x, no_room)
 
-    return find_grab_origins
+    return find_places_object_is_grabbed_from
 
 
 def find_objects_carried_along(state: State, arguments: tuple[int, ...]) -> ObjectMask:
@@ -225,10 +225,10 @@ in_same_room = DefinedPredicate("in_same_room", (X,), f.Exists(R, room_of(AGENT,
 somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _make_grab_origin_predicate(relation_index: int, name: str) -> LookupPredicate:
+def _make_predicate_of_place_grabbed_from(relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate that relates an object to the places from which it is grabbed, by one relation.
 
-    If an earlier relation in `GRAB_ORIGIN_RELATIONS` relates the object to a place, the predicate
+    If an earlier relation in `RELATIONS_TO_PLACE_GRABBED_FROM` relates the object to a place, the predicate
     is false. Rooms are never such places.
     """
     *earlier, relation = (ontop, inside, next_to)[: relation_index + 1]
@@ -237,7 +237,7 @@ def _make_grab_origin_predicate(relation_index: int, name: str) -> LookupPredica
     return LookupPredicate(
         name,
         2,
-        make_grab_origin_lookup(relation_index),
+        make_lookup_of_places_grabbed_from(relation_index),
         ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
         meaning,
     )
@@ -275,7 +275,7 @@ def _make_full_seat_predicate(name: str, capacities: Mapping[str, int]) -> Compu
 
 
 lies_on, lies_in, lies_next_to = (
-    _make_grab_origin_predicate(position, name)
+    _make_predicate_of_place_grabbed_from(position, name)
     for position, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
 seat_full = _make_full_seat_predicate("seat_full", SEAT_CAPACITIES)

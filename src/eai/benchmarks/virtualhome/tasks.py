@@ -30,7 +30,7 @@ _BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_O
 
 
 @dataclass(frozen=True, slots=True)
-class _IndexedGraph:
+class _SceneGraphAsBitMasks:
     """A graph of the data set with objects numbered by position.
 
     Attributes:
@@ -51,7 +51,7 @@ class _IndexedGraph:
     columns: Sequence[Sequence[int]]
     ends: Sequence[tuple[int, int]]
 
-    def apply_delta(self, delta: GraphDelta) -> _IndexedGraph:
+    def apply_delta(self, delta: GraphDelta) -> _SceneGraphAsBitMasks:
         """Return a copy of the graph with the changes of a delta (difference of two graphs).
 
         Raises:
@@ -87,10 +87,10 @@ class _IndexedGraph:
             columns[slot][target] |= 1 << source
             ends[slot] = ends[slot][0] | 1 << source, ends[slot][1] | 1 << target
         unary = list(self.unary)
-        self._update_unary_masks(unary, described, index)
-        return _IndexedGraph(objects, labels, index, unary, rows, columns, ends)
+        self._update_object_masks_of_unary_predicates(unary, described, index)
+        return _SceneGraphAsBitMasks(objects, labels, index, unary, rows, columns, ends)
 
-    def _update_unary_masks(
+    def _update_object_masks_of_unary_predicates(
         self, unary_masks: list[ObjectMask], records: Iterable[ObjectRecord], index_by_id: Mapping[int, int]
     ) -> None:
         """Update the bit masks of unary predicates for new objects and for objects that changed.
@@ -99,14 +99,14 @@ class _IndexedGraph:
         """
         for record in records:
             bit = 1 << index_by_id[record.id]
-            for slot in _find_indices_of_changed_predicates(
+            for slot in _find_indices_of_changed_unary_predicates(
                 self.labels.get(record.id, _UNLABELLED), record.properties_and_states
             ):
                 unary_masks[slot] ^= bit
 
     def to_state(self) -> State:
         """Return the state of all objects, including the character."""
-        relations = tuple(map(_make_relation, self.rows, self.columns, self.ends))
+        relations = tuple(map(_make_relation_from_bit_masks, self.rows, self.columns, self.ends))
         return State(Scene(VOCABULARY, self.objects, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
     def apply_delta_to_state(self, state: State, delta: GraphDelta) -> State:
@@ -121,7 +121,7 @@ class _IndexedGraph:
                 "`eai data fetch --force`"
             )
         draft, index = StateDraft(state), self.index
-        self._update_unary_masks(draft.unary, delta.changed_objects, index)
+        self._update_object_masks_of_unary_predicates(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
             draft.set_binary_fact(_BINARY[relation], index[source], index[target], False)
         for source, relation, target in delta.added_edges:
@@ -142,12 +142,12 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 def build_tasks(records: VirtualHomeRecords) -> VirtualHomeTasks:
     """Return VirtualHome's tasks, made from the published data of each task (record)."""
     nothing = [()] * len(VOCABULARY.binary_slots)
-    empty = _IndexedGraph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
+    empty = _SceneGraphAsBitMasks((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
     base = empty.apply_delta(records.base)
     return TaskSet(records, lambda task_id: _build_task(records[task_id], base), records.sha256)
 
 
-def _build_task(record: TaskRecord, base: _IndexedGraph) -> VirtualHomeTask:
+def _build_task(record: TaskRecord, base: _SceneGraphAsBitMasks) -> VirtualHomeTask:
     graph = base.apply_delta(record.initial)
     initial, index = graph.to_state(), graph.index
     return VirtualHomeTask(
@@ -178,20 +178,22 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 
 @cache
-def _find_indices_of_changed_predicates(
+def _find_indices_of_changed_unary_predicates(
     labels_before: frozenset[str], labels_after: frozenset[str]
 ) -> Sequence[int]:
     """Return the indices of the unary predicates (properties and states) that are in only one of two sets."""
     return [_UNARY[name] for name in labels_before ^ labels_after]
 
 
-def _make_relation(
-    rows: Sequence[ObjectMask], columns: Sequence[ObjectMask], end_masks: tuple[ObjectMask, ObjectMask]
+def _make_relation_from_bit_masks(
+    target_mask_by_source: Sequence[ObjectMask],
+    source_mask_by_target: Sequence[ObjectMask],
+    source_and_target_masks: tuple[ObjectMask, ObjectMask],
 ) -> Relation:
     return (
-        Relation(InitialRelation(rows, columns, *end_masks))
-        if end_masks[0]
-        else _make_empty_relation(len(rows))
+        Relation(InitialRelation(target_mask_by_source, source_mask_by_target, *source_and_target_masks))
+        if source_and_target_masks[0]
+        else _make_empty_relation(len(target_mask_by_source))
     )
 
 

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.reports import fact_text
-from eai.base.errors import InputError, InterruptError, did_you_mean
+from eai.base.errors import InputError, UserInterruptError, did_you_mean
 from eai.base.files import to_file_name, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
@@ -213,7 +213,7 @@ def _read_user_commands_and_save_decisions(
     Return the reason why no more commands are read.
 
     Raises:
-        InterruptError: the user interrupted the command.
+        UserInterruptError: the user interrupted the command.
     """
     chosen, before = saved.get(title, GoalDecisions()), list[GoalDecisions]()
     try:
@@ -233,7 +233,7 @@ def _read_user_commands_and_save_decisions(
     except KeyboardInterrupt:
         # The user may have interrupted the command before the last decision was written.
         annotation.write_goal_decisions(path, listing.without, {**saved, title: chosen})
-        raise InterruptError(
+        raise UserInterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
         ) from None
 

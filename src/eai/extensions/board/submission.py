@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, require_file, write_files_atomically
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.reference_wheel import SCENE_PREFIX, get_task_id_of_published_id
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.results.answer_files import UNREADABLE, list_zip_members
@@ -32,7 +32,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def get_identifiers_by_submission_file(
-    store: Store | None = None, prompts: Path | None = None
+    store: DataPackStore | None = None, prompts: Path | None = None
 ) -> dict[str, tuple[str, ...]]:
     """Return the names of a submission's files, each with the task identifiers that the file must contain.
 
@@ -62,7 +62,7 @@ def get_identifiers_by_submission_file(
 def build_submission(
     run: Path,
     out: Path,
-    store: Store | None = None,
+    store: DataPackStore | None = None,
     *,
     model: str | None = None,
     folder: str | None = None,
@@ -107,7 +107,7 @@ def build_submission(
 
 
 def check_submission(
-    path: Path, store: Store | None = None, prompts: Path | None = None
+    path: Path, store: DataPackStore | None = None, prompts: Path | None = None
 ) -> list[DataMistake]:
     """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
@@ -194,7 +194,7 @@ def _format_file_name(domain: str, ability: Ability) -> str:
     return f"{domain}_{ability.value}{SUFFIX}"
 
 
-def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
+def _list_prompt_identifiers(domain: str, ability: Ability, store: DataPackStore | None) -> tuple[str, ...]:
     """Return the identifiers of a suite's published prompts. Each answer must repeat its prompt's identifier.
 
     Identifiers that begin with `SCENE_PREFIX` stay as they are. Some other identifiers are known to be wrong;

@@ -12,7 +12,7 @@ from statistics import fmean
 
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import PlanVerdict
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.generator.spec import SHUT_LAST
 from eai.results.lines import MODEL, SUITE
@@ -127,7 +127,7 @@ def _check_avoidance_of_each_hazard(
 
     Return None if the plan is missing or failed.
     """
-    is_played = record.unanswered is None and not (isinstance(verdict, ActingVerdict) and not verdict.turns)
+    is_played = record.unanswered is None and not (isinstance(verdict, EpisodeVerdict) and not verdict.turns)
     if not is_played or verdict.error is not None or not verdict.goals_satisfied:
         return None
     return list(verdict.goals_satisfied[-len(task.hazards) :])

@@ -266,7 +266,7 @@ def _translate_steps_to_commands(
     """
     puts = {step.action[0].lower() for step in steps if step.accepted and _PUT.fullmatch(step.action)}
     notation, objects = CommandNotation(task, benchmark), range(len(task.scene.objects))
-    meaning, _ = notation.read_command("put x 1 in/on y 1", objects, may_end=False)
+    meaning, _ = notation.read_command_and_repairs("put x 1 in/on y 1", objects, may_end_episode=False)
     is_new_game = isinstance(meaning, ErrorReport) and meaning.kind is FaultKind.PARSING
     form = "move {} to {}" if is_new_game else "put {} in/on {}"
     for step in steps:

@@ -26,7 +26,7 @@ class _ReplayWorld:
 
     def try_command(self, command: str) -> FaultKind | None:
         """Try a command; return the kind of error, or None if the command was carried out."""
-        meaning, _ = self._commands.read_command(command, self._objects, may_end=False)
+        meaning, _ = self._commands.read_command_and_repairs(command, self._objects, may_end_episode=False)
         if not isinstance(meaning, Action):
             return FaultKind.PARSING if meaning is None else meaning.kind
         outcome = self._world.act(meaning)

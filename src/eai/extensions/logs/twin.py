@@ -14,7 +14,7 @@ from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.labels import derive_labels
+from eai.benchmarks.labels import derive_task_labels_from_goals
 from eai.extensions.logs.episode import Ending, LoggedEpisode
 from eai.results.table import Row, collect_rows_in_table
 from eai.tasks.task import Task
@@ -57,7 +57,7 @@ def _make_cells_about_benchmark_task(task: Task, benchmark: Benchmark) -> Row:
 
     The cells are for the columns from ``labels`` to the last column.
     """
-    labels = " ".join(derive_labels(task, benchmark.data.labels))
+    labels = " ".join(derive_task_labels_from_goals(task, benchmark.data.labels))
     if task.unplannable_reason is not None:
         return labels, str(task.unplannable_reason), "", "", None, None, None
     setup = make_setup(task, benchmark, GameRules(observe="partial"))

@@ -87,7 +87,7 @@ def _make_page_content(
         "total": total,
         "rules": RULES,
         "opening": play.write_first_observation(),
-        "pictures": [image.data_url for image in play.draw_pictures()],
+        "pictures": [image.data_url for image in play.draw_pictures_of_current_world()],
         "log": [*log],
         "at": f"{number}.{len(log)}",
         "words": [list_possible_next_words(play, ""), list_possible_next_words(play, "an action")],

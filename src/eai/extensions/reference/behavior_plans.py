@@ -18,7 +18,7 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, strip_bla
 from eai.abilities.notation.plans import Execution, JsonPlanNotation, PlanExecutor
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.benchmarks.behavior.domain import make_domain_in_paper_order
+from eai.benchmarks.behavior.domain import make_domain_with_checks_in_paper_order
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
@@ -61,7 +61,7 @@ class BehaviorActionSequencingScorer(ActionSequencingScorer):
         )
 
     def _make_scorer_of_strict_protocol(self) -> ActionSequencingScorer:
-        return ActionSequencingScorer(self.task, make_domain_in_paper_order(), JsonPlanNotation())
+        return ActionSequencingScorer(self.task, make_domain_with_checks_in_paper_order(), JsonPlanNotation())
 
     def _get_final_state(self, execution: Execution) -> State:
         """Return the final state of a plan. An action on which eai-eval crashes is executed in part."""

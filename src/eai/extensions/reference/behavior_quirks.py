@@ -32,7 +32,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.domain import make_domain_in_reference_order
+from eai.benchmarks.behavior.domain import make_domain_with_checks_in_reference_order
 from eai.benchmarks.behavior.predicates import X, Y
 from eai.logic.choice import DnfTerm, ObjectsByCategory, resolve_term
 from eai.logic.formula import FALSE, Exists
@@ -63,7 +63,7 @@ If an action has several errors, the first kind in this order counts. See ``chec
 @cache
 def make_domain_with_all_quirks() -> Domain:
     """Return the BEHAVIOR domain with the order of checks and all quirks (defects) of eai-eval."""
-    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_in_reference_order())
+    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_with_checks_in_reference_order())
 
 
 @cache
@@ -88,7 +88,8 @@ def find_state_left_by_aborted_action(state: State, action: Action) -> State:
 @cache
 def _make_domain_that_transfers_one_object() -> Domain:
     return replace(
-        make_domain_in_reference_order(), operators=tuple(make_operators_that_transfer_one_object())
+        make_domain_with_checks_in_reference_order(),
+        operators=tuple(make_operators_that_transfer_one_object()),
     )
 
 

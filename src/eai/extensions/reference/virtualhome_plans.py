@@ -25,13 +25,13 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
-from eai.benchmarks.virtualhome.domain import make_domain_in_paper_order
+from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_paper_order
 from eai.benchmarks.virtualhome.plan_notation import (
     ObjectWithId,
     VirtualHomePlanNotation,
     has_object_ids,
-    make_index_lookup,
-    pair_names_with_ids,
+    join_classes_and_ids_in_plan,
+    make_object_index_lookup,
 )
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.extensions.reference import virtualhome_quirks
@@ -128,7 +128,7 @@ class _VirtualHomePlanNotation(VirtualHomePlanNotation):
         for number, step in enumerate(plan.steps):
             if len(step.objects) % 2:
                 return Unreadable(f"{step.action}: a name without an id", number)
-        return pair_names_with_ids(plan)
+        return join_classes_and_ids_in_plan(plan)
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return a function from a name to the index of a relevant object of the task, or None.
@@ -144,7 +144,7 @@ class _VirtualHomePlanNotation(VirtualHomePlanNotation):
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}
         by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
-        return make_index_lookup(by_class, by_name, sep="_")
+        return make_object_index_lookup(by_class, by_name, class_id_separator="_")
 
 
 class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
@@ -173,7 +173,9 @@ class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
         )
 
     def _make_scorer_of_strict_protocol(self) -> ActionSequencingScorer:
-        return ActionSequencingScorer(self.task, make_domain_in_paper_order(), VirtualHomePlanNotation())
+        return ActionSequencingScorer(
+            self.task, make_domain_with_checks_in_paper_order(), VirtualHomePlanNotation()
+        )
 
     def _make_rejection_verdict(
         self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor

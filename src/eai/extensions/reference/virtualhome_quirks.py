@@ -15,7 +15,7 @@ from functools import cache, reduce, wraps
 
 from eai.benchmarks.virtualhome import operators as o
 from eai.benchmarks.virtualhome import predicates as p
-from eai.benchmarks.virtualhome.domain import make_domain_in_reference_order
+from eai.benchmarks.virtualhome.domain import make_domain_with_checks_in_reference_order
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
@@ -33,7 +33,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 @cache
 def make_domain_with_all_quirks() -> Domain:
     """Return the VirtualHome domain with all quirks (defects) of eai-eval, and with its order of checks."""
-    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_in_reference_order())
+    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_with_checks_in_reference_order())
 
 
 def find_first_target_mask(state: State, relation: str, source: int, wanted_mask: int) -> int:
@@ -95,9 +95,9 @@ def _find_room_of_object(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _find_room_of_object,
-    "lies_on": p.make_grab_origin_lookup(0, find_first_target_mask),
-    "lies_in": p.make_grab_origin_lookup(1, find_first_target_mask),
-    "lies_next_to": p.make_grab_origin_lookup(2, find_first_target_mask),
+    "lies_on": p.make_lookup_of_places_grabbed_from(0, find_first_target_mask),
+    "lies_in": p.make_lookup_of_places_grabbed_from(1, find_first_target_mask),
+    "lies_next_to": p.make_lookup_of_places_grabbed_from(2, find_first_target_mask),
 }
 
 

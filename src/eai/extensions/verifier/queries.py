@@ -21,7 +21,7 @@ from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.base.entry_points import get_entry_points
 from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
-from eai.base.store import Store
+from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import open_answers_of_planner
 from eai.benchmarks.packs import is_stored
 from eai.benchmarks.registry import OPENERS, is_path_of_task_files, list_benchmarks
@@ -107,7 +107,7 @@ def _read_actions(scorer: PlanScorer, text: str, argument: str) -> tuple[Action,
 
 def _open_suite(reference: str) -> Suite:
     _refuse_python_reference(reference)
-    if reference in list_benchmarks() and not is_stored(Store(), reference):
+    if reference in list_benchmarks() and not is_stored(DataPackStore(), reference):
         raise InputError(f"benchmark: the data of {reference} are missing; run eai data fetch")
     return eai.open(reference, Ability.ACTION_SEQUENCING)
 

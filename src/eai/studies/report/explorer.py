@@ -22,7 +22,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.repair import describe_repair
 from eai.abilities.verdict import ALL, AnswerSpanKind, PlanVerdict, Verdict
 from eai.agents.setting import ACTING
-from eai.agents.verdict import ActingVerdict
+from eai.agents.verdict import EpisodeVerdict
 from eai.base.files import to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.registry import get_title
@@ -352,7 +352,7 @@ def _list_goals(explanation: Explanation) -> list[Json]:
 
 def _list_turns(record: Record) -> list[Json]:
     """Return a pair for each turn of an episode: the reached goals, and the agent's thought."""
-    turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
+    turns = record.verdict.turns if isinstance(record.verdict, EpisodeVerdict) else ()
     is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
     written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
     thoughts = [turn.get("thought") or None for turn in written]
