@@ -14,7 +14,7 @@ from eai.benchmarks.behavior.tasks import (
     collect_initial_relations,
     yield_initial_states_of_objects,
 )
-from eai.extensions.reference.behavior_quirks import list_first_dnf_terms
+from eai.extensions.reference.behavior_quirks import list_dnf_terms_that_eai_eval_tries
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk_subformulas
 
@@ -62,7 +62,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
             ],
             "options": [
                 [listed(literal, instances) for literal in option]
-                for option in list_first_dnf_terms(goal.formula, task.scene.names_of_category)
+                for option in list_dnf_terms_that_eai_eval_tries(goal.formula, task.scene.names_of_category)
             ],
         }
         for goal in task.goals

@@ -42,7 +42,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.behavior.tasks import open_tasks, read_initial_relations
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.reference.protocol import open_virtualhome
+from eai.extensions.reference.protocol import open_scored_virtualhome_tasks
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
 
@@ -92,7 +92,11 @@ def parts(suite: str) -> tuple[str, Ability]:
 def scorers(suite: str) -> Suite:
     """Return our scorers of a suite. VirtualHome plans need ids everywhere, as release 1.0.5 expects."""
     domain, ability = parts(suite)
-    opener = partial(open_virtualhome, with_ids=True) if suite == "virtualhome/action_sequencing" else None
+    opener = (
+        partial(open_scored_virtualhome_tasks, with_ids=True)
+        if suite == "virtualhome/action_sequencing"
+        else None
+    )
     source = Source(planner=PlannerChoice.NONE)
     return open_suite(domain, ability, Protocol("eai-1.0.5"), source=source, opener=opener)
 

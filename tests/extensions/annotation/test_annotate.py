@@ -15,7 +15,7 @@ import pytest
 
 from by_path import TESTS
 from command_line import Command
-from eai.extensions.annotation.decisions import read_uncounted_predicates_and_decisions
+from eai.extensions.annotation.decisions import read_ignored_predicates_and_user_decisions
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
@@ -79,7 +79,7 @@ def test_choosing_resumes_from_the_saved_decisions(eai: Command, monkeypatch: py
     saying(monkeypatch, "drop 2")
     going_on = eai(*CHOOSE)
     assert re.search(r"candidate 1, met by 2:\n    lit\(lamp\)\n   2  on", going_on.out)
-    chosen = read_uncounted_predicates_and_decisions(Path("decisions.toml"))[1]["Tidy up"]
+    chosen = read_ignored_predicates_and_user_decisions(Path("decisions.toml"))[1]["Tidy up"]
     assert (len(chosen.candidates), len(chosen.dropped)) == (1, 1)
 
 
@@ -160,6 +160,6 @@ def test_an_interrupt_loses_no_decision() -> None:
         rest = process.stdout.read()
     assert "interrupted; every decision is in decisions.toml, and the same command resumes from here" in rest
     assert process.returncode == 128 + signal.SIGINT
-    chosen = read_uncounted_predicates_and_decisions(Path("decisions.toml"))[1]["Tidy up"]
+    chosen = read_ignored_predicates_and_user_decisions(Path("decisions.toml"))[1]["Tidy up"]
     assert [list(map(str, entry)) for entry in chosen.candidates[0]] == [["lit(lamp)"]]
     assert list(map(str, chosen.dropped)) == ["on(cup, shelf)"]

@@ -11,21 +11,21 @@ import pytest
 from eai.base.errors import InputError
 from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
-    DemonstratedPatterns,
-    GoalDecisions,
+    GoalPatternsOfDemonstrations,
     GoalTemplate,
-    _ObjectKind,
-    annotate_demonstrations,
+    UserDecisionsOnTitleGoals,
+    _ObjectClassOrProperties,
     apply_user_command_to_decisions,
     check_goals,
     count_patterns,
+    derive_goals_from_demonstrations,
     find_changes_made_by_demonstration,
     find_index_of_first_met_template,
-    format_goal_decisions,
+    format_user_decisions_as_toml,
     group_by_title,
     parse_pattern,
-    read_uncounted_predicates_and_decisions,
-    write_goal_decisions,
+    read_ignored_predicates_and_user_decisions,
+    write_user_decisions_on_title_goals,
 )
 from eai.logic.ltl_printer import format_ltl
 from eai.pddl.planning import PlannerChoice
@@ -65,9 +65,16 @@ def test_a_malformed_pattern_is_refused(text: str) -> None:
 
 
 def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
-    assert _ObjectKind(properties=("A", "B")) == _ObjectKind(properties=("B", "A"))
+    assert _ObjectClassOrProperties(properties=("A", "B")) == _ObjectClassOrProperties(properties=("B", "A"))
     assert (
-        len({_ObjectKind(properties=("A", "B")), _ObjectKind(properties=("B", "A")), _ObjectKind("A")}) == 2
+        len(
+            {
+                _ObjectClassOrProperties(properties=("A", "B")),
+                _ObjectClassOrProperties(properties=("B", "A")),
+                _ObjectClassOrProperties("A"),
+            }
+        )
+        == 2
     )
 
 
@@ -143,8 +150,8 @@ def test_the_first_completely_met_candidate_is_assigned(
 
 
 def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
-    known = {"Tidy up": GoalDecisions((candidate("lit(lamp)", "do LIGHT"),))}
-    made = list(annotate_demonstrations(group_by_title(shelves().tasks(Source())), DOMAIN, known))
+    known = {"Tidy up": UserDecisionsOnTitleGoals((candidate("lit(lamp)", "do LIGHT"),))}
+    made = list(derive_goals_from_demonstrations(group_by_title(shelves().tasks(Source())), DOMAIN, known))
     goals = [[format_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
     assert [each.problem for each in check_goals(made)] == [
@@ -157,16 +164,16 @@ def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
 COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "add lit({bright})")
 
 
-def decided(*commands: str) -> GoalDecisions:
-    listing, chosen = DemonstratedPatterns(SHARED, DOMAIN, ["near"]), GoalDecisions()
+def decided(*commands: str) -> UserDecisionsOnTitleGoals:
+    listing, chosen = GoalPatternsOfDemonstrations(SHARED, DOMAIN, ["near"]), UserDecisionsOnTitleGoals()
     for command in commands:
         chosen = apply_user_command_to_decisions(command, chosen, listing)
     return chosen
 
 
 def test_commands_make_candidates() -> None:
-    listing = DemonstratedPatterns(SHARED, DOMAIN, ["near"])
-    assert [str(pattern) for pattern in listing.numbered_patterns[:3]] == [
+    listing = GoalPatternsOfDemonstrations(SHARED, DOMAIN, ["near"])
+    assert [str(pattern) for pattern in listing.patterns_numbered_for_user[:3]] == [
         "lit(lamp)",
         "on({small}, shelf)",
         "on(cup, shelf)",
@@ -207,11 +214,11 @@ def test_a_wrong_command_is_reported_and_changes_nothing(command: str, why: str)
 
 def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
-    assert read_uncounted_predicates_and_decisions(path) == ((), {})
-    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": GoalDecisions()}
-    write_goal_decisions(path, *made)
-    assert read_uncounted_predicates_and_decisions(path) == made
-    assert path.read_text() == format_goal_decisions(*made)
+    assert read_ignored_predicates_and_user_decisions(path) == ((), {})
+    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": UserDecisionsOnTitleGoals()}
+    write_user_decisions_on_title_goals(path, *made)
+    assert read_ignored_predicates_and_user_decisions(path) == made
+    assert path.read_text() == format_user_decisions_as_toml(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
 
 
@@ -233,7 +240,7 @@ def test_a_malformed_decision_file_is_refused(tmp_path: Path, text: str, why: st
     path = tmp_path / "decisions.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=re.escape(why)):
-        read_uncounted_predicates_and_decisions(path)
+        read_ignored_predicates_and_user_decisions(path)
 
 
 def test_an_unknown_title_is_reported() -> None:

@@ -19,10 +19,10 @@ from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.annotation.decisions import (
     AlternativePatterns,
-    DemonstrationChanges,
+    ChangesMadeByDemonstration,
     GoalPattern,
     GoalTemplate,
-    _ObjectKind,
+    _ObjectClassOrProperties,
     count_patterns,
     find_changes_made_by_demonstration,
     find_index_of_first_met_template,
@@ -71,10 +71,11 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[AlternativePatterns]:
         yield tuple(map(GoalPattern, words))
     for state in candidate["states"]:
         yield tuple(
-            GoalPattern(each["state"], (_ObjectKind(each["name"]),)) for each in state["alternatives"]
+            GoalPattern(each["state"], (_ObjectClassOrProperties(each["name"]),))
+            for each in state["alternatives"]
         )
     for each in candidate["exact_relations"]:
-        ends = (_ObjectKind(each["from_name"]), _ObjectKind(each["to_name"]))
+        ends = (_ObjectClassOrProperties(each["from_name"]), _ObjectClassOrProperties(each["to_name"]))
         yield (GoalPattern(PREDICATE_OF_RELATION[each["relation"]], ends),)
     for each in candidate["relations"]:
         yield tuple(
@@ -85,15 +86,15 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[AlternativePatterns]:
         )
 
 
-def _kind(values: Mapping[str, Any]) -> _ObjectKind:
+def _kind(values: Mapping[str, Any]) -> _ObjectClassOrProperties:
     return (
-        _ObjectKind(values["class"])
+        _ObjectClassOrProperties(values["class"])
         if "class" in values
-        else _ObjectKind(properties=tuple(values["properties"]))
+        else _ObjectClassOrProperties(properties=tuple(values["properties"]))
     )
 
 
-def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, DemonstrationChanges]:
+def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, ChangesMadeByDemonstration]:
     found = [
         find_changes_made_by_demonstration(tasks[task_id], make_domain_with_checks_in_paper_order())
         for task_id in task_ids

@@ -9,7 +9,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.extensions.questions.declaration import _QuestionVerdict, open_question_file
+from eai.extensions.questions.declaration import _VerdictOnQuestionAnswer, open_question_file
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import compute_answer_entropy
 from eai.results.batch import score_run
@@ -138,7 +138,7 @@ def test_a_record_of_a_question_round_trips(tmp_path: Path) -> None:
     assert [record.task_id for record in records] == [question.id for question in QUESTIONS]
     assert [record_from_json(record_to_json(record)) for record in records] == records
     verdict = records[4].verdict
-    assert isinstance(verdict, _QuestionVerdict)
+    assert isinstance(verdict, _VerdictOnQuestionAnswer)
     assert (verdict.counts, verdict.gold, verdict.kind) == ((1, 0, 1), ("1", "2"), QuestionKind.STATE)
     assert records[0].task is not None
     assert records[0].task.name == QUESTIONS[0].task

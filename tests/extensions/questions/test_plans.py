@@ -40,13 +40,13 @@ def test_a_goal_has_the_distance_that_the_number_asks_for_if_possible(
     graph = _FakeGraph(depths, [[Fact("lit", (depth,))] if depth in gained else [] for depth in depths])
     made: list[Sequence[Fact]] = []
 
-    class RecordedGoal(module._GoalSeveralActionsAway):
+    class RecordedGoal(module._GoalNeedingSeveralActions):
         def __init__(self, graph: Any, facts: Sequence[Fact]) -> None:
             made.append(facts)
             super().__init__(graph, facts)
 
     monkeypatch.setattr(module, "_draw_or_reuse_state_graph", lambda setting, rng: graph)
-    monkeypatch.setattr(module, "_GoalSeveralActionsAway", RecordedGoal)
+    monkeypatch.setattr(module, "_GoalNeedingSeveralActions", RecordedGoal)
     goal = module._draw_distant_goal(None, random.Random(0), number)  # type: ignore[arg-type]
     assert (goal.distance if goal else None) == distance
     assert all(made), "a goal without facts"

@@ -112,16 +112,16 @@ def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], QuestionS
     assert setting.find_next_state(start, press) is None
     assert setting.find_next_state(there, press) == lit
     assert (
-        setting.find_numbers_of_unmet_requirements(start, press),
-        setting.find_numbers_of_unmet_requirements(there, press),
-        setting.find_numbers_of_unmet_requirements(lit, press),
+        setting.list_unmet_requirement_numbers(start, press),
+        setting.list_unmet_requirement_numbers(there, press),
+        setting.list_unmet_requirement_numbers(lit, press),
     ) == (
         (3,),
         (),
         (2,),
     )
     ball = Action("PRESS", (setting.scene.index["ball"],))
-    assert setting.find_numbers_of_unmet_requirements(start, ball) == (1, 3)
+    assert setting.list_unmet_requirement_numbers(start, ball) == (1, 3)
     assert setting.format_changes(there, lit) == ("lit(lamp_1)",)
     assert setting.format_changes(lit, there) == ("not lit(lamp_1)",)
     assert setting.format_changes(start, there) == ("at(robot, lamp_1)",)

@@ -14,17 +14,17 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
 from eai.extensions.questions.setting import (
-    QuestionContent,
+    QuestionWithRightAndWrongTexts,
     find_texts_with_shared_operator,
     make_question_setting,
 )
 from eai.extensions.questions.shortcuts import (
     SHORTCUTS,
-    ClosedQuestion,
     SurfaceCueCounts,
+    YesNoOrChoiceQuestion,
     compute_guess_probabilities,
     compute_success_rates_of_shortcuts,
-    draw_closed_question,
+    draw_question_with_least_shortcut_bias,
     find_best_shortcut,
     make_feature_reader,
 )
@@ -41,8 +41,8 @@ SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]
 
 def posed(
     shown: list[str], right: int | None, asked: str = "", holding: tuple[str, ...] = ()
-) -> ClosedQuestion:
-    return ClosedQuestion(shown, right, make_feature_reader(asked, holding, {}))
+) -> YesNoOrChoiceQuestion:
+    return YesNoOrChoiceQuestion(shown, right, make_feature_reader(asked, holding, {}))
 
 
 @pytest.mark.parametrize(
@@ -60,26 +60,28 @@ def posed(
         (posed(["on(cup)"], None), "operator", 0.5),
     ],
 )
-def test_a_shortcut_is_scored_on_a_question(question: ClosedQuestion, shortcut: str, share: float) -> None:
-    assert SurfaceCueCounts().add_question_and_score_shortcuts(question)[shortcut] == pytest.approx(share)
+def test_a_shortcut_is_scored_on_a_question(
+    question: YesNoOrChoiceQuestion, shortcut: str, share: float
+) -> None:
+    assert SurfaceCueCounts().score_shortcuts_and_add_question(question)[shortcut] == pytest.approx(share)
 
 
 def test_shortcuts_learn_from_earlier_questions() -> None:
     ledger = SurfaceCueCounts()
     for place in range(4):
-        ledger.add_question_and_score_shortcuts(
+        ledger.score_shortcuts_and_add_question(
             posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0)
         )
     assert (
-        ledger.add_question_and_score_shortcuts(
+        ledger.score_shortcuts_and_add_question(
             posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1)
         )["operator"]
         == 1
     )
     closed = SurfaceCueCounts()
     for _ in range(3):
-        closed.add_question_and_score_shortcuts(posed(["on(cup)"], None, "the cup"))
-    hits = closed.add_question_and_score_shortcuts(posed(["on(pan)"], 0, "the pan"))
+        closed.score_shortcuts_and_add_question(posed(["on(cup)"], None, "the cup"))
+    hits = closed.score_shortcuts_and_add_question(posed(["on(pan)"], 0, "the pan"))
     assert (hits["operator"], hits["text"]) == (0, 0)
 
 
@@ -88,19 +90,19 @@ def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     glance = make_feature_reader("", (), {"nothing": ()})
     ledger = SurfaceCueCounts()
     for right in (0, 1, 2):
-        ledger.add_question_and_score_shortcuts(ClosedQuestion(shown, right, glance))
-    learned = ledger.add_question_and_score_shortcuts(
-        ClosedQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance)
+        ledger.score_shortcuts_and_add_question(YesNoOrChoiceQuestion(shown, right, glance))
+    learned = ledger.score_shortcuts_and_add_question(
+        YesNoOrChoiceQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance)
     )
     assert learned["operator"] == 1, "one in three was right, and by chance one in four"
 
 
 def test_a_question_that_reduces_bias_has_no_excess() -> None:
     ledger = SurfaceCueCounts()
-    assert ledger.compute_shortcut_bias_above_limit(posed(["on(cup)"], 0)) == 0
-    while not ledger.compute_shortcut_bias_above_limit(posed(["on(cup)"], 0)):
-        ledger.add_question_and_score_shortcuts(posed(["on(cup)"], 0))
-    assert ledger.compute_shortcut_bias_above_limit(posed(["on(cup)"], None)) == 0
+    assert ledger.compute_excess_shortcut_bias_if_added(posed(["on(cup)"], 0)) == 0
+    while not ledger.compute_excess_shortcut_bias_if_added(posed(["on(cup)"], 0)):
+        ledger.score_shortcuts_and_add_question(posed(["on(cup)"], 0))
+    assert ledger.compute_excess_shortcut_bias_if_added(posed(["on(cup)"], None)) == 0
 
 
 def test_the_tolerated_bias_grows_with_every_ten_questions() -> None:
@@ -110,8 +112,8 @@ def test_the_tolerated_bias_grows_with_every_ten_questions() -> None:
         """That of one question more of a kind of which there were eight too many among so many."""
         ledger = SurfaceCueCounts()
         for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
-            ledger.add_question_and_score_shortcuts(question)
-        return ledger.compute_shortcut_bias_above_limit(right)
+            ledger.score_shortcuts_and_add_question(question)
+        return ledger.compute_excess_shortcut_bias_if_added(right)
 
     assert excess(8) > 0
     assert excess(10) < excess(8)
@@ -150,13 +152,13 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
         lamps.tasks(Source())["light"], DomainRules(lamps.domain), Planner(lamps.domain), "0"
     )
     about = {step: [name] for step, name in operators.items()}
-    item = QuestionContent(world.states[0], (), 4, right, wrong, (), labels=about)
+    item = QuestionWithRightAndWrongTexts(world.states[0], (), 4, right, wrong, (), labels=about)
 
-    def shown(item: QuestionContent, turn: int) -> set[str]:
+    def shown(item: QuestionWithRightAndWrongTexts, turn: int) -> set[str]:
         asked = find_texts_with_shared_operator(item.right, item.wrong, operators.__getitem__)
         item = replace(item, yes_no_texts=asked)
         drawn = [
-            draw_closed_question(
+            draw_question_with_least_shortcut_bias(
                 item, world, QuestionForm.YES_NO, "", SurfaceCueCounts(), random.Random(n), turn
             )
             for n in range(20)

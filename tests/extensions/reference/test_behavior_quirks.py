@@ -9,7 +9,10 @@ from benchmarks.behavior.kitchen import make_task, parse_actions
 from eai.base.errors import InputError
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
-from eai.extensions.reference.behavior_quirks import list_first_dnf_terms, make_behavior_goal_test
+from eai.extensions.reference.behavior_quirks import (
+    list_dnf_terms_that_eai_eval_tries,
+    make_behavior_goal_test,
+)
 from eai.logic.choice import count_dnf_terms, generate_dnf_terms
 from eai.logic.formula import And, Atom, Formula, Not, Variable
 from eai.tasks.goal_test import GoalTest
@@ -106,7 +109,8 @@ def test_options_are_those_that_the_reference_keeps(behavior_tasks: BehaviorTask
         found = [
             [[_as_list(literal, names) for literal in option] for option in options]
             for options in (
-                list_first_dnf_terms(goal.formula, task.scene.names_of_category) for goal in task.goals
+                list_dnf_terms_that_eai_eval_tries(goal.formula, task.scene.names_of_category)
+                for goal in task.goals
             )
         ]
         assert found == kept[task_id]
@@ -134,7 +138,10 @@ def test_strict_accepts_options_that_the_reference_drops(behavior_tasks: Behavio
 def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
     expected = oracle("behavior", "", "goal_options_truncated")
     for task, (goals, objects, _) in records(oracle).items():
-        found = [[list(map(as_list, o)) for o in list_first_dnf_terms(goal, objects)] for goal in goals]
+        found = [
+            [list(map(as_list, o)) for o in list_dnf_terms_that_eai_eval_tries(goal, objects)]
+            for goal in goals
+        ]
         assert found == expected[task], task
 
 
@@ -148,22 +155,24 @@ def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
     ],
 )
 def test_more_things_than_there_are_give_no_truncated_option(text: str) -> None:
-    assert list_first_dnf_terms(read_condition(text), universe(a=2, b=5).list_objects) == []
+    assert list_dnf_terms_that_eai_eval_tries(read_condition(text), universe(a=2, b=5).list_objects) == []
 
 
 def test_truncation_loses_options_of_large_pairings() -> None:
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
-    assert len(list_first_dnf_terms(formula, universe(a=4, b=4).list_objects)) == 10
-    assert len(list_first_dnf_terms(formula, universe(a=3, b=3).list_objects)) == 6
+    assert len(list_dnf_terms_that_eai_eval_tries(formula, universe(a=4, b=4).list_objects)) == 10
+    assert len(list_dnf_terms_that_eai_eval_tries(formula, universe(a=3, b=3).list_objects)) == 6
 
 
 def test_truncation_loses_the_last_options_of_small_products() -> None:
     formula = read_condition("(forall (?x - a) (exists (?y - b) (in ?x ?y)))")
     objects = universe(a=2, b=2).list_objects
-    missing = set(generate_dnf_terms(formula, objects)) - set(list_first_dnf_terms(formula, objects))
+    missing = set(generate_dnf_terms(formula, objects)) - set(
+        list_dnf_terms_that_eai_eval_tries(formula, objects)
+    )
     assert missing == set()
     assert (
-        len(list_first_dnf_terms(formula, universe(a=5, b=2).list_objects))
+        len(list_dnf_terms_that_eai_eval_tries(formula, universe(a=5, b=2).list_objects))
         < count_dnf_terms(formula, universe(a=5, b=2).list_objects)
         == 32
     )
@@ -171,7 +180,10 @@ def test_truncation_loses_the_last_options_of_small_products() -> None:
 
 def test_negated_goals_choose_one_condition_of_every_option() -> None:
     formula = read_condition("(imply (or (p a) (and (q a) (r a))) (not (s a)))")
-    found = [list(map(as_list, option)) for option in list_first_dnf_terms(formula, universe().list_objects)]
+    found = [
+        list(map(as_list, option))
+        for option in list_dnf_terms_that_eai_eval_tries(formula, universe().list_objects)
+    ]
     assert found == [
         [["not", ["p", "a"]], ["not", ["q", "a"]]],
         [["not", ["p", "a"]], ["not", ["r", "a"]]],
@@ -182,4 +194,4 @@ def test_negated_goals_choose_one_condition_of_every_option() -> None:
 def test_unbound_variables_are_an_error() -> None:
     unbound = And((Atom("p", (Variable("x"),)),))
     with pytest.raises(InputError, match="variable x is not bound"):
-        list_first_dnf_terms(unbound, universe().list_objects)
+        list_dnf_terms_that_eai_eval_tries(unbound, universe().list_objects)

@@ -18,7 +18,7 @@ from abilities.transition_modeling.test_mutations import (
     score,
     task,
 )
-from eai.extensions.reference.operator_rules import PublishedOperatorRules
+from eai.extensions.reference.operator_rules import EaiEvalOperatorScoringRules
 from eai.tasks.operator_task import TransitionTask
 
 SHARED = (task,)
@@ -56,7 +56,7 @@ WHOLE_OTHERWISE = {
 
 @EACH_MUTATION
 def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, name: str) -> None:
-    planner = score(task, mutate_operator(name), PublishedOperatorRules).planner
+    planner = score(task, mutate_operator(name), EaiEvalOperatorScoringRules).planner
     assert planner is not None
     assert planner.value == OTHERWISE.get(name, MUTATIONS[name][1])
 
@@ -65,5 +65,5 @@ def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, nam
 def test_an_answer_as_a_whole_has_its_documented_outcome(
     task: TransitionTask, answer: str, strict: str
 ) -> None:
-    planner = score(task, answer, PublishedOperatorRules).planner
+    planner = score(task, answer, EaiEvalOperatorScoringRules).planner
     assert (planner and planner.value) == WHOLE_OTHERWISE.get(answer, strict)

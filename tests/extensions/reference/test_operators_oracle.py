@@ -21,7 +21,7 @@ from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVe
 from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.base.store import DataPackStore
 from eai.benchmarks.published import TransitionTasks, open_behavior_operator_tasks
-from eai.extensions.reference.operator_rules import PublishedOperatorRules
+from eai.extensions.reference.operator_rules import EaiEvalOperatorScoringRules
 from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.source import Source
@@ -49,7 +49,7 @@ def status() -> OperatorStatus:
 
 @pytest.fixture
 def rules() -> OperatorScoringRules:
-    return PublishedOperatorRules(planner())
+    return EaiEvalOperatorScoringRules(planner())
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def _sizes(side: ClauseComparison, known: Collection[str]) -> list[int]:
 @pytest.mark.parametrize("name", [*first_of(MODELS), "gold", "perturbed"])
 def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: Oracle, name: str) -> None:
     rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
-    rules = PublishedOperatorRules(planner())
+    rules = EaiEvalOperatorScoringRules(planner())
     for row in rows:
         task = virtualhome[row["id"].split("@")[0]]
         verdict = TransitionModelingScorer(task, rules).score(row["llm_output"])
@@ -110,7 +110,7 @@ def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: 
 @pytest.mark.parametrize("name", [*MODELS, "gt", "perturb_logic_only"])
 def test_behavior_counters(behavior_as_published: TransitionTasks, oracle: Oracle, name: str) -> None:
     rows = oracle("behavior", "transition_modeling", name)["records"]
-    rules = PublishedOperatorRules(None)
+    rules = EaiEvalOperatorScoringRules(None)
     for row in rows:
         task = behavior_as_published[row["identifier"].split("@")[0]]
         verdict = TransitionModelingScorer(task, rules).score(row["response"])

@@ -24,7 +24,7 @@ from abilities.transition_modeling.test_scorer import (
 )
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
-from eai.extensions.reference.operator_rules import PublishedOperatorRules
+from eai.extensions.reference.operator_rules import EaiEvalOperatorScoringRules
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
 
@@ -40,7 +40,7 @@ SHARED = (
 
 @pytest.fixture
 def rules_with() -> MakeRules:
-    return PublishedOperatorRules
+    return EaiEvalOperatorScoringRules
 
 
 @pytest.fixture
@@ -50,31 +50,31 @@ def problems() -> int:
 
 
 def test_a_missing_operator_costs_nothing() -> None:
-    verdict = score(answer(LIGHT), PublishedOperatorRules)
+    verdict = score(answer(LIGHT), EaiEvalOperatorScoringRules)
     assert counts(verdict)["precondition"] == {"spatial_relations": (1, 0, 0)}
     assert verdict.planner is PlannerOutcome.SOLVED
 
 
 def test_what_was_not_asked_for_helps() -> None:
-    verdict = score(answer(OPEN, SILENT, STAMP), PublishedOperatorRules)
+    verdict = score(answer(OPEN, SILENT, STAMP), EaiEvalOperatorScoringRules)
     assert verdict.planner is PlannerOutcome.SOLVED
     compared, hallucinated = OperatorStatus.COMPARED, OperatorStatus.HALLUCINATED
     assert [each.status for each in verdict.operators] == [compared, compared, hallucinated]
 
 
 def test_a_predicate_that_the_domain_lacks_is_not_counted() -> None:
-    found = counts(score(answer(OPEN, GHOST), PublishedOperatorRules))["precondition"]
+    found = counts(score(answer(OPEN, GHOST), EaiEvalOperatorScoringRules))["precondition"]
     assert found == {"object_states": (1, 0, 0), "spatial_relations": (1, 1, 1)}
 
 
 def test_an_unreadable_answer_is_left_out() -> None:
-    verdict = score("3", PublishedOperatorRules)
+    verdict = score("3", EaiEvalOperatorScoringRules)
     assert verdict.excluded is not None
     assert verdict.counts is None
 
 
 def test_a_plan_is_enough() -> None:
-    scorer = TransitionModelingScorer(TASK_OF_TWO, PublishedOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK_OF_TWO, EaiEvalOperatorScoringRules(BuiltInPlanner()))
     verdict = scorer.score(answer(EVERYTHING, TASK_OF_TWO.domain.operators["light"]))
     assert isinstance(verdict, OperatorVerdict)
     assert (verdict.planner, verdict.success, verdict.plan_works) == (PlannerOutcome.SOLVED, True, None)

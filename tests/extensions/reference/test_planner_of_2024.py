@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.extensions.reference.planner_of_2024 import make_task_for_current_planner, read_operator
+from eai.extensions.reference.planner_of_2024 import make_task_imitating_planner_of_2024, read_operator
 from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain
 from eai.pddl.planning import PlanningTask
@@ -33,7 +33,9 @@ def action(precondition: str, effect: str, parameters: str = "(?x - thing)", nam
 def task(
     *actions: PddlAction, init: str = "", goal: str = "(goal)", header: PddlDomain = HEADER
 ) -> PlanningTask:
-    return make_task_for_current_planner(header, actions, read_problem(PROBLEM.format(init=init, goal=goal)))
+    return make_task_imitating_planner_of_2024(
+        header, actions, read_problem(PROBLEM.format(init=init, goal=goal))
+    )
 
 
 def solvable(*actions: PddlAction, init: str = "", goal: str = "(goal)") -> bool:

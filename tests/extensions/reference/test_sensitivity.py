@@ -6,7 +6,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.base.store import DataPackStore
 from eai.benchmarks.suite import open_suite
-from eai.extensions.reference.operator_rules import PublishedOperatorRules
+from eai.extensions.reference.operator_rules import EaiEvalOperatorScoringRules
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import compute_rate
 from eai.studies.sensitivity.study import (
@@ -35,12 +35,12 @@ SHARED = (
 
 @pytest.fixture
 def rules_with() -> MakeRules:
-    return PublishedOperatorRules
+    return EaiEvalOperatorScoringRules
 
 
 @pytest.mark.parametrize(("text", "strict"), ANSWERS)
 def test_each_operator_is_tried_alone_among_gold_ones(text: str, strict: dict[str, str]) -> None:
-    found = tried(text, PublishedOperatorRules)
+    found = tried(text, EaiEvalOperatorScoringRules)
     assert {each.operator: each.outcome for each in found} == ({} if text == "3" else strict)
 
 

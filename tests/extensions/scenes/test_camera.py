@@ -12,7 +12,7 @@ from PIL import Image
 from eai.base.errors import EaiError
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.extensions.scenes.camera import Camera
-from eai.extensions.scenes.pictures import map_objects_to_picture_pixels, render_film, render_pictures
+from eai.extensions.scenes.pictures import map_objects_to_picture_column_and_row, render_film, render_pictures
 from eai.extensions.scenes.scene import MujocoScene
 from eai.world.state import Scene
 from extensions.scenes import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
@@ -84,7 +84,7 @@ def test_what_alone_is_there_may_be_held(camera: Camera) -> None:
 
 def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:
     task, views = task_of(kitchen()), ("near", "top")
-    found = map_objects_to_picture_pixels(task, views)
+    found = map_objects_to_picture_column_and_row(task, views)
     assert {PLATE, COUNTER} <= set(found)
     assert SCENE.index["milk_7"] not in found
     with Camera(MujocoScene(task)) as whole:

@@ -23,9 +23,9 @@ from eai.cli.progress import show_scoring_progress
 from eai.extensions.annotation import decisions as annotation
 from eai.extensions.annotation.decisions import (
     Annotation,
-    DemonstratedPatterns,
-    DemonstrationChanges,
-    GoalDecisions,
+    ChangesMadeByDemonstration,
+    GoalPatternsOfDemonstrations,
+    UserDecisionsOnTitleGoals,
 )
 from eai.extensions.annotation.problems import (
     SampledProblem,
@@ -72,7 +72,7 @@ A pattern is a kind of change, such as ``ON(lamp)``, in demonstrations (recorded
 """
 
 
-def _open_demonstrations(
+def _read_benchmark_and_demonstrations(
     domain: str, title: str | None, archive: Path | None, data: Path | None, without: Sequence[str] = ()
 ) -> tuple[Benchmark, Mapping[str, list[Task]]]:
     benchmark = find_benchmark(domain)
@@ -92,21 +92,21 @@ def _open_demonstrations(
     return benchmark, annotation.group_by_title(tasks, title)
 
 
-def _annotate_demonstrations(
+def _derive_goals_with_decision_file(
     benchmark: Benchmark, tasks_by_title: Mapping[str, list[Task]], decision_file: Path
 ) -> list[Annotation]:
     if not decision_file.exists():
         raise InputError(f"{decision_file}: no such file; eai data annotate choose writes it")
-    _, titles_in_file = annotation.read_uncounted_predicates_and_decisions(decision_file)
+    _, titles_in_file = annotation.read_ignored_predicates_and_user_decisions(decision_file)
     unknown_titles = [name for name in titles_in_file if name not in tasks_by_title]
     if unknown_titles and len(tasks_by_title) > 1:
         hint = did_you_mean(unknown_titles[0], tuple(tasks_by_title))
         raise InputError(f"{decision_file}: no demonstration is called {unknown_titles[0]!r}{hint}")
-    return list(annotation.annotate_demonstrations(tasks_by_title, benchmark.domain, titles_in_file))
+    return list(annotation.derive_goals_from_demonstrations(tasks_by_title, benchmark.domain, titles_in_file))
 
 
 @app.command(name="differences")
-def show_demonstration_changes(
+def print_changes_made_by_demonstrations(
     domain: OfDomain,
     title: OfTitle = None,
     without: Without = None,
@@ -127,7 +127,7 @@ def show_demonstration_changes(
         count: Instead, count the changes that fit each pattern, for each title.
         everything: With --count, also print rare patterns.
     """
-    benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
+    benchmark, titles = _read_benchmark_and_demonstrations(domain, title, demonstrations, data, without or ())
     differences = {
         name: [annotation.find_changes_made_by_demonstration(task, benchmark.domain) for task in tasks]
         for name, tasks in titles.items()
@@ -149,15 +149,15 @@ def show_demonstration_changes(
 
 
 def _print_goal_pattern_counts(
-    changes_by_title: Mapping[str, Sequence[DemonstrationChanges]],
-    uncounted_predicates: Sequence[str],
+    changes_by_title: Mapping[str, Sequence[ChangesMadeByDemonstration]],
+    ignored_predicates: Sequence[str],
     *,
     everything: bool,
     as_json: bool,
 ) -> None:
     lines, counts = list[str](), dict[str, Json]()
     for name, of_title in changes_by_title.items():
-        table = annotation.count_patterns(of_title, uncounted_predicates)
+        table = annotation.count_patterns(of_title, ignored_predicates)
         counts[name] = {str(pattern): times for pattern, times in table.items()}
         rows = table.most_common(None if everything else _MAX_SHOWN_PATTERNS)
         lines.append(f"{name}: {format_count(len(of_title), 'demonstration')}")
@@ -168,7 +168,7 @@ def _print_goal_pattern_counts(
 
 
 @app.command(name="choose")
-def choose_goal_patterns(
+def ask_user_to_choose_goal_patterns(
     domain: OfDomain,
     title: Annotated[str, make_flag(metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
@@ -188,23 +188,26 @@ def choose_goal_patterns(
     Options:
         title: The title of the demonstrations.
     """
-    not_counted, saved = annotation.read_uncounted_predicates_and_decisions(decisions)
+    not_counted, saved = annotation.read_ignored_predicates_and_user_decisions(decisions)
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
-    benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
+    benchmark, titles = _read_benchmark_and_demonstrations(domain, title, demonstrations, data, without or ())
     differences = [
         annotation.find_changes_made_by_demonstration(task, benchmark.domain) for task in titles[title]
     ]
-    listing = DemonstratedPatterns(differences, benchmark.domain, not_counted)
+    listing = GoalPatternsOfDemonstrations(differences, benchmark.domain, not_counted)
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
-    _print_decisions_and_undecided_patterns(listing, saved.get(title, GoalDecisions()))
-    end_reason = _read_user_commands_and_save_decisions(decisions, saved, title, listing)
+    _print_goal_candidates_and_undecided_patterns(listing, saved.get(title, UserDecisionsOnTitleGoals()))
+    end_reason = _save_decisions_and_return_end_reason(decisions, saved, title, listing)
     print_result_line(f"{end_reason}; written to {decisions}")
 
 
-def _read_user_commands_and_save_decisions(
-    path: Path, saved: Mapping[str, GoalDecisions], title: str, listing: DemonstratedPatterns
+def _save_decisions_and_return_end_reason(
+    decision_file: Path,
+    saved_decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals],
+    title: str,
+    listing: GoalPatternsOfDemonstrations,
 ) -> str:
     """Read a user's commands, which keep or drop patterns for a task title, and save after each command.
 
@@ -215,10 +218,15 @@ def _read_user_commands_and_save_decisions(
     Raises:
         UserInterruptError: the user interrupted the command.
     """
-    chosen, before = saved.get(title, GoalDecisions()), list[GoalDecisions]()
+    chosen, before = (
+        saved_decisions_by_title.get(title, UserDecisionsOnTitleGoals()),
+        list[UserDecisionsOnTitleGoals](),
+    )
     try:
         while True:
-            annotation.write_goal_decisions(path, listing.without, {**saved, title: chosen})
+            annotation.write_user_decisions_on_title_goals(
+                decision_file, listing.without, {**saved_decisions_by_title, title: chosen}
+            )
             command = input("> " if sys.stdin.isatty() else "").strip()
             if command == "done":
                 return "done"
@@ -227,23 +235,25 @@ def _read_user_commands_and_save_decisions(
             except InputError as error:
                 print_note(str(error))
             else:
-                _print_decisions_and_undecided_patterns(listing, chosen)
+                _print_goal_candidates_and_undecided_patterns(listing, chosen)
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
         # The user may have interrupted the command before the last decision was written.
-        annotation.write_goal_decisions(path, listing.without, {**saved, title: chosen})
+        annotation.write_user_decisions_on_title_goals(
+            decision_file, listing.without, {**saved_decisions_by_title, title: chosen}
+        )
         raise UserInterruptError(
-            f"interrupted; every decision is in {path}, and the same command resumes from here"
+            f"interrupted; every decision is in {decision_file}, and the same command resumes from here"
         ) from None
 
 
 def _apply_command(
     command: str,
-    chosen: GoalDecisions,
-    earlier_decisions: list[GoalDecisions],
-    listing: DemonstratedPatterns,
-) -> GoalDecisions:
+    chosen: UserDecisionsOnTitleGoals,
+    earlier_decisions: list[UserDecisionsOnTitleGoals],
+    listing: GoalPatternsOfDemonstrations,
+) -> UserDecisionsOnTitleGoals:
     if not command:
         return chosen
     if command == "undo":
@@ -255,8 +265,10 @@ def _apply_command(
     return after
 
 
-def _print_decisions_and_undecided_patterns(listing: DemonstratedPatterns, chosen: GoalDecisions) -> None:
-    for number, candidate in enumerate(chosen.candidates, 1):
+def _print_goal_candidates_and_undecided_patterns(
+    listing: GoalPatternsOfDemonstrations, decisions: UserDecisionsOnTitleGoals
+) -> None:
+    for number, candidate in enumerate(decisions.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
         met = sum(
             annotation.is_goal_template_met(candidate, difference) for difference in listing.differences
@@ -264,16 +276,16 @@ def _print_decisions_and_undecided_patterns(listing: DemonstratedPatterns, chose
         print_result_line(f"candidate {number}, met by {met}:")
         for text in texts:
             print_result_line(f"    {text}")
-    rows = listing.find_numbers_of_undecided_patterns(chosen)
+    rows = listing.find_numbers_of_undecided_patterns(decisions)
     for number in rows[:_MAX_SHOWN_PATTERNS]:
-        pattern = listing.numbered_patterns[number - 1]
+        pattern = listing.patterns_numbered_for_user[number - 1]
         print_result_line(f"{number:4}  {pattern}  in {listing.demonstration_counts[pattern]}")
     if len(rows) > _MAX_SHOWN_PATTERNS:
         print_result_line(f"      and {len(rows) - _MAX_SHOWN_PATTERNS} rarer patterns")
 
 
 @app.command(name="goals")
-def print_goals(
+def print_or_write_demonstration_goals(
     domain: OfDomain,
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
@@ -297,8 +309,8 @@ def print_goals(
         assigned: Instead, print the candidates that demonstrations meet.
         checked: Instead, print every task whose goals in the data set differ.
     """
-    benchmark, titles = _open_demonstrations(domain, title, demonstrations, data)
-    annotations = _annotate_demonstrations(benchmark, titles, decisions)
+    benchmark, titles = _read_benchmark_and_demonstrations(domain, title, demonstrations, data)
+    annotations = _derive_goals_with_decision_file(benchmark, titles, decisions)
     if checked:
         print_findings_and_exit(
             list(annotation.check_goals(annotations)), "all goals follow from the decisions", as_json=as_json
@@ -306,7 +318,7 @@ def print_goals(
         return
     if assigned:
         print_result(
-            *_format_demonstration_counts_by_candidate(annotations),
+            *_format_demonstrations_per_goal_candidate(annotations),
             value={difference.task.id: candidate for difference, candidate, _ in annotations},
             as_json=as_json,
         )
@@ -324,7 +336,7 @@ def print_goals(
     print_result(*lines, value=goals, as_json=as_json)
 
 
-def _format_demonstration_counts_by_candidate(annotations: Sequence[Annotation]) -> Iterator[str]:
+def _format_demonstrations_per_goal_candidate(annotations: Sequence[Annotation]) -> Iterator[str]:
     numbers = Counter((difference.task.title, candidate) for difference, candidate, _ in annotations)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"

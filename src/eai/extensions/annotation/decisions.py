@@ -53,7 +53,7 @@ _PATTERN_REGEX = re.compile(rf"({_NAME_REGEX})\({_KIND_REGEX}(?:,{_KIND_REGEX})?
 
 
 @dataclass(frozen=True, slots=True)
-class _ObjectKind:
+class _ObjectClassOrProperties:
     """A kind of object: all objects of a class, or all objects with exactly the given properties.
 
     Attributes:
@@ -66,13 +66,13 @@ class _ObjectKind:
     properties: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ObjectKind) and self._name_and_properties == other._name_and_properties
+        return isinstance(other, _ObjectClassOrProperties) and self._comparison_key == other._comparison_key
 
     def __hash__(self) -> int:
-        return hash(self._name_and_properties)
+        return hash(self._comparison_key)
 
     @property
-    def _name_and_properties(self) -> tuple[str, frozenset[str]]:
+    def _comparison_key(self) -> tuple[str, frozenset[str]]:
         return self.name, frozenset(self.properties)
 
     def __str__(self) -> str:
@@ -89,7 +89,7 @@ class GoalPattern:
     """
 
     name: str
-    kinds: tuple[_ObjectKind, ...] = ()
+    kinds: tuple[_ObjectClassOrProperties, ...] = ()
 
     @property
     def is_action(self) -> bool:
@@ -128,13 +128,17 @@ def parse_pattern(text: str) -> GoalPattern:
     return GoalPattern(name, tuple(map(_parse_kind, kinds)))
 
 
-def _parse_kind(text: str) -> _ObjectKind:
+def _parse_kind(text: str) -> _ObjectClassOrProperties:
     words = [word.strip() for word in text.strip("{}").split(",")]
-    return _ObjectKind(properties=tuple(filter(None, words))) if text.startswith("{") else _ObjectKind(text)
+    return (
+        _ObjectClassOrProperties(properties=tuple(filter(None, words)))
+        if text.startswith("{")
+        else _ObjectClassOrProperties(text)
+    )
 
 
 @dataclass(frozen=True, slots=True)
-class DemonstrationChanges:
+class ChangesMadeByDemonstration:
     """The changes that a demonstration (a recorded plan for a task) makes, and its actions.
 
     Attributes:
@@ -164,27 +168,29 @@ class DemonstrationChanges:
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
         return all(
-            self.get_object_kind_by_class(object_index) == kind
+            self.describe_object_by_class(object_index) == kind
             if kind.name
-            else self.get_object_kind_by_properties(object_index) == kind
+            else self.describe_object_by_properties(object_index) == kind
             for object_index, kind in pairs
         )
 
-    def get_object_kind_by_class(self, object_index: int) -> _ObjectKind:
+    def describe_object_by_class(self, object_index: int) -> _ObjectClassOrProperties:
         """Return a description of an object by its class; it fits all objects of this class."""
-        return _ObjectKind(self.scene.objects[object_index].category)
+        return _ObjectClassOrProperties(self.scene.objects[object_index].category)
 
-    def get_object_kind_by_properties(self, object_index: int) -> _ObjectKind:
+    def describe_object_by_properties(self, object_index: int) -> _ObjectClassOrProperties:
         """Return a description of an object by its properties (visible static predicates).
 
         It fits all objects with exactly these properties.
         """
         initial = self.task.initial
-        names = list_property_predicates(self.scene.vocabulary)
-        return _ObjectKind(properties=tuple(name for name in names if initial.has(name, object_index)))
+        names = list_visible_static_unary_predicates(self.scene.vocabulary)
+        return _ObjectClassOrProperties(
+            properties=tuple(name for name in names if initial.has(name, object_index))
+        )
 
 
-def find_changes_made_by_demonstration(task: Task, domain: Domain) -> DemonstrationChanges:
+def find_changes_made_by_demonstration(task: Task, domain: Domain) -> ChangesMadeByDemonstration:
     """Return what a task's demonstration (its recorded plan) changes from the initial to the final state.
 
     The final state is in the data set, or results from executing the plan.
@@ -208,7 +214,7 @@ def find_changes_made_by_demonstration(task: Task, domain: Domain) -> Demonstrat
             else not task.initial.has(fact.predicate, *fact.arguments)
         )
     )
-    return DemonstrationChanges(task, tuple(facts), tuple(action.operator for action in task.script))
+    return ChangesMadeByDemonstration(task, tuple(facts), tuple(action.operator for action in task.script))
 
 
 def _find_final_state_of_demonstration(task: Task, domain: Domain) -> State:
@@ -232,7 +238,7 @@ def _find_changed_objects_mask(before: State, after: State) -> int:
     return mask
 
 
-def list_property_predicates(vocabulary: Vocabulary) -> tuple[str, ...]:
+def list_visible_static_unary_predicates(vocabulary: Vocabulary) -> tuple[str, ...]:
     """Return the names of the predicates that describe properties of objects, in the order of declaration."""
     return _list_predicate_names(vocabulary.predicates, 1, static=True)
 
@@ -243,7 +249,7 @@ def _list_predicate_names(predicates: tuple[Predicate, ...], arity: int, *, stat
 
 
 def count_patterns(
-    differences: Iterable[DemonstrationChanges], uncounted_predicates: Iterable[str]
+    differences: Iterable[ChangesMadeByDemonstration], ignored_predicates: Iterable[str]
 ) -> Counter[GoalPattern]:
     """Return how many changes in all demonstrations (recorded plans) fit each pattern, such as ``ON(lamp)``.
 
@@ -252,29 +258,29 @@ def count_patterns(
 
     Args:
         differences: the changes of the demonstrations of one task title.
-        uncounted_predicates: names of predicates not counted, because they hold for too many objects.
+        ignored_predicates: names of predicates not counted, because they hold for too many objects.
     """
-    left_out = frozenset(uncounted_predicates)
+    left_out = frozenset(ignored_predicates)
     exact: Counter[GoalPattern] = Counter()
     wild: Counter[GoalPattern] = Counter()
     for changes in differences:
         for fact in changes.facts:
             if fact.predicate not in left_out:
-                classes = tuple(map(changes.get_object_kind_by_class, fact.arguments))
+                classes = tuple(map(changes.describe_object_by_class, fact.arguments))
                 exact[GoalPattern(fact.predicate, classes)] += 1
                 wild.update(_generalize_fact(changes, fact.predicate, fact.arguments))
     return exact + wild
 
 
 def _generalize_fact(
-    changes: DemonstrationChanges, name: str, object_indices: tuple[int, ...]
+    changes: ChangesMadeByDemonstration, name: str, object_indices: tuple[int, ...]
 ) -> Iterator[GoalPattern]:
     if len(object_indices) < 2:
         return
     for end, object_index in enumerate(object_indices):
         if object_index != changes.scene.agent:
-            kinds = [changes.get_object_kind_by_class(other) for other in object_indices]
-            kinds[end] = changes.get_object_kind_by_properties(object_index)
+            kinds = [changes.describe_object_by_class(other) for other in object_indices]
+            kinds[end] = changes.describe_object_by_properties(object_index)
             yield GoalPattern(name, tuple(kinds))
 
 
@@ -288,7 +294,7 @@ if it contains one of the actions. Entries of actions must be met in the order o
 
 
 def find_index_of_first_met_template(
-    candidates: Sequence[GoalTemplate], changes: DemonstrationChanges
+    candidates: Sequence[GoalTemplate], changes: ChangesMadeByDemonstration
 ) -> int | None:
     """Return the index of the first possible meaning of a task title that a demonstration meets, or None.
 
@@ -301,7 +307,7 @@ def find_index_of_first_met_template(
     )
 
 
-def is_goal_template_met(template: GoalTemplate, changes: DemonstrationChanges) -> bool:
+def is_goal_template_met(template: GoalTemplate, changes: ChangesMadeByDemonstration) -> bool:
     """Whether a demonstration (a recorded plan) meets one possible meaning of its task title.
 
     For each entry of the template, the plan must make a change that fits the entry, or contain an action of
@@ -315,7 +321,7 @@ def is_goal_template_met(template: GoalTemplate, changes: DemonstrationChanges) 
     ) and all(any(changes.find_matching_facts(entry)) for entry in template if not entry[0].is_action)
 
 
-def make_goals_from_template(changes: DemonstrationChanges, template: GoalTemplate) -> tuple[Goal, ...]:
+def make_goals_from_template(changes: ChangesMadeByDemonstration, template: GoalTemplate) -> tuple[Goal, ...]:
     """Turn one meaning of a task's title into goals about the objects of this task.
 
     A template is a list of patterns (forms of goal). Goals are the facts that match a pattern and hold after
@@ -340,7 +346,7 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class GoalDecisions:
+class UserDecisionsOnTitleGoals:
     """A user's decisions about the goals of all tasks with one title.
 
     Attributes:
@@ -353,14 +359,14 @@ class GoalDecisions:
     dropped: tuple[GoalPattern, ...] = ()
 
     @property
-    def kept_and_dropped_patterns(self) -> frozenset[GoalPattern]:
+    def decided_patterns(self) -> frozenset[GoalPattern]:
         """All patterns, such as ``ON(lamp)``, that the user kept or dropped for the task title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
-class _GoalDecisionTable(Options):
-    """A user's decisions about one task title (`GoalDecisions`), as a table in a TOML file.
+class _TitleDecisionsTomlTable(Options):
+    """A user's decisions about one task title (`UserDecisionsOnTitleGoals`), as a table in a TOML file.
 
     Attributes:
         candidates: possible meanings of the title, in the order in which they are tried.
@@ -371,7 +377,7 @@ class _GoalDecisionTable(Options):
     dropped: tuple[str, ...] = ()
 
 
-class _GoalDecisionFile(Options):
+class _DecisionsByTitleTomlFile(Options):
     """The content of a TOML file of a user's decisions about task titles.
 
     Attributes:
@@ -380,12 +386,12 @@ class _GoalDecisionFile(Options):
     """
 
     without: tuple[str, ...] = ()
-    title: Mapping[str, _GoalDecisionTable] = {}
+    title: Mapping[str, _TitleDecisionsTomlTable] = {}
 
 
-def read_uncounted_predicates_and_decisions(
+def read_ignored_predicates_and_user_decisions(
     path: Path,
-) -> tuple[tuple[str, ...], dict[str, GoalDecisions]]:
+) -> tuple[tuple[str, ...], dict[str, UserDecisionsOnTitleGoals]]:
     """Read from a TOML file which goals a user chose for tasks with the same title.
 
     Returns:
@@ -397,13 +403,13 @@ def read_uncounted_predicates_and_decisions(
     """
     if not path.exists():
         return (), {}
-    content, titles = _GoalDecisionFile.read_file(path), {}
+    content, titles = _DecisionsByTitleTomlFile.read_file(path), {}
     for name, table in content.title.items():
         with prefix_errors_with_location(f"{path}: title {name!r}"):
             candidates = tuple(
                 tuple(map(_parse_alternative_patterns, entries)) for entries in table.candidates
             )
-            titles[name] = GoalDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
+            titles[name] = UserDecisionsOnTitleGoals(candidates, tuple(map(parse_pattern, table.dropped)))
     return content.without, titles
 
 
@@ -418,8 +424,8 @@ def _parse_alternative_patterns(texts: Sequence[str]) -> AlternativePatterns:
     return patterns
 
 
-def write_goal_decisions(
-    path: Path, uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, GoalDecisions]
+def write_user_decisions_on_title_goals(
+    path: Path, ignored_predicates: Sequence[str], decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals]
 ) -> None:
     """Write a user's decisions about the goals of task titles to a TOML file.
 
@@ -428,14 +434,14 @@ def write_goal_decisions(
     Raises:
         InputError: the file cannot be written.
     """
-    write_files_atomically({path: format_goal_decisions(uncounted_predicates, decisions_by_title)})
+    write_files_atomically({path: format_user_decisions_as_toml(ignored_predicates, decisions_by_title)})
 
 
-def format_goal_decisions(
-    uncounted_predicates: Sequence[str], decisions_by_title: Mapping[str, GoalDecisions]
+def format_user_decisions_as_toml(
+    ignored_predicates: Sequence[str], decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals]
 ) -> str:
     """Return a user's decisions about the goals of task titles as TOML, with one line for each entry."""
-    lines = [f"without = {_format_strings(uncounted_predicates)}"]
+    lines = [f"without = {_format_strings(ignored_predicates)}"]
     for name, chosen in decisions_by_title.items():
         lines += [
             "",
@@ -467,7 +473,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 
 @dataclass(frozen=True)
-class DemonstratedPatterns:
+class GoalPatternsOfDemonstrations:
     """The changes that demonstrations (recorded plans) of one task title share, as patterns with counts.
 
     Attributes:
@@ -476,7 +482,7 @@ class DemonstratedPatterns:
         without: names of predicates whose patterns are not counted.
     """
 
-    differences: Sequence[DemonstrationChanges]
+    differences: Sequence[ChangesMadeByDemonstration]
     domain: Domain
     without: Sequence[str] = ()
 
@@ -492,22 +498,26 @@ class DemonstratedPatterns:
         }
 
     @cached_property
-    def numbered_patterns(self) -> Sequence[GoalPattern]:
+    def patterns_numbered_for_user(self) -> Sequence[GoalPattern]:
         """The patterns of changed facts, such as ``ON(lamp)``, in the order of their numbers for the user.
 
         Numbers start at 1. Decisions to keep or drop patterns do not change the numbers.
         """
         return tuple(self.demonstration_counts)
 
-    def find_numbers_of_undecided_patterns(self, decisions: GoalDecisions) -> list[int]:
+    def find_numbers_of_undecided_patterns(self, decisions: UserDecisionsOnTitleGoals) -> list[int]:
         """Return the numbers, from 1 on, of the patterns that the user neither kept nor dropped."""
-        decided = decisions.kept_and_dropped_patterns
-        return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
+        decided = decisions.decided_patterns
+        return [
+            number
+            for number, pattern in enumerate(self.patterns_numbered_for_user, 1)
+            if pattern not in decided
+        ]
 
 
 def apply_user_command_to_decisions(
-    command: str, decisions: GoalDecisions, listing: DemonstratedPatterns
-) -> GoalDecisions:
+    command: str, decisions: UserDecisionsOnTitleGoals, listing: GoalPatternsOfDemonstrations
+) -> UserDecisionsOnTitleGoals:
     """Return a user's decisions about the goals of a task title, changed by one more command of the user.
 
     The commands keep or drop patterns, such as ``ON(lamp)`` (see `HELP`). The caller handles ``undo`` and
@@ -519,11 +529,11 @@ def apply_user_command_to_decisions(
     word, _, rest = command.strip().partition(" ")
     match word:
         case "keep":
-            return _add_conditions_to_last_candidate(
+            return _add_patterns_to_last_goal_candidate(
                 decisions, [(pattern,) for pattern in _parse_pattern_numbers(rest, listing)]
             )
         case "or":
-            return _add_conditions_to_last_candidate(
+            return _add_patterns_to_last_goal_candidate(
                 decisions, [tuple(_parse_pattern_numbers(rest, listing))]
             )
         case "drop":
@@ -533,19 +543,21 @@ def apply_user_command_to_decisions(
             patterns = _parse_alternative_patterns([part.strip() for part in rest.split(" or ")])
             for pattern in patterns:
                 _refuse_unknown_names(pattern, listing)
-            return _add_conditions_to_last_candidate(decisions, [patterns])
+            return _add_patterns_to_last_goal_candidate(decisions, [patterns])
         case "new":
             return replace(decisions, candidates=(*decisions.candidates, ()))
         case _:
             raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
 
 
-def _parse_pattern_numbers(text: str, listing: DemonstratedPatterns) -> list[GoalPattern]:
+def _parse_pattern_numbers(text: str, listing: GoalPatternsOfDemonstrations) -> list[GoalPattern]:
     patterns = []
     for word in text.replace(",", " ").split():
-        if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered_patterns):
-            raise InputError(f"{word!r}: expected a number from 1 to {len(listing.numbered_patterns)}")
-        patterns.append(listing.numbered_patterns[int(word) - 1])
+        if not word.isdecimal() or not 1 <= int(word) <= len(listing.patterns_numbered_for_user):
+            raise InputError(
+                f"{word!r}: expected a number from 1 to {len(listing.patterns_numbered_for_user)}"
+            )
+        patterns.append(listing.patterns_numbered_for_user[int(word) - 1])
     if not patterns:
         raise InputError("expected numbers of listed patterns, such as 1 3")
     return patterns
@@ -569,10 +581,10 @@ def refuse_unknown_name(pattern: GoalPattern, domain: Domain) -> None:
         _refuse_unknown(pattern.name, names, f"changing predicate of {arity}")
 
 
-def _refuse_unknown_names(pattern: GoalPattern, listing: DemonstratedPatterns) -> None:
+def _refuse_unknown_names(pattern: GoalPattern, listing: GoalPatternsOfDemonstrations) -> None:
     refuse_unknown_name(pattern, listing.domain)
     classes = {thing.category for changes in listing.differences for thing in changes.scene.objects}
-    good_for = list_property_predicates(listing.domain.vocabulary)
+    good_for = list_visible_static_unary_predicates(listing.domain.vocabulary)
     for kind in pattern.kinds:
         if kind.name:
             _refuse_unknown(kind.name, sorted(classes), "class")
@@ -585,19 +597,19 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
         raise InputError(f"{name!r} is no {noun}{did_you_mean(name, known)}")
 
 
-def _add_conditions_to_last_candidate(
-    chosen: GoalDecisions, conditions: Sequence[AlternativePatterns]
-) -> GoalDecisions:
+def _add_patterns_to_last_goal_candidate(
+    decisions: UserDecisionsOnTitleGoals, required_patterns: Sequence[AlternativePatterns]
+) -> UserDecisionsOnTitleGoals:
     """Return a user's decisions about a task title, with more conditions in the last candidate.
 
     A candidate is a possible meaning of the title. If the decisions have no candidate, the conditions make
     the first one. Each condition is a tuple of alternative patterns, such as ``ON(lamp)``.
     """
-    *before, last = chosen.candidates or ((),)
-    return replace(chosen, candidates=(*before, (*last, *conditions)))
+    *before, last = decisions.candidates or ((),)
+    return replace(decisions, candidates=(*before, (*last, *required_patterns)))
 
 
-Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
+Annotation: TypeAlias = tuple[ChangesMadeByDemonstration, int | None, tuple[Goal, ...]]
 """A demonstration (recorded plan) as three values: its changes, the index of its meaning, and its goals.
 
 A meaning is a `GoalTemplate`. The task title has several possible meanings; the index is that of the first
@@ -619,8 +631,10 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
     return groups if title is None else {title: groups[title]}
 
 
-def annotate_demonstrations(
-    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, GoalDecisions]
+def derive_goals_from_demonstrations(
+    tasks_by_title: Mapping[str, Iterable[Task]],
+    domain: Domain,
+    decisions_by_title: Mapping[str, UserDecisionsOnTitleGoals],
 ) -> Iterator[Annotation]:
     """Yield each demonstration's changes, the index of the first candidate that it meets, and its goals.
 
@@ -630,8 +644,8 @@ def annotate_demonstrations(
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
     """
-    for name, tasks in titles.items():
-        candidates = decisions.get(name, GoalDecisions()).candidates
+    for name, tasks in tasks_by_title.items():
+        candidates = decisions_by_title.get(name, UserDecisionsOnTitleGoals()).candidates
         for candidate in candidates:
             for pattern in (p for entry in candidate for p in entry):
                 with prefix_errors_with_location(f"title {name!r}: {pattern}"):

@@ -107,7 +107,7 @@ def questions(
 _KindAndForm: TypeAlias = tuple[QuestionKind, QuestionForm]
 
 
-def _print_table_by_form(
+def _print_table_by_question_kind_and_form(
     title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_KindAndForm], Cell]]
 ) -> None:
     """Print a table with a row for each kind of question, and the given columns for each form of answer."""
@@ -125,15 +125,15 @@ def _print_table_by_form(
 def _print_answer_balance(questions: Sequence[Question]) -> None:
     numbers = Counter((question.kind, question.form) for question in questions)
 
-    def format_answer_entropy(group: _KindAndForm) -> str:
-        share = compute_answer_entropy(questions, *group)
+    def format_gold_answer_entropy(kind_and_form: _KindAndForm) -> str:
+        share = compute_answer_entropy(questions, *kind_and_form)
         return "-" if share is None else f"{share:.2f}"
 
     columns = {
         Column("n", is_number=True): lambda group: str(numbers[group]),
-        Column("entropy", is_number=True): format_answer_entropy,
+        Column("entropy", is_number=True): format_gold_answer_entropy,
     }
-    _print_table_by_form(
+    _print_table_by_question_kind_and_form(
         "Number of questions, and entropy of their answers (1: evenly spread)", questions, columns
     )
 
@@ -152,7 +152,9 @@ def _print_best_rates_of_guessing_and_shortcuts(
         ),
         replace(PERCENT, name="by"): lambda group: best.get(group, "-"),
     }
-    _print_table_by_form("Best rate without knowledge of the world, in percent", questions, columns)
+    _print_table_by_question_kind_and_form(
+        "Best rate without knowledge of the world, in percent", questions, columns
+    )
 
 
 def _compute_success_rates_of_shortcuts(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:

@@ -67,7 +67,7 @@ _NO_COUNTS = ConfusionCounts(0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
-class _QuestionVerdict(Verdict):
+class _VerdictOnQuestionAnswer(Verdict):
     """The verdict on an answer to a question, with the question's fields that comparisons and tables need.
 
     Attributes:
@@ -100,7 +100,7 @@ class _QuestionScorer(Scorer):
         """Return the verdict on an answer. An unreadable answer is wrong."""
         question, graded = self._question, grade_answer(self._question, text)
         error = ErrorReport(FaultKind.PARSING, None, f"there is no answer of the form {question.form.value}")
-        verdict = _QuestionVerdict(
+        verdict = _VerdictOnQuestionAnswer(
             error=None if graded.readable else error,
             repairs=graded.repairs,
             success=graded.exact,
@@ -121,7 +121,7 @@ def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation
     return Explanation(notes=(wanted, *write_repair_notes(repairs)))
 
 
-def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
+def compute_rate_contributions(verdict: _VerdictOnQuestionAnswer) -> dict[str, Share]:
     """Return the numerator and denominator that one answer adds to each rate, by the name of the rate.
 
     ``right``: whether the answer is right. This also counts for the rates of the question's kind, of its
@@ -157,14 +157,14 @@ def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     }
 
 
-def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
+def find_outcome(verdict: _VerdictOnQuestionAnswer) -> AnswerOutcome:
     """Return the outcome of an answer: success, or the class of its error."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return find_error_outcome(verdict) or classify_answer_by_counts(verdict.counts, can_be_success=False)
 
 
-def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
+def is_same_question(one: _VerdictOnQuestionAnswer, other: _VerdictOnQuestionAnswer) -> bool:
     """Whether two verdicts judge answers to one question.
 
     A prompt with the rules of actions and a prompt without them ask one question.
@@ -228,7 +228,7 @@ WORLD_MODEL = AbilityDeclaration(
     ),
     title="World-model questions",
     short_title="questions",
-    verdict=_QuestionVerdict,
+    verdict=_VerdictOnQuestionAnswer,
     contributions=compute_rate_contributions,
     outcome=find_outcome,
     columns=(

@@ -6,8 +6,8 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 
 from eai.extensions.questions.setting import (
-    QuestionContent,
     QuestionSetting,
+    QuestionWithRightAndWrongTexts,
     draw_sample_keeping_order,
     find_texts_with_shared_operator,
     format_list,
@@ -52,7 +52,7 @@ _WRONG_CHOICES = 3
 
 def make_question_about_facts_after_action(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which facts hold after an action. The open form asks which facts the action changes.
 
     Return None if no possible action is found. If the random action changes nothing, usually return None too
@@ -66,7 +66,7 @@ def make_question_about_facts_after_action(
     if not changes and rng.random() > _NO_EFFECT_PROBABILITY:
         return None
     right, wrong = draw_true_and_false_facts(setting, rng, [state, after])
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         state,
         {action.operator},
         1,
@@ -79,7 +79,7 @@ def make_question_about_facts_after_action(
 
 def make_question_about_action_that_changes_fact(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which single action makes a false fact true or a true fact false.
 
     A possible action is drawn, and the fact is drawn from its changes. Return None if no possible action is
@@ -97,18 +97,16 @@ def make_question_about_action_that_changes_fact(
         setting.format_fact_or_action(fact) if fact in added else f"not {setting.format_fact_or_action(fact)}"
     )
 
-    def has_wanted_truth(reached: State) -> bool:
+    def is_wanted_state(reached: State) -> bool:
         return reached.has(fact.predicate, *fact.arguments) is (fact in added)
 
     values = {"fact": literal}
-    return _make_which_action_question(
-        setting, rng, state, action, {fact.predicate}, has_wanted_truth, values
-    )
+    return _make_which_action_question(setting, rng, state, action, {fact.predicate}, is_wanted_state, values)
 
 
 def make_question_about_action_with_given_changes(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which single action changed exactly the facts that the question lists.
 
     A possible action is drawn, and the question lists its changes. Return None if no possible action is
@@ -132,7 +130,7 @@ def make_question_about_action_with_given_changes(
 
 def make_applicability_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which of the listed actions are possible. Half of them are possible.
 
     Return None if too few possible or too few impossible actions are found.
@@ -143,7 +141,7 @@ def make_applicability_question(
         return None
     together = rng.sample([*right, *wrong], _LISTED_ACTIONS)
     answer = setting.format_elements(right)
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         state,
         {action.operator for action in together},
         1,
@@ -157,7 +155,7 @@ def make_applicability_question(
 
 def make_why_not_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which requirements of an action are not met.
 
     Return None if no operator with several requirements has enough objects for its parameters, or if no
@@ -185,7 +183,7 @@ def make_why_not_question(
         Action(operator.name, tuple(rng.sample(setting.non_agent_object_indices, operator.arity)))
         for _ in range(_RANDOM_BINDINGS)
     ]
-    unmet = {each: setting.find_numbers_of_unmet_requirements(state, each) for each in drawn}
+    unmet = {each: setting.list_unmet_requirement_numbers(state, each) for each in drawn}
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
@@ -196,7 +194,7 @@ def make_why_not_question(
     failing = unmet[action]
     numbers = range(1, len(operator.checks) + 1)
     reasons, met = [f"requirement {n}" for n in numbers], [n for n in numbers if n not in failing]
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         state,
         {action.operator},
         1,
@@ -271,13 +269,13 @@ def _make_which_action_question(
     state: State,
     action: Action,
     changed: set[str],
-    has_wanted_truth: Callable[[State], bool],
+    is_wanted_state: Callable[[State], bool],
     values: Mapping[str, str],
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Make a question that asks which single action leads to a state with a given property.
 
     All actions on all objects are tried; return None if there are more than `_MAX_BINDINGS`. An action is
-    right if its operator can change all predicates in ``changed``, and ``has_wanted_truth`` is true for the
+    right if its operator can change all predicates in ``changed``, and ``is_wanted_state`` is true for the
     state after it. Wrong actions are drawn at random. Some have the operator or the objects of ``action``,
     and some can be executed.
     """
@@ -295,7 +293,7 @@ def _make_which_action_question(
     right = [
         candidate
         for candidate in tried
-        if (after := setting.find_next_state(state, candidate)) is not None and has_wanted_truth(after)
+        if (after := setting.find_next_state(state, candidate)) is not None and is_wanted_state(after)
     ]
     number = len(action.arguments)
     same_arity = [operator.name for operator in setting.rules.operators if operator.arity == number]
@@ -306,10 +304,10 @@ def _make_which_action_question(
     drawn += _draw_actions(setting, rng, state, _WRONG_CHOICES, possible=True)
     reached = {candidate: setting.find_next_state(state, candidate) for candidate in drawn}
     wrong = setting.format_elements(
-        [candidate for candidate, after in reached.items() if after is None or not has_wanted_truth(after)]
+        [candidate for candidate, after in reached.items() if after is None or not is_wanted_state(after)]
     )
     answer = setting.format_elements(right)
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         state,
         setting.rules.operator_names,
         1,

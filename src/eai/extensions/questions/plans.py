@@ -13,8 +13,8 @@ from typing import Literal, NamedTuple, TypeAlias
 from eai.extensions.questions.one_step import draw_true_and_false_facts, draw_untrue_facts
 from eai.extensions.questions.question import Accept
 from eai.extensions.questions.setting import (
-    QuestionContent,
     QuestionSetting,
+    QuestionWithRightAndWrongTexts,
     StateGraph,
     draw_sample_keeping_order,
     explore_states,
@@ -118,7 +118,7 @@ def _find_outcome_of_plan(
     position = executed_steps + len(states) - 1
     if position < len(plan):
         return _PlanOutcome(
-            (), position, setting.find_numbers_of_unmet_requirements(states[-1], plan[position])[0]
+            (), position, setting.list_unmet_requirement_numbers(states[-1], plan[position])[0]
         )
     return _PlanOutcome(
         tuple([n for n, held in enumerate(setting.evaluate_goals(states[-1]), 1) if not held])
@@ -141,7 +141,7 @@ def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action])
 
 def make_state_tracking_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which facts hold after several actions. The open form asks for all facts about one object.
 
     Return None if the task's path (its executable actions) is empty, or if the object has too many facts.
@@ -160,7 +160,7 @@ def make_state_tracking_question(
         "plan": format_numbered_list(setting.format_elements(plan)),
         "object": setting.scene.objects[subject].name,
     }
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         states[0],
         _collect_operator_names(plan),
         len(plan),
@@ -173,7 +173,7 @@ def make_state_tracking_question(
 
 def make_counterfactual_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask for the outcome of a working plan after a step is left out, added, or swapped with the next.
 
     Return None if the task's path (its executable actions) does not reach the goals, if no random change has
@@ -197,7 +197,7 @@ def make_counterfactual_question(
 
 def make_validation_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask whether a plan works. If it fails, ask at which step and why.
 
     Return None if the task's path (its executable actions) does not reach the goals, or if no random change
@@ -224,7 +224,7 @@ def make_validation_question(
 
 def make_justification_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which single step of a plan can be left out if all other steps are kept.
 
     Return None if the task's path (its executable actions) does not reach the goals.
@@ -240,7 +240,7 @@ def make_justification_question(
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
     right = [f"step {number}" for number in unneeded]
     wrong = [step for step in operators if step not in right]
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         setting.states[0],
         _collect_operator_names(plan),
         len(plan),
@@ -288,7 +288,7 @@ def _make_outcome_question(
     plan: _NumberedSteps,
     operators: set[str],
     values: Mapping[str, str],
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Make a question about the outcome of a plan.
 
     The choices of a question are that the plan works, that it misses a goal, and that one of two steps fails.
@@ -308,7 +308,7 @@ def _make_outcome_question(
         answer = [f"step {failing}", f"requirement {outcome.unmet_requirement}"]
     classes = [text for text in sentences.values() if text != right]
     steps = [text for text in fails.values() if text != right]
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         setting.states[0],
         operators,
         len(plan),
@@ -378,7 +378,7 @@ def _format_goals(setting: QuestionSetting) -> str:
 
 def make_reachability_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which facts the listed actions can make true, and which facts they never make true.
 
     Return None if too few actions are found, if they lead to too many states, or if one of both sets of
@@ -407,14 +407,14 @@ def make_reachability_question(
         "facts": format_list(together),
     }
     shown = _collect_operator_names(narrower.actions)
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         wider.states[0], shown, max(narrower.depths) or 1, right, wrong, right, values=values
     )
 
 
 def make_next_action_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which of the listed actions begins a shortest plan for a goal.
 
     Return None if no goal is found that needs several of the listed actions.
@@ -429,7 +429,7 @@ def make_next_action_question(
 
 def make_landmarks_question(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> QuestionContent | None:
+) -> QuestionWithRightAndWrongTexts | None:
     """Ask which of the listed actions every plan for a goal contains.
 
     Return None if no goal is found that needs several of the listed actions.
@@ -443,7 +443,7 @@ def make_landmarks_question(
     return _make_question_about_listed_actions(setting, goal, needed, "all")
 
 
-class _GoalSeveralActionsAway:
+class _GoalNeedingSeveralActions:
     """A goal that takes several actions to reach.
 
     Attributes:
@@ -461,7 +461,7 @@ class _GoalSeveralActionsAway:
 
 def _draw_distant_goal(
     setting: QuestionSetting, rng: random.Random, number: int
-) -> _GoalSeveralActionsAway | None:
+) -> _GoalNeedingSeveralActions | None:
     """Choose a goal at random: facts that become true together only after several actions.
 
     Several goals are tried. The shortest plan of the returned goal comes nearest to a wanted length. This
@@ -474,7 +474,7 @@ def _draw_distant_goal(
     far = [n for n, depth in enumerate(graph.depths) if depth >= _MIN_DISTANCE]
     farther = [n for n in far if graph.depths[n] >= wanted]
     goals = [
-        _GoalSeveralActionsAway(
+        _GoalNeedingSeveralActions(
             graph, draw_sample_keeping_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS))
         )
         for n in draw_sample_keeping_order(rng, farther or far, _GOAL_CANDIDATES)
@@ -493,11 +493,11 @@ def _draw_or_reuse_state_graph(setting: QuestionSetting, rng: random.Random) -> 
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
         generator = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
-        setting.state_graphs[number] = _explore_states_of_drawn_actions(setting, generator)
+        setting.state_graphs[number] = _draw_actions_and_make_state_graph(setting, generator)
     return setting.state_graphs[number]
 
 
-def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _draw_actions_and_make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Draw actions, and return the graph of all states that they lead to.
 
     Some of the actions are from the task's path (its executable actions), the others are random.
@@ -519,11 +519,11 @@ def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Rando
 
 
 def _make_question_about_listed_actions(
-    setting: QuestionSetting, goal: _GoalSeveralActionsAway, right_indices: set[int], accept: Accept
-) -> QuestionContent:
+    setting: QuestionSetting, goal: _GoalNeedingSeveralActions, right_indices: set[int], accept: Accept
+) -> QuestionWithRightAndWrongTexts:
     texts = setting.format_elements(goal.graph.actions)
     answer = [text for n, text in enumerate(texts) if n in right_indices]
-    return QuestionContent(
+    return QuestionWithRightAndWrongTexts(
         goal.graph.states[0],
         _collect_operator_names(goal.graph.actions),
         goal.distance,

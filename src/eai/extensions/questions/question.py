@@ -155,7 +155,7 @@ class _QuestionGrade:
 def grade_answer(question: Question, text: str) -> _QuestionGrade:
     """Grade an answer. An unreadable answer is wrong."""
     wanted = {_normalize_text(answer) for answer in question.answer}
-    parsed = _parse_answer_items_and_repairs(question.form, text)
+    parsed = _parse_answer_items_and_repair_names(question.form, text)
     items, repairs = parsed or ((), ())
     given = set(map(_normalize_text, items))
     right, asks_one = len(given & wanted), question.accept == "any"
@@ -173,7 +173,7 @@ def format_gold_answer(question: Question) -> str:
     return "[" + ", ".join([f'"{answer}"' for answer in answers]) + "]"
 
 
-def _parse_answer_items_and_repairs(
+def _parse_answer_items_and_repair_names(
     form: QuestionForm, answer: str
 ) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
     """Return the items of an answer, and the names of the repairs needed to parse it; None if unreadable."""

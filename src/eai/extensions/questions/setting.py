@@ -1,7 +1,7 @@
 """The material of questions: a task in a small scene, the rules of its domain, and a path of actions.
 
 Rules are the requirements and effects of actions, in words and formulas, as the domain declares them.
-A `QuestionContent` is the content of a question before its form is chosen.
+A `QuestionWithRightAndWrongTexts` is the content of a question before its form is chosen.
 A form is yes or no, multiple choice, or open.
 """
 
@@ -110,7 +110,7 @@ class QuestionSetting:
         binding = operator.bind(state, action.arguments)
         return operator.apply(state, binding) if operator.is_possible(state, binding) else None
 
-    def find_numbers_of_unmet_requirements(self, state: State, action: Action) -> tuple[int, ...]:
+    def list_unmet_requirement_numbers(self, state: State, action: Action) -> tuple[int, ...]:
         """Return which requirements of an action are not met: their numbers, counted from 1."""
         operator = self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
@@ -192,7 +192,7 @@ class QuestionSetting:
         checks = self.domain.compiled_operators[action.operator].operator.checks
         return any(
             checks[n - 1].fault is FaultKind.AFFORDANCE
-            for n in self.find_numbers_of_unmet_requirements(state, action)
+            for n in self.list_unmet_requirement_numbers(state, action)
         )
 
 
@@ -293,12 +293,14 @@ class StateGraph:
         """Return the part of the graph that stays reachable with only the given actions (indices)."""
         new_numbers = {number: n for n, number in enumerate(actions)}
 
-        def list_kept_edges(state: int) -> Iterator[tuple[int, int]]:
+        def list_transitions_of_kept_actions(state_index: int) -> Iterator[tuple[int, int]]:
             return (
-                (new_numbers[action], target) for action, target in self.edges[state] if action in new_numbers
+                (new_numbers[action], target)
+                for action, target in self.edges[state_index]
+                if action in new_numbers
             )
 
-        kept, edges, depths = _explore_graph(0, list_kept_edges)
+        kept, edges, depths = _explore_graph(0, list_transitions_of_kept_actions)
         return StateGraph(
             tuple([self.actions[number] for number in actions]),
             tuple([self.states[n] for n in kept]),
@@ -365,7 +367,7 @@ def _explore_graph(
 
 
 @dataclass(frozen=True, slots=True)
-class QuestionContent:
+class QuestionWithRightAndWrongTexts:
     """The content of a question, with right and wrong texts.
 
     Attributes:
@@ -400,7 +402,7 @@ class QuestionContent:
     yes_no_texts: Collection[str] | None = None
 
 
-ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], QuestionContent | None]
+ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], QuestionWithRightAndWrongTexts | None]
 """Function that makes the content of a question at random, or returns None if it fails.
 
 Its last argument is the number of the question. The number selects, for example, the wanted length or outcome

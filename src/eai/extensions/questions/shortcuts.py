@@ -23,7 +23,7 @@ from eai.extensions.questions.question import (
     format_gold_answer,
     grade_answer,
 )
-from eai.extensions.questions.setting import QuestionContent, QuestionSetting
+from eai.extensions.questions.setting import QuestionSetting, QuestionWithRightAndWrongTexts
 from eai.results.rate import Rate, compute_rate
 from eai.tasks.share import Share
 
@@ -132,7 +132,7 @@ def make_feature_reader(
     return read_features
 
 
-class ClosedQuestion(NamedTuple):
+class YesNoOrChoiceQuestion(NamedTuple):
     """A question in closed form: yes or no, or multiple choice.
 
     Attributes:
@@ -169,7 +169,7 @@ class SurfaceCueCounts:
         self._questions = 0
         self._bias = 0
 
-    def compute_shortcut_bias_above_limit(self, question: ClosedQuestion) -> int:
+    def compute_excess_shortcut_bias_if_added(self, question: YesNoOrChoiceQuestion) -> int:
         """Return by how much the shortcut bias would exceed the tolerated bias if a question were added.
 
         Return 0 if it would not exceed the tolerated bias, or if the question does not raise the bias. A cue
@@ -177,7 +177,7 @@ class SurfaceCueCounts:
         right as often as chance predicts (see `_CUE_WEIGHT`). The bias is the sum of the squared balances of
         all cues.
         """
-        step = self._compute_change_of_shortcut_bias(question)
+        step = self._compute_bias_change_if_question_added(question)
         if step <= 0:
             return 0
         one = (_CUE_WEIGHT * (_count_options(question) - 1)) ** 2
@@ -186,7 +186,7 @@ class SurfaceCueCounts:
             self._bias + step - one * (_TOLERATED_BIAS + self._questions // _QUESTIONS_PER_TOLERANCE),
         )
 
-    def add_question_and_score_shortcuts(self, question: ClosedQuestion) -> Mapping[str, float]:
+    def score_shortcuts_and_add_question(self, question: YesNoOrChoiceQuestion) -> Mapping[str, float]:
         """Add a question to the counts.
 
         Returns:
@@ -196,7 +196,7 @@ class SurfaceCueCounts:
         """
         cues = self._find_cues_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, cues) for shortcut in SHORTCUTS}
-        self._bias += self._compute_change_of_shortcut_bias(question)
+        self._bias += self._compute_bias_change_if_question_added(question)
         self._balance.update(_compute_balance_changes_by_cue(question, cues))
         for position, statement_cues in enumerate(cues):
             self._times.update(statement_cues.keys())
@@ -205,12 +205,12 @@ class SurfaceCueCounts:
         self._questions += 1
         return hits
 
-    def _compute_change_of_shortcut_bias(self, question: ClosedQuestion) -> int:
+    def _compute_bias_change_if_question_added(self, question: YesNoOrChoiceQuestion) -> int:
         weights = _compute_balance_changes_by_cue(question, self._find_cues_of_each_statement(question))
         return sum([weight * (2 * self._balance[cue] + weight) for cue, weight in weights.items()])
 
     def _score_shortcut(
-        self, shortcut: str, question: ClosedQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
+        self, shortcut: str, question: YesNoOrChoiceQuestion, cues: Sequence[Mapping[_SurfaceCue, int]]
     ) -> float:
         seen = [next((cue for cue in statement_cues if cue[0] == shortcut), None) for statement_cues in cues]
         if not any(seen):
@@ -240,7 +240,7 @@ class SurfaceCueCounts:
             return _compute_share(1, option_count)
         return _compute_share(self._right[cue] * option_count + 1, (self._times[cue] + 1) * option_count)
 
-    def _find_cues_of_each_statement(self, question: ClosedQuestion) -> list[dict[_SurfaceCue, int]]:
+    def _find_cues_of_each_statement(self, question: YesNoOrChoiceQuestion) -> list[dict[_SurfaceCue, int]]:
         features = [question.read_features(text) for text in question.shown]
         all_cues = [
             dict.fromkeys([("operator", label) for label in statement.labels], _CUE_WEIGHT)
@@ -281,7 +281,7 @@ class SurfaceCueCounts:
 
 
 def _compute_balance_changes_by_cue(
-    question: ClosedQuestion, cues_of_each_statement: Sequence[Mapping[_SurfaceCue, int]]
+    question: YesNoOrChoiceQuestion, cues_of_each_statement: Sequence[Mapping[_SurfaceCue, int]]
 ) -> dict[_SurfaceCue, int]:
     """Return by how much a question changes the balance of each cue (see `_CUE_WEIGHT`).
 
@@ -296,7 +296,7 @@ def _compute_balance_changes_by_cue(
     return weights
 
 
-def _count_options(question: ClosedQuestion) -> int:
+def _count_options(question: YesNoOrChoiceQuestion) -> int:
     return max(2, len(question.shown))
 
 
@@ -304,15 +304,15 @@ def _compute_share(part: float, whole: float) -> float:
     return Rate(part, whole).share or 0.0
 
 
-def draw_closed_question(
-    item: QuestionContent,
+def draw_question_with_least_shortcut_bias(
+    item: QuestionWithRightAndWrongTexts,
     setting: QuestionSetting,
     form: QuestionForm,
     question_text: str,
     cue_counts: SurfaceCueCounts,
     rng: random.Random,
     turn: int,
-) -> tuple[int, ClosedQuestion] | None:
+) -> tuple[int, YesNoOrChoiceQuestion] | None:
     """Draw choices, or the statement of a yes-no question, so that no shortcut beats guessing.
 
     A shortcut is a rule that answers without knowledge of the world, such as "take the longest choice".
@@ -328,7 +328,7 @@ def draw_closed_question(
         turn: a number that selects the right letter, or whether yes or no is right.
 
     Returns:
-        the result of `SurfaceCueCounts.compute_shortcut_bias_above_limit` for the best draw, and the
+        the result of `SurfaceCueCounts.compute_excess_shortcut_bias_if_added` for the best draw, and the
         question of this draw. The result is 0 if the bias is tolerated. None if there are too few right or
         wrong texts.
     """
@@ -346,17 +346,17 @@ def draw_closed_question(
         else frozenset(map(setting.format_fact_or_action, setting.list_changeable_facts(item.state)))
     )
     read_features = make_feature_reader(question_text, initial_facts, item.labels)
-    best: tuple[int, ClosedQuestion] | None = None
+    best: tuple[int, YesNoOrChoiceQuestion] | None = None
     for _ in range(_MAX_DRAWS):
         if form is QuestionForm.YES_NO:
-            question = ClosedQuestion(
+            question = YesNoOrChoiceQuestion(
                 [_draw_statement_preferring_most_misleading(candidates, rng)],
                 0 if is_right else None,
                 read_features,
             )
         else:
-            question = ClosedQuestion(_draw_choices(item, rng, position), position, read_features)
-        excess = cue_counts.compute_shortcut_bias_above_limit(question)
+            question = YesNoOrChoiceQuestion(_draw_choices(item, rng, position), position, read_features)
+        excess = cue_counts.compute_excess_shortcut_bias_if_added(question)
         if best is None or excess < best[0]:
             best = excess, question
         if not excess:
@@ -368,7 +368,9 @@ def _draw_statement_preferring_most_misleading(statements: Sequence[str], rng: r
     return rng.choice(statements[:1] if rng.random() < _TEMPTING_PROBABILITY else statements)
 
 
-def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> list[str]:
+def _draw_choices(
+    item: QuestionWithRightAndWrongTexts, rng: random.Random, right_choice_index: int
+) -> list[str]:
     """Return the texts of the choices: a random right text at the given position, and random wrong texts.
 
     If possible, the wrong texts resemble each other as much as they resemble the right text.
@@ -380,7 +382,7 @@ def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> l
         if len(texts) >= len(LETTERS) - 1
     ]
     shown = rng.sample(rng.choice(similar) if similar else item.wrong, len(LETTERS) - 1)
-    shown.insert(position, right)
+    shown.insert(right_choice_index, right)
     return shown
 
 
@@ -418,14 +420,14 @@ def compute_answer_entropy(
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
         return None
-    counts = Counter(map(_get_class_of_gold_answer, chosen))
+    counts = Counter(map(_get_grouping_key_of_gold_answer, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
 
-def _get_class_of_gold_answer(question: Question) -> tuple[str, ...]:
+def _get_grouping_key_of_gold_answer(question: Question) -> tuple[str, ...]:
     """Return a key for counting gold answers: the whole answer, or only its first word.
 
     The first word is enough for the outcome of a plan in open form: ``works``, ``goal`` or ``step``.

@@ -24,16 +24,16 @@ from eai.extensions.questions import one_step, plans
 from eai.extensions.questions.question import Accept, Question, QuestionForm, QuestionKind
 from eai.extensions.questions.setting import (
     ItemMaker,
-    QuestionContent,
     QuestionSetting,
+    QuestionWithRightAndWrongTexts,
     format_list,
     make_question_setting,
 )
 from eai.extensions.questions.shortcuts import (
     LETTERS,
-    ClosedQuestion,
     SurfaceCueCounts,
-    draw_closed_question,
+    YesNoOrChoiceQuestion,
+    draw_question_with_least_shortcut_bias,
 )
 from eai.planning.planner import Planner
 from eai.results.workers import WorkerPool
@@ -69,7 +69,7 @@ _ATTEMPTS_PER_TASK = 2
 _MAX_FAILURES = 5
 """Number of failures in a row after which no more questions of a kind and form are tried."""
 
-_MAX_TURNS_PER_BATCH = 8
+_MAX_QUESTIONS_PER_BATCH = 8
 """Maximum number of turns in a batch. In each turn, a worker tries to write a question of one kind and form.
 
 The worker returns the questions at the end of the batch.
@@ -141,8 +141,8 @@ class _QuestionDraft(NamedTuple):
     """A question before it is put into words: its setting, its content, and choices (None in open form)."""
 
     setting: QuestionSetting
-    item: QuestionContent
-    closed: ClosedQuestion | None
+    item: QuestionWithRightAndWrongTexts
+    closed: YesNoOrChoiceQuestion | None
 
 
 class QuestionGenerator:
@@ -163,7 +163,7 @@ class QuestionGenerator:
         self._templates = templates or PromptTemplates()
         self._rules = DomainRules(benchmark.domain)
         self._planner = Planner(benchmark.domain)
-        self._setting = cache(self._open_setting)
+        self._setting = cache(self._make_question_setting_of_task)
         self._order = cache(self._draw_task_order)
 
     def __reduce__(
@@ -216,7 +216,7 @@ class QuestionGenerator:
         written = 0
         while groups and written < number:
             missing = number - written
-            turns = max(1, min(_MAX_TURNS_PER_BATCH, missing // len(groups)))
+            turns = max(1, min(_MAX_QUESTIONS_PER_BATCH, missing // len(groups)))
             upcoming = [(group, turns) for group in groups[:missing]]
             results: list[_QuestionBatch] = []
             for result in pool.map_batches(write, upcoming, batch_sizes=(1, 1)):
@@ -230,28 +230,31 @@ class QuestionGenerator:
                 *[result.group for result in results if result.group.failures < _MAX_FAILURES],
             ]
 
-    def write_batch(
-        self, group: _QuestionGroupProgress, seed: int, turns: int, *, rules: bool
+    def write_next_questions_of_group(
+        self, group: _QuestionGroupProgress, seed: int, question_count: int, *, show_action_rules: bool
     ) -> _QuestionBatch:
         """Try to write the next questions of a group.
 
         Args:
             group: the group, whose progress is updated.
             seed: seed of all random choices.
-            turns: number of questions to try.
-            rules: whether prompts state the rules of actions.
+            question_count: number of questions to try.
+            show_action_rules: whether prompts state the rules of actions.
         """
-        questions = [self._write_next_question(group, seed, rules=rules) for _ in range(turns)]
+        questions = [
+            self._write_next_question(group, seed, show_action_rules=show_action_rules)
+            for _ in range(question_count)
+        ]
         return _QuestionBatch(group, questions)
 
     def _write_next_question(
-        self, group: _QuestionGroupProgress, seed: int, *, rules: bool
+        self, group: _QuestionGroupProgress, seed: int, *, show_action_rules: bool
     ) -> Question | None:
         if group.failures == _MAX_FAILURES:
             return None
         turn, group.turn = group.turn, group.turn + 1
         for draft in self._make_drafts(self._yield_next_task_ids(group, seed), group, turn, seed):
-            question, closed = self._write_question_and_prompt_without_action_rules(draft, group, turn)
+            question, closed = self._write_question_and_closed_book_prompt(draft, group, turn)
             prompt_hash = hashlib.sha256(question.prompt.encode()).digest()
             if prompt_hash in group.prompt_hashes:
                 continue
@@ -260,9 +263,9 @@ class QuestionGenerator:
             shortcuts = (
                 {}
                 if draft.closed is None
-                else group.cue_counts.add_question_and_score_shortcuts(draft.closed)
+                else group.cue_counts.score_shortcuts_and_add_question(draft.closed)
             )
-            prompt = question.prompt if rules else closed
+            prompt = question.prompt if show_action_rules else closed
             return question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
         group.failures += 1
         return None
@@ -303,7 +306,7 @@ class QuestionGenerator:
             posed, excess = None, 0
             if group.form is not QuestionForm.OPEN:
                 question_text = _format_question_text(item, setting, group, self._templates)
-                best = draw_closed_question(
+                best = draw_question_with_least_shortcut_bias(
                     item,
                     setting,
                     group.form,
@@ -322,7 +325,7 @@ class QuestionGenerator:
         for _, draft in sorted(others, key=itemgetter(0)):
             yield draft
 
-    def _write_question_and_prompt_without_action_rules(
+    def _write_question_and_closed_book_prompt(
         self, draft: _QuestionDraft, group: _QuestionGroupProgress, number: int
     ) -> tuple[Question, str | None]:
         """Return the question made from a draft, and a second prompt, which omits the rules of actions.
@@ -378,7 +381,7 @@ class QuestionGenerator:
             "answer": self._templates.read(f"questions/answer.{form}.txt"),
         }
 
-    def _open_setting(self, task_id: str, seed: int) -> QuestionSetting:
+    def _make_question_setting_of_task(self, task_id: str, seed: int) -> QuestionSetting:
         task_seed = _make_seed(seed, "way", task_id)
         return make_question_setting(self._tasks[task_id], self._rules, self._planner, task_seed)
 
@@ -390,14 +393,17 @@ def _open_question_generator(reference: str, source: Source, templates: PromptTe
 def _write_question_batches(
     generator: QuestionGenerator,
     seed: int,
-    rules: bool,
+    show_action_rules: bool,
     groups_and_turns: Sequence[tuple[_QuestionGroupProgress, int]],
 ) -> list[_QuestionBatch]:
-    return [generator.write_batch(group, seed, turns, rules=rules) for group, turns in groups_and_turns]
+    return [
+        generator.write_next_questions_of_group(group, seed, turns, show_action_rules=show_action_rules)
+        for group, turns in groups_and_turns
+    ]
 
 
 def _format_question_text(
-    item: QuestionContent,
+    item: QuestionWithRightAndWrongTexts,
     setting: QuestionSetting,
     group: _QuestionGroupProgress,
     templates: PromptTemplates,
@@ -418,7 +424,9 @@ def _format_objects(setting: QuestionSetting) -> str:
     )
 
 
-def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Collection[str]) -> str:
+def _format_facts(
+    setting: QuestionSetting, item: QuestionWithRightAndWrongTexts, operators: Collection[str]
+) -> str:
     """Return the lines in which a prompt lists facts, one line for each predicate.
 
     The lines have all facts that actions can change, and the other facts to which the shown rules of actions

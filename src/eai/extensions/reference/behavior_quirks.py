@@ -97,10 +97,10 @@ def _apply_to_all_operators(change: Callable[[Operator], Operator]) -> Callable[
     """Turn a function that changes an operator into a function that changes all operators of a domain."""
 
     @wraps(change)
-    def change_operators_of_domain(domain: Domain) -> Domain:
+    def apply_quirk_to_all_operators(domain: Domain) -> Domain:
         return domain.replace_operators(*map(change, domain.operators))
 
-    return change_operators_of_domain
+    return apply_quirk_to_all_operators
 
 
 @_apply_to_all_operators
@@ -111,10 +111,10 @@ def report_grasp_from_other_hand_as_additional_step(operator: Operator) -> Opera
     """
     strict = [o.require_not_in_other_hand(hand) for hand in o.HANDS]
 
-    def report_failure_as_additional_step(check: Check) -> Check:
+    def relabel_failure_as_additional_step(check: Check) -> Check:
         return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check in strict else check
 
-    return replace(operator, checks=tuple(map(report_failure_as_additional_step, operator.checks)))
+    return replace(operator, checks=tuple(map(relabel_failure_as_additional_step, operator.checks)))
 
 
 def add_failing_actions_navigate_to_and_burn(domain: Domain) -> Domain:
@@ -179,17 +179,18 @@ def make_operators_that_transfer_one_object() -> Iterator[Operator]:
 
 
 @_apply_to_all_operators
-def allow_handling_parts_before_slicing(operator: Operator) -> Operator:
+def allow_handling_halves_before_slicing(operator: Operator) -> Operator:
     """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.forbid_half_of_unsliced_object(X), o.forbid_half_of_unsliced_object(Y))
 
-    def remove_slicing_checks(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+    def remove_checks_that_object_is_sliced(checks: tuple[Check, ...]) -> tuple[Check, ...]:
         return tuple(check for check in checks if check not in unwanted)
 
     tries = tuple(
-        replace(attempt, checks=remove_slicing_checks(attempt.checks)) for attempt in operator.alternatives
+        replace(attempt, checks=remove_checks_that_object_is_sliced(attempt.checks))
+        for attempt in operator.alternatives
     )
-    return replace(operator, checks=remove_slicing_checks(operator.checks), alternatives=tries)
+    return replace(operator, checks=remove_checks_that_object_is_sliced(operator.checks), alternatives=tries)
 
 
 @_apply_to_all_operators
@@ -206,7 +207,7 @@ def never_report_placing_as_wrong_order(operator: Operator) -> Operator:
 
 
 @_apply_to_all_operators
-def keep_only_latest_relation_of_pair(operator: Operator) -> Operator:
+def keep_only_latest_relation_of_object_pair(operator: Operator) -> Operator:
     """Keep only the latest of the labels onfloor, under and nextto of a pair of objects (``build_graph``)."""
     return replace(operator, effects=_let_new_relations_replace_old(operator.effects))
 
@@ -254,9 +255,9 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     leave_released_objects_in_mid_air,
     make_placing_inside_floor_fail,
     make_transfer_of_contents_fail,
-    allow_handling_parts_before_slicing,
+    allow_handling_halves_before_slicing,
     never_report_placing_as_wrong_order,
-    keep_only_latest_relation_of_pair,
+    keep_only_latest_relation_of_object_pair,
     allow_freezing_without_fridge,
 )
 """All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""
@@ -268,7 +269,7 @@ MAX_PERMUTATIONS = 10
 _NamesOfVariables: TypeAlias = Mapping[str, str]
 
 
-def list_first_dnf_terms(formula: f.Formula, objects: ObjectsByCategory) -> list[DnfTerm]:
+def list_dnf_terms_that_eai_eval_tries(formula: f.Formula, objects: ObjectsByCategory) -> list[DnfTerm]:
     """Return the options of a closed BDDL condition, in eai-eval's order, as far as eai-eval tries them.
 
     An option is a list of ground conditions that together make the condition true.
@@ -424,7 +425,7 @@ def _reduce_to_first_dnf_terms(formula: f.Formula, scene: Scene) -> f.Formula:
     conditions that together make the goal true. The package bddl tries only the first options.
     """
     return map_leaves(
-        f.Or(tuple(map(f.And, list_first_dnf_terms(formula, scene.names_of_category)))),
+        f.Or(tuple(map(f.And, list_dnf_terms_that_eai_eval_tries(formula, scene.names_of_category)))),
         _replace_inside_by_directly_inside,
     )
 

@@ -42,7 +42,7 @@ from eai.benchmarks.behavior.notation import (
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
-from eai.extensions.reference.subgoals import PublishedSubgoalScorer
+from eai.extensions.reference.subgoals import EaiEvalSubgoalScorer
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature, describe_wrong_arity
 from eai.logic.traversal import walk_subformulas
@@ -155,7 +155,7 @@ def _find_hand_with(object_index: int, hands: _Hands, scene: Scene) -> str | Non
     return next((hand for hand, content in full if name in scene.objects[content].name), None)
 
 
-def _pair_literals_of_one_action(
+def _order_literals_if_one_action_achieves_both(
     first: GroundAtom, second: GroundAtom
 ) -> tuple[GroundAtom, GroundAtom] | None:
     """Return two literals in order if one action makes both true: ``ontop`` or ``onfloor``, then ``nextto``.
@@ -200,7 +200,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
         )
 
 
-class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
+class BehaviorSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
     """Scores BEHAVIOR subgoals as eai-eval (the paper's package) does.
 
     Subgoals that are actions or need no action are skipped. If an answer is not executed, the goals that hold
@@ -229,7 +229,7 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     def _reject_wrongly_used_names(self, formula: Formula) -> RejectedAnswer | None:
         return reject_wrong_argument_counts_and_names(formula, self.lexicon.objects)
 
-    def _make_planners_with_first_literal_index(
+    def _make_planners_indexed_by_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners that find actions for the literals of an answer, in order.
@@ -243,7 +243,11 @@ class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
         number = 0
         while number < len(atoms):
             first, second = (*atoms, None)[number : number + 2]
-            pair = None if first is None or second is None else _pair_literals_of_one_action(first, second)
+            pair = (
+                None
+                if first is None or second is None
+                else _order_literals_if_one_action_achieves_both(first, second)
+            )
             if pair is not None:
                 steps.append((number, partial(_plan_placing_on_and_next_to, *pair)))
             elif first is not None:

@@ -60,7 +60,7 @@ from eai.abilities.transition_modeling.rules import (
 )
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport
-from eai.extensions.reference.planner_of_2024 import make_task_for_current_planner, read_operator
+from eai.extensions.reference.planner_of_2024 import make_task_imitating_planner_of_2024, read_operator
 from eai.logic.matching import find_maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import ClauseComparison
@@ -150,7 +150,7 @@ No other reason for an exclusion depends on an answer.
 
 
 @dataclass(frozen=True, slots=True)
-class PublishedOperatorRules(OperatorScoringRules):
+class EaiEvalOperatorScoringRules(OperatorScoringRules):
     """Scores operators as eai-eval (the paper's package) does. Comparisons of equal texts are cached."""
 
     counts_clauses: ClassVar[bool] = False
@@ -228,9 +228,11 @@ class PublishedOperatorRules(OperatorScoringRules):
         gold = (operator for name, operator in task.domain.operators.items() if name not in names)
         operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
         key, size = (task.problem_text, operators), sum(operator.text_length for operator in written)
-        return self.plan_with_cache(key, size, lambda: self._make_planning_task(task, operators))
+        return self.plan_with_cache(
+            key, size, lambda: self._make_planning_task_or_input_error(task, operators)
+        )
 
-    def _make_planning_task(
+    def _make_planning_task_or_input_error(
         self, task: TransitionTask, operators: tuple[OperatorText, ...]
     ) -> PlanningTask | PlannerResult:
         actions = []
@@ -242,7 +244,7 @@ class PublishedOperatorRules(OperatorScoringRules):
                 return make_input_error_result(reading)
             if isinstance(reading, PddlAction):
                 actions.append(reading)
-        return make_task_for_current_planner(task.domain.header, actions, task.problem)
+        return make_task_imitating_planner_of_2024(task.domain.header, actions, task.problem)
 
 
 def _compare_operators(
@@ -278,10 +280,10 @@ class _Connective:
     """A connective with its arguments. The first argument of a quantifier is the text of its variable."""
 
     head: str
-    arguments: tuple[_Tree, ...]
+    arguments: tuple[_ConditionTree, ...]
 
 
-_Tree: TypeAlias = "str | _Connective"
+_ConditionTree: TypeAlias = "str | _Connective"
 
 
 class _UnreadableError(Exception):
@@ -293,9 +295,9 @@ class _ConditionTreeComparison:
     """The score of two compared trees of conditions, and their matched, additional and missing subtrees."""
 
     score: float
-    matched: tuple[_Tree, ...] = ()
-    additional: tuple[_Tree, ...] = ()
-    missing: tuple[_Tree, ...] = ()
+    matched: tuple[_ConditionTree, ...] = ()
+    additional: tuple[_ConditionTree, ...] = ()
+    missing: tuple[_ConditionTree, ...] = ()
 
 
 def compare_clauses_like_published_code(answer_text: str, gold_text: str) -> ClauseComparison:
@@ -316,8 +318,8 @@ def compare_clauses_like_published_code(answer_text: str, gold_text: str) -> Cla
     )
 
 
-def _parse_tree(text: str) -> _Tree:
-    stack: list[_Tree] = []
+def _parse_tree(text: str) -> _ConditionTree:
+    stack: list[_ConditionTree] = []
     openings: list[int] = []
     for match in _TOKEN.finditer(text):
         word = match.group().strip()
@@ -327,7 +329,7 @@ def _parse_tree(text: str) -> _Tree:
             stack.append(word)
         elif openings:
             start = openings.pop()
-            stack[start:] = [_make_tree(stack[start:])]
+            stack[start:] = [_make_tree_of_parenthesized_list(stack[start:])]
         else:
             raise _UnreadableError
     if openings or len(stack) != 1:
@@ -335,7 +337,7 @@ def _parse_tree(text: str) -> _Tree:
     return stack[0]
 
 
-def _make_tree(parts: list[_Tree]) -> _Tree:
+def _make_tree_of_parenthesized_list(parts: list[_ConditionTree]) -> _ConditionTree:
     """Return the syntax tree of the words and trees in a pair of parentheses.
 
     A list that begins with a connective, such as ``and``, becomes a node with this connective and its
@@ -354,7 +356,7 @@ def _make_tree(parts: list[_Tree]) -> _Tree:
     return " ".join(words)
 
 
-def _align_trees(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
+def _align_trees(predicted: _ConditionTree, gold: _ConditionTree) -> tuple[_ConditionTree, _ConditionTree]:
     """Return both trees in a form in which eai-eval (the paper's package) can compare them node by node.
 
     If both trees begin with ``and`` or ``or``, the shorter list of operands is filled up with ``()``, and the
@@ -376,7 +378,7 @@ def _align_trees(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
     return _Connective(predicted.head, ours), _Connective(gold.head, theirs)
 
 
-def _pad_arguments(node: _Connective, size: int) -> tuple[_Tree, ...]:
+def _pad_arguments(node: _Connective, size: int) -> tuple[_ConditionTree, ...]:
     return node.arguments + (_PADDING,) * (size - len(node.arguments))
 
 
@@ -387,20 +389,20 @@ def _find_bound_name(quantifier: _Connective) -> str:
     return variable.split("-")[0].strip()
 
 
-def _replace_text_in_tree(tree: _Tree, old: str, new: str) -> _Tree:
+def _replace_text_in_tree(tree: _ConditionTree, old: str, new: str) -> _ConditionTree:
     if isinstance(tree, str):
         return tree.replace(old, new)
     arguments = tuple(_replace_text_in_tree(argument, old, new) for argument in tree.arguments)
     return _Connective(tree.head, arguments)
 
 
-def _compare_trees(predicted: _Tree, gold: _Tree) -> _ConditionTreeComparison:
+def _compare_trees(predicted: _ConditionTree, gold: _ConditionTree) -> _ConditionTreeComparison:
     if isinstance(predicted, str) or isinstance(gold, str):
         score = float(predicted == gold)
     elif predicted.head != gold.head:
         score = 0.0
     elif predicted.head in _LISTS:
-        return _compare_lists(predicted, gold)
+        return _compare_operand_lists(predicted, gold)
     else:
         score = _score_connective(predicted, gold)
     if score > 0:
@@ -421,7 +423,7 @@ def _score_connective(predicted: _Connective, gold: _Connective) -> float:
             return _compare_trees(predicted.arguments[1], gold.arguments[1]).score if same_variable else 0.0
 
 
-def _compare_lists(predicted: _Connective, gold: _Connective) -> _ConditionTreeComparison:
+def _compare_operand_lists(predicted: _Connective, gold: _Connective) -> _ConditionTreeComparison:
     grid = [[_compare_trees(ours, theirs) for theirs in gold.arguments] for ours in predicted.arguments]
     edges = [[column for column, cell in enumerate(row) if int(cell.score) == 1] for row in grid]
     partner = find_maximum_matching(edges)
@@ -442,11 +444,11 @@ def _compare_lists(predicted: _Connective, gold: _Connective) -> _ConditionTreeC
     )
 
 
-def _list_predicate_names(trees: Iterable[_Tree]) -> tuple[str, ...]:
+def _list_predicate_names(trees: Iterable[_ConditionTree]) -> tuple[str, ...]:
     return tuple(sorted({name for tree in trees for name in _find_predicates(tree)} - {_PADDING}))
 
 
-def _find_predicates(tree: _Tree) -> Iterator[str]:
+def _find_predicates(tree: _ConditionTree) -> Iterator[str]:
     if isinstance(tree, str):
         yield tree.split(" ")[0]
         return

@@ -1,7 +1,7 @@
 """Rewrite planning problems so that a current planner judges them as the tolerant planner of 2024 did.
 
 The published planner success rates come from a translator that accepted undefined names. `read_operator` and
-`make_task_for_current_planner` rewrite a domain that contains operators of an answer. Then any standard
+`make_task_imitating_planner_of_2024` rewrite a domain that contains operators of an answer. Then any standard
 planner gives the published verdict. They refuse operators that every version of the planner refuses. The
 rules:
 
@@ -62,8 +62,8 @@ def bind_unbound_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     bound = m.PddlAction(
         name=action.name,
         parameters=(*action.parameters, *leaked),
-        precondition=binder.rewrite_unbound_variables_of_condition(precondition, scope),
-        effect=binder.rewrite_unbound_variables_of_effect(action.effect, scope),
+        precondition=binder.make_literals_with_unbound_variables_false(precondition, scope),
+        effect=binder.replace_effects_with_unbound_variables(action.effect, scope),
     )
     if binder.refused:
         return PddlFinding(
@@ -104,7 +104,7 @@ class _VariableBinder:
 
     refused: list[str] = field(default_factory=list)
 
-    def rewrite_unbound_variables_of_condition(
+    def make_literals_with_unbound_variables_false(
         self, formula: f.Formula, scope: Names, *, universal: bool = False
     ) -> f.Formula:
         loose = _list_unbound_names(get_terms(formula), scope)
@@ -114,10 +114,11 @@ class _VariableBinder:
         scope = scope.union([variable.name for variable in get_bound_variables(formula)])
         inside = universal or isinstance(formula, f.ForAll)
         return map_subformulas(
-            formula, lambda part: self.rewrite_unbound_variables_of_condition(part, scope, universal=inside)
+            formula,
+            lambda part: self.make_literals_with_unbound_variables_false(part, scope, universal=inside),
         )
 
-    def rewrite_unbound_variables_of_effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
+    def replace_effects_with_unbound_variables(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
             case m.Add(atom):
                 return m.Add(UNBOUND_ADDED) if _list_unbound_names(atom.arguments, scope) else effect
@@ -125,22 +126,22 @@ class _VariableBinder:
                 return m.NO_EFFECT if _list_unbound_names(atom.arguments, scope) else effect
             case m.AndEffect(parts):
                 return m.AndEffect(
-                    tuple(self.rewrite_unbound_variables_of_effect(part, scope) for part in parts)
+                    tuple(self.replace_effects_with_unbound_variables(part, scope) for part in parts)
                 )
             case m.ForAllEffect(variable, part):
                 return m.ForAllEffect(
-                    variable, self.rewrite_unbound_variables_of_effect(part, scope | {variable.name})
+                    variable, self.replace_effects_with_unbound_variables(part, scope | {variable.name})
                 )
             case m.WhenEffect():
-                return self._rewrite_unbound_variables_of_when(effect, scope)
+                return self._replace_unbound_variables_in_when_effect(effect, scope)
 
-    def _rewrite_unbound_variables_of_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
+    def _replace_unbound_variables_in_when_effect(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
         condition = _remove_exists_of_new_variables(push_negations_inwards(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(
-            self.rewrite_unbound_variables_of_condition(condition, inner),
-            self.rewrite_unbound_variables_of_effect(effect.part, inner),
+            self.make_literals_with_unbound_variables_false(condition, inner),
+            self.replace_effects_with_unbound_variables(effect.part, inner),
         )
         return wrap_in_quantifiers(m.ForAllEffect, leaked, bound)
 
@@ -166,7 +167,7 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
         return PddlFinding(error.offence, error.expected, f"operator {source.name}")
 
 
-def make_task_for_current_planner(
+def make_task_imitating_planner_of_2024(
     header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem
 ) -> PlanningTask:
     """Return a planning task on which a current planner gives the result of the published planner.
@@ -182,8 +183,8 @@ def make_task_for_current_planner(
     objects = (*header.constants, *problem.objects)
     names = _UndeclaredConstantRewriter(frozenset(item.name for item in objects))
     renamed = tuple(map(names.move_constants_into_predicate_names, _make_names_distinct(actions)))
-    initial = tuple(map(names.rewrite_atom, problem.initial))
-    goal = map_leaves(problem.goal, names.rewrite_leaf)
+    initial = tuple(map(names.remove_undeclared_constants_from_atom, problem.initial))
+    goal = map_leaves(problem.goal, names.remove_undeclared_constants_from_leaf)
     domain = replace(
         header,
         constants=objects,
@@ -210,12 +211,12 @@ def _read_and_check_operator(source: OperatorText, header: m.PddlDomain) -> m.Pd
     groups = [read_group(text) for text in texts]
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
         return PddlFinding(PddlViolationKind.UNBALANCED, "nothing behind a list", location)
-    precondition = _make_type_atoms_false(
+    precondition = _make_types_used_as_predicates_false(
         PddlReader(texts[1]).read_condition_or_empty(_add_question_marks_to_bound_names(groups[1])), header
     )
     effect = PddlReader(texts[2]).read_effect_or_empty(_add_question_marks_to_bound_names(groups[2]))
     effect = m.map_effect(
-        effect, lambda condition: _make_type_atoms_false(condition, header), lambda atom: atom
+        effect, lambda condition: _make_types_used_as_predicates_false(condition, header), lambda atom: atom
     )
     parameters = _read_parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
@@ -266,7 +267,7 @@ def _list_variable_names(typed_list: tuple[SExpr, ...]) -> list[str]:
     ]
 
 
-def _make_type_atoms_false(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
+def _make_types_used_as_predicates_false(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     """Return a condition in which each atom whose predicate is the name of a type becomes false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
@@ -296,18 +297,20 @@ class _UndeclaredConstantRewriter:
     new_predicates: dict[str, m.PddlPredicate] = field(default_factory=dict)
 
     def move_constants_into_predicate_names(self, action: m.PddlAction) -> m.PddlAction:
-        precondition = map_leaves(action.precondition, self.rewrite_leaf)
+        precondition = map_leaves(action.precondition, self.remove_undeclared_constants_from_leaf)
         effect = m.map_effect(
-            action.effect, lambda part: map_leaves(part, self.rewrite_leaf), self.rewrite_atom
+            action.effect,
+            lambda part: map_leaves(part, self.remove_undeclared_constants_from_leaf),
+            self.remove_undeclared_constants_from_atom,
         )
         return replace(action, precondition=precondition, effect=effect)
 
-    def rewrite_leaf(self, leaf: f.Leaf) -> f.Formula:
+    def remove_undeclared_constants_from_leaf(self, leaf: f.Leaf) -> f.Formula:
         if isinstance(leaf, f.Atom):
-            return self.rewrite_atom(leaf)
+            return self.remove_undeclared_constants_from_atom(leaf)
         return f.FALSE if any(map(self._is_undeclared_constant, get_terms(leaf))) else leaf
 
-    def rewrite_atom(self, atom: f.Atom) -> f.Atom:
+    def remove_undeclared_constants_from_atom(self, atom: f.Atom) -> f.Atom:
         unknown = [
             (place, term) for place, term in enumerate(atom.arguments) if self._is_undeclared_constant(term)
         ]

@@ -42,7 +42,7 @@ def add_notes_on_strict_protocol(
         make_strict_scorer: makes the scorer of the task under ``strict``.
     """
 
-    def explain_and_compare_with_strict_protocol() -> Explanation:
+    def make_explanation_with_strict_protocol_notes() -> Explanation:
         explanation, strict = assessment.explain(), make_strict_scorer()
         differences = _describe_misread_steps(
             _read_steps(notation, answer), _read_steps(strict.notation, answer)
@@ -54,7 +54,7 @@ def add_notes_on_strict_protocol(
             )
         return replace(explanation, notes=(*explanation.notes, *notes))
 
-    return Assessment(assessment.verdict, explain_and_compare_with_strict_protocol)
+    return Assessment(assessment.verdict, make_explanation_with_strict_protocol_notes)
 
 
 def _read_steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:

@@ -39,7 +39,7 @@ NAME = "eai-1.0.5"
 """Name of the protocol."""
 
 
-def open_virtualhome(
+def open_scored_virtualhome_tasks(
     benchmark: Benchmark, ability: Ability, source: Source, *, with_ids: bool | None = None
 ) -> TaskSet[Scorer]:
     """Open the tasks of an ability in VirtualHome, scored by this protocol (the rules of eai-eval).
@@ -76,7 +76,7 @@ def open_virtualhome(
             raise _make_unscored_error(f"{benchmark.name} {ability.value}")
 
 
-def choose_suite_opener_for_answers(
+def choose_opener_by_object_ids_in_answers(
     benchmark: Benchmark, ability: Ability, answers: Iterable[str]
 ) -> Opener | None:
     """Return a function that opens a VirtualHome suite for the answers of a file; None for other suites.
@@ -89,10 +89,14 @@ def choose_suite_opener_for_answers(
     from eai.extensions.reference.virtualhome_plans import do_most_answers_use_object_ids
 
     texts = list(answers)
-    return partial(open_virtualhome, with_ids=do_most_answers_use_object_ids(texts)) if texts else None
+    return (
+        partial(open_scored_virtualhome_tasks, with_ids=do_most_answers_use_object_ids(texts))
+        if texts
+        else None
+    )
 
 
-def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
+def open_scored_behavior_tasks(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
     """Open the tasks of an ability in BEHAVIOR, scored by the rules of eai-eval (the paper's package)."""
     from eai.benchmarks.behavior.benchmark import open_tasks
 
@@ -116,22 +120,27 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
             raise _make_unscored_error(f"{benchmark.name} {ability.value}")
 
 
-def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
+def _open_scored_transition_modeling_tasks(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
     """Open the tasks of transition modeling, scored by this protocol (the rules of eai-eval).
 
     As in eai-eval, one operator of BEHAVIOR, whose name has a hyphen, is found in no answer, not even in gold
     answers: ``extract_action_details`` reads names only up to the first hyphen.
     """
     from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
-    from eai.extensions.reference.operator_rules import PublishedOperatorRules
+    from eai.extensions.reference.operator_rules import EaiEvalOperatorScoringRules
     from eai.pddl.planners import make_planner
 
     tasks = benchmark.operator_tasks(source)
-    rules = PublishedOperatorRules(make_planner(source.planner, benchmark.data.planner_seconds, source.terms))
+    rules = EaiEvalOperatorScoringRules(
+        make_planner(source.planner, benchmark.data.planner_seconds, source.terms)
+    )
     return TaskSet(tasks, lambda task_id: TransitionModelingScorer(tasks[task_id], rules), tasks.sha256)
 
 
-_OPENERS: Mapping[str, Opener] = {"virtualhome": open_virtualhome, "behavior": open_behavior}
+_OPENERS: Mapping[str, Opener] = {
+    "virtualhome": open_scored_virtualhome_tasks,
+    "behavior": open_scored_behavior_tasks,
+}
 
 
 def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
@@ -143,7 +152,7 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
     if benchmark.name not in _OPENERS:
         raise _make_unscored_error(benchmark.name)
     if ability is Ability.TRANSITION_MODELING:
-        return _open_transition_modeling(benchmark, source)
+        return _open_scored_transition_modeling_tasks(benchmark, source)
     return _OPENERS[benchmark.name](benchmark, ability, source)
 
 
@@ -250,7 +259,7 @@ class _TrialWithRandomFailures(Trial):
         return attempt
 
 
-def remove_errors_of_successful_attempts(
+def remove_errors_of_success_before_last_attempt(
     verdicts: Sequence[PlanVerdict], replans: int
 ) -> Sequence[PlanVerdict]:
     """Return the verdicts on a task's attempts, without the errors of successful attempts.
@@ -273,7 +282,7 @@ EAI_1_0_5 = ProtocolImplementation(
     replanning=make_options_of_published_replanning,
     trial=_TrialWithRandomFailures,
     judge_by_goals_in_prompt=count_removed_goal_as_unreached,
-    count_errors_as_published=remove_errors_of_successful_attempts,
-    choose_suite_for_answers=choose_suite_opener_for_answers,
+    count_errors_as_published=remove_errors_of_success_before_last_attempt,
+    choose_suite_for_answers=choose_opener_by_object_ids_in_answers,
 )
 """The implementation of the protocol `eai-1.0.5`."""

@@ -53,7 +53,7 @@ Other kinds count at most once.
 """
 
 
-class PublishedSubgoalScorer(SubgoalDecompositionScorer):
+class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
     """Scores subgoals as eai-eval (the paper's package) does in every domain.
 
     All subgoals of an answer form one text. The robot makes the literals of this text true one after the
@@ -80,7 +80,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         misuse = self._reject_wrongly_used_names(formula)
         if misuse is not None:
             return misuse
-        literals = draw_literals_of_disjuncts(formula, rng)
+        literals = draw_disjuncts_and_list_literals(formula, rng)
         if literals is None:
             return reject_unparseable("the reference cannot make a plan of this formula")
         return CompiledAnswer(tuple(literals), self._compile_literals_into_search_program(literals))
@@ -94,7 +94,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         return None
 
     @abstractmethod
-    def _make_planners_with_first_literal_index(
+    def _make_planners_indexed_by_first_literal(
         self, literals: Sequence[f.Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners that find actions for the literals of an answer, in order.
@@ -110,7 +110,7 @@ class PublishedSubgoalScorer(SubgoalDecompositionScorer):
         The search executes these plans even if the literals hold already.
         """
         program: list[Instruction] = [None]
-        for number, plans in reversed(self._make_planners_with_first_literal_index(literals)):
+        for number, plans in reversed(self._make_planners_indexed_by_first_literal(literals)):
             program.append(ExecuteSubgoalPlansInstruction(plans, number, len(program) - 1))
         return program
 
@@ -157,17 +157,17 @@ class _EaiEvalCrashError(Exception):
     """Raised for a subgoal at which eai-eval raises an exception. The message says why."""
 
 
-def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
+def make_planner_that_rejects_answer(reason: str) -> SubgoalPlanner:
     """Return a planner for a subgoal at which eai-eval (the paper's package) raises an exception.
 
     The planner finds no plans, but raises an error when the search calls it. The error ends the search, and
     the answer is rejected for the given reason.
     """
 
-    def stop_search(state: State) -> SubgoalPlans:
+    def raise_eai_eval_crash_error(state: State) -> SubgoalPlans:
         raise _EaiEvalCrashError(reason)
 
-    return stop_search
+    return raise_eai_eval_crash_error
 
 
 def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:
@@ -242,7 +242,7 @@ def read_subgoal_texts(text: str) -> list[str] | Unreadable:
     return [subgoal.strip() for subgoal in output]
 
 
-def draw_literals_of_disjuncts(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
+def draw_disjuncts_and_list_literals(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
     """Return the literals of a formula in order: atoms, actions and their negations.
 
     A random draw chooses one operand of each ``or``. The result is None if eai-eval rejects the formula.
@@ -250,7 +250,7 @@ def draw_literals_of_disjuncts(formula: f.Formula, rng: Random) -> list[f.Formul
     if isinstance(formula, (f.Atom, f.Occurs)):
         return [formula]
     if isinstance(formula, f.Or):
-        return draw_literals_of_disjuncts(rng.choice(formula.operands), rng)
+        return draw_disjuncts_and_list_literals(rng.choice(formula.operands), rng)
     if isinstance(formula, f.Not):
         negated = _find_negated_atom(formula)
         return None if negated is None else [f.Not(negated)]
@@ -258,7 +258,7 @@ def draw_literals_of_disjuncts(formula: f.Formula, rng: Random) -> list[f.Formul
         return None
     literals_so_far: list[f.Formula] = []
     for part in get_subformulas(formula):
-        inner = draw_literals_of_disjuncts(part, rng)
+        inner = draw_disjuncts_and_list_literals(part, rng)
         if inner is None:
             return None
         literals_so_far += inner

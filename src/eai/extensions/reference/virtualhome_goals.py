@@ -109,7 +109,7 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         Goals with an unknown name count neither as right nor as wrong. Other goals are compared with the
         task's.
         """
-        named = self._resolve_names(goals)
+        named = self._resolve_names_or_find_unknown_name(goals)
         resolved_goals = [goal for goal in named if isinstance(goal, WrittenGoal)]
         matched = [goal for goal in resolved_goals if goal in self._needed]
         wrong = [goal for goal in resolved_goals if goal not in self._needed]
@@ -131,25 +131,29 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
 
     def list_goals_with_known_names(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """Return the predictions (goals in an answer) whose names are known, and the goals of the task."""
-        named = [goal for goal in self._resolve_names(goals) if isinstance(goal, WrittenGoal)]
+        named = [
+            goal for goal in self._resolve_names_or_find_unknown_name(goals) if isinstance(goal, WrittenGoal)
+        ]
         return (*named, *self._needed)
 
     def describe_uncounted_goals(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield a note for each goal in an answer that lacks a field, and for each unknown name."""
         yield from describe_ill_formed_entries(goals.ill_formed)
-        for name in dict.fromkeys(name for name in self._resolve_names(goals) if isinstance(name, str)):
+        for name in dict.fromkeys(
+            name for name in self._resolve_names_or_find_unknown_name(goals) if isinstance(name, str)
+        ):
             yield f"left out as hallucination: there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """Return a report for each goal of the task: whether a prediction equals it."""
-        named = frozenset(self._resolve_names(goals))
+        named = frozenset(self._resolve_names_or_find_unknown_name(goals))
         reports = []
         for goal, (_, options) in zip(self.gold.goals, self._options, strict=True):
             text, met = goal.text or "", not named.isdisjoint(options)
             reports.append(GoalReport(goal.kind, text, met, predicates=find_predicate_names(text)))
         return tuple(reports)
 
-    def _resolve_names(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
+    def _resolve_names_or_find_unknown_name(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
         """Return each prediction with the objects that its names denote, or with its first unknown name."""
         named: list[WrittenGoal | str] = []
         for goal in goals.goals:

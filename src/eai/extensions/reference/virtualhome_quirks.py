@@ -36,7 +36,7 @@ def make_domain_with_all_quirks() -> Domain:
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, make_domain_with_checks_in_reference_order())
 
 
-def find_first_target_mask(state: State, relation: str, source: int, wanted_mask: int) -> int:
+def find_first_related_object_as_mask(state: State, relation: str, source: int, wanted_mask: int) -> int:
     """Return the first wanted object to which a relation leads from an object (``source``).
 
     The wanted objects and the result are bit masks. The result is 0 if the relation leads to no wanted
@@ -80,11 +80,11 @@ def _find_room_of_object(state: State, arguments: tuple[int, ...]) -> int:
         return 1 << x
     containers = inside.row(x)
     if containers & (containers - 1):
-        return find_first_target_mask(state, "INSIDE", x, is_room)
+        return find_first_related_object_as_mask(state, "INSIDE", x, is_room)
     seen = 0
     while containers and not containers & seen:
         if containers & (containers - 1):
-            containers = find_first_target_mask(state, "INSIDE", x, containers)
+            containers = find_first_related_object_as_mask(state, "INSIDE", x, containers)
         if containers & is_room:
             return containers
         seen |= containers
@@ -95,13 +95,13 @@ def _find_room_of_object(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _find_room_of_object,
-    "lies_on": p.make_lookup_of_places_grabbed_from(0, find_first_target_mask),
-    "lies_in": p.make_lookup_of_places_grabbed_from(1, find_first_target_mask),
-    "lies_next_to": p.make_lookup_of_places_grabbed_from(2, find_first_target_mask),
+    "lies_on": p.make_lookup_of_places_grabbed_from(0, find_first_related_object_as_mask),
+    "lies_in": p.make_lookup_of_places_grabbed_from(1, find_first_related_object_as_mask),
+    "lies_next_to": p.make_lookup_of_places_grabbed_from(2, find_first_related_object_as_mask),
 }
 
 
-def _use_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
+def _make_lookup_follow_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
     if lookup is None or not isinstance(derived, LookupPredicate):
         return derived
@@ -109,7 +109,7 @@ def _use_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
 
 
 SET_ORDER_VOCABULARY = Vocabulary(
-    p.VOCABULARY.predicates, tuple(map(_use_python_set_order, p.VOCABULARY.derived))
+    p.VOCABULARY.predicates, tuple(map(_make_lookup_follow_python_set_order, p.VOCABULARY.derived))
 )
 """Vocabulary whose lookups return objects in the order of eai-eval: that of a Python set of their ids.
 
@@ -181,13 +181,13 @@ def leave_held_objects_in_old_room(domain: Domain) -> Domain:
     return domain.replace_operators(*o.make_movement_actions((ForEach(o.H, p.held(o.H), left_behind),)))
 
 
-def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
+def make_grab_leave_contents_behind(domain: Domain) -> Domain:
     """Leave the contents of a grabbed object behind, in no container (``GrabExecutor``)."""
     return domain.replace_operators(o.make_grab_action(effects_on_contents=()))
 
 
 @_apply_to_all_checks
-def replace_wrong_order_condition(operator: Operator, check: Check) -> Check:
+def replace_condition_sought_in_earlier_states(operator: Operator, check: Check) -> Check:
     """Replace the condition that eai-eval looks for in earlier states to find a wrong order.
 
     Usually, this is the condition that failed: if it held in an earlier state, the action comes in the wrong
@@ -211,7 +211,7 @@ def report_unplugged_device_as_additional_step(operator: Operator, check: Check)
 
 
 @_apply_to_all_checks
-def report_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
+def make_opening_running_device_additional_step(operator: Operator, check: Check) -> Check:
     """Make the opening of a running device, which fails, an additional step instead of a missing step.
 
     See ``execution.py``, ``OpenExecutor``.
@@ -220,7 +220,7 @@ def report_running_device_as_additional_step(operator: Operator, check: Check) -
 
 
 @_apply_to_all_checks
-def report_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
+def remove_check_that_object_can_change_state(operator: Operator, check: Check) -> Check | None:
     """Remove the check that an object has a state that can change, such as open or closed.
 
     None removes a check; other checks are returned unchanged. For example, an object that is neither open nor
@@ -292,7 +292,7 @@ def add_failing_actions_lookat_short_and_long(domain: Domain) -> Domain:
 
 
 @_apply_to_all_checks
-def make_walk_to_object_in_no_room_fail(operator: Operator, check: Check) -> Check:
+def make_walk_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
     """Report an uncategorised error if the target of a walk is in no room, because eai-eval aborts there.
 
     See ``execution.py``, ``WalkExecutor``.
@@ -303,16 +303,16 @@ def make_walk_to_object_in_no_room_fail(operator: Operator, check: Check) -> Che
 QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     order_related_objects_like_python_set,
     leave_held_objects_in_old_room,
-    remove_contents_of_grabbed_object,
-    replace_wrong_order_condition,
+    make_grab_leave_contents_behind,
+    replace_condition_sought_in_earlier_states,
     report_unplugged_device_as_additional_step,
-    report_running_device_as_additional_step,
-    report_lacking_state_as_additional_step,
+    make_opening_running_device_additional_step,
+    remove_check_that_object_can_change_state,
     report_second_grab_as_additional_step,
     report_repeated_sitting_as_additional_step,
     report_closed_container_as_affordance_error,
     make_impossible_put_back_succeed,
     add_failing_actions_lookat_short_and_long,
-    make_walk_to_object_in_no_room_fail,
+    make_walk_to_object_in_no_room_abort,
 )
 """All quirks (functions that give the domain a defect of eai-eval), in the order of their application."""

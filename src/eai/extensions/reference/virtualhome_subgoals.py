@@ -29,7 +29,7 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, ExplorationResult, GoalProgress
 from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoalNotation
 from eai.extensions.reference import virtualhome_quirks
-from eai.extensions.reference.subgoals import PublishedSubgoalScorer, make_planner_that_stops_search
+from eai.extensions.reference.subgoals import EaiEvalSubgoalScorer, make_planner_that_rejects_answer
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import format_ltl
@@ -118,7 +118,7 @@ _LEADING_ZEROS = re.compile(r"\.0+(?=[0-9])")
 _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
-class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
+class VirtualHomeSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
     """Scores VirtualHome subgoals as eai-eval does. A goal counts as reached if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
@@ -126,7 +126,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             virtualhome_quirks.make_domain_with_all_quirks(),
             VirtualHomeSubgoalNotation(SUBGOAL_ACTIONS),
         )
-        super().__init__(task, domain, words, goals=_UnorderedGoalTest(task), limits=limits)
+        super().__init__(task, domain, words, goals=_GoalTestIgnoringActionOrder(task), limits=limits)
         self.excluded = None
 
     def _draw_disjunct(self, subgoal: str, rng: Random) -> str | None:
@@ -160,7 +160,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore_executions_of_subgoals(compiled)
 
-    def _make_planners_with_first_literal_index(
+    def _make_planners_indexed_by_first_literal(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
         """Return a planner for each literal of an answer, paired with the index of the literal.
@@ -172,9 +172,9 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
 
     def _make_planner(self, literal: Formula) -> SubgoalPlanner:
         if not isinstance(literal, (Atom, Occurs)):
-            return make_planner_that_stops_search("a negation cannot be translated")
+            return make_planner_that_rejects_answer("a negation cannot be translated")
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
-            return make_planner_that_stops_search(
+            return make_planner_that_rejects_answer(
                 f"{format_ltl(literal)}: an object without an id cannot be translated"
             )
         if isinstance(literal, Occurs):
@@ -186,7 +186,7 @@ class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
         return lambda state: SubgoalPlans(list_plans_for_atom(atom.predicate, atom.arguments, state))
 
 
-class _UnorderedGoalTest(GoalTest):
+class _GoalTestIgnoringActionOrder(GoalTest):
     """A test of action goals that ignores the order in which a plan executes actions (``my_scene_evaluate``).
 
     A goal is met if the plan contains one of its actions anywhere. The task's goals have an order: goals

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from eai.base.errors import InputError
-from eai.extensions.scenes.body import Body, Box
+from eai.extensions.scenes.body import Box, ObjectBody
 from eai.extensions.scenes.locations import BESIDE, INSIDE, UNDER, ObjectLocations
-from eai.extensions.scenes.placing import Placer, Pose, make_rotation_by_quarter_turns
+from eai.extensions.scenes.placing import ObjectPlacer, Pose, make_rotation_by_quarter_turns
 
 WALL_HEIGHT = 2.6
 """Height of walls in metres."""
@@ -30,8 +30,8 @@ _WALL_CABINET_HEIGHT, _WINDOW_HEIGHT = 1.42, 0.9
 
 def arrange_objects(
     locations: ObjectLocations, names: Sequence[str], seed: str
-) -> tuple[Placer, Mapping[int, Box]]:
-    """Return poses of objects, in the `Placer`, and a mapping from each floor to its room's box.
+) -> tuple[ObjectPlacer, Mapping[int, Box]]:
+    """Return poses of objects, in the `ObjectPlacer`, and a mapping from each floor to its room's box.
 
     The seed determines all random draws.
 
@@ -42,12 +42,12 @@ def arrange_objects(
         raise InputError(
             "cannot build a room: the state has no object that is a floor; use a task with a floor"
         )
-    joined = _map_first_joining_object_to_floors(locations)
+    joined = _map_first_object_over_two_rooms_to_floors(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _place_rooms_and_furniture(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
     )
-    placer = Placer(locations, names, seed)
+    placer = ObjectPlacer(locations, names, seed)
     for object_index, pose in furniture.items():
         placer.put(object_index, pose)
     placer.furniture = frozenset(furniture)
@@ -56,7 +56,7 @@ def arrange_objects(
 
 
 def place_remaining_objects(
-    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], *, crowded: bool = False
+    placer: ObjectPlacer, locations: ObjectLocations, boxes: Mapping[int, Box], *, crowded: bool = False
 ) -> None:
     """Place the objects that have no pose yet: supports before their contents, large objects before small.
 
@@ -83,7 +83,7 @@ def place_remaining_objects(
         placer.put(object_index, pose)
 
 
-def _map_first_joining_object_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _map_first_object_over_two_rooms_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return the first object under which an object of another room stands, with the floors of both rooms.
 
     The result maps the upper object to two floors: that of its own room, then that of the lower object's
@@ -124,7 +124,7 @@ def _is_next_to_furniture(locations: ObjectLocations, object_index: int) -> bool
 
 
 def _find_pose(
-    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], object_index: int
+    placer: ObjectPlacer, locations: ObjectLocations, boxes: Mapping[int, Box], object_index: int
 ) -> Pose:
     carrier = locations.find_relation_and_carrier(object_index)
     beside = [b for a, b in locations.relations[BESIDE] if a == object_index and b in placer.poses]
@@ -151,7 +151,7 @@ def _find_pose(
 
 
 def _compute_pose_that_may_overlap(
-    placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], object_index: int
+    placer: ObjectPlacer, locations: ObjectLocations, boxes: Mapping[int, Box], object_index: int
 ) -> Pose:
     """Return a pose in the middle of an object's support, container or room. Objects may overlap there."""
     carrier, height = (
@@ -178,7 +178,7 @@ def _compute_volume(locations: ObjectLocations, object_index: int) -> float:
 class _RoomLayout:
     """A room to which furniture is added. Its left front corner is the origin; y grows to the back."""
 
-    bodies: Mapping[int, Body]
+    bodies: Mapping[int, ObjectBody]
     width: float
     depth: float
     poses: dict[int, tuple[float, float, float, int]] = field(default_factory=dict)
@@ -191,16 +191,16 @@ class _RoomLayout:
 
 
 def _place_rooms_and_furniture(
-    bodies: Mapping[int, Body],
+    bodies: Mapping[int, ObjectBody],
     furniture_by_floor: Mapping[int, Sequence[int]],
-    floors_of_joining_objects: Mapping[int, tuple[int, int]],
+    floors_of_objects_over_two_rooms: Mapping[int, tuple[int, int]],
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
     """Arrange rooms in a row from left to right. Return the box of each room, and the pose of its furniture.
 
     Args:
         bodies: the body of each object.
         furniture_by_floor: the furniture of each room. The key is the object that is the room's floor.
-        floors_of_joining_objects: the floors of both rooms, for each object that stands in two rooms.
+        floors_of_objects_over_two_rooms: the floors of both rooms, for each object that stands in two rooms.
             No wall separates these two rooms, which must follow each other in ``furniture_by_floor``.
     """
     boxes: dict[int, Box] = {}
@@ -212,14 +212,16 @@ def _place_rooms_and_furniture(
         for object_index, (x, y, z, quarter_turns) in plan.poses.items():
             poses[object_index] = Pose((left + x, y, z), make_rotation_by_quarter_turns(quarter_turns))
         left += plan.width + (
-            0.0 if floor in [first for first, _ in floors_of_joining_objects.values()] else _ROOM_DISTANCE
+            0.0
+            if floor in [first for first, _ in floors_of_objects_over_two_rooms.values()]
+            else _ROOM_DISTANCE
         )
-    for object_index, (floor, _) in floors_of_joining_objects.items():
+    for object_index, (floor, _) in floors_of_objects_over_two_rooms.items():
         poses[object_index] = Pose((float(boxes[floor][1, 0]) - 0.02, 1.2, bodies[object_index].size[2] / 2))
     return boxes, poses
 
 
-def _furnish_room(bodies: Mapping[int, Body]) -> _RoomLayout:
+def _furnish_room(bodies: Mapping[int, ObjectBody]) -> _RoomLayout:
     standing = {stand: [i for i, body in bodies.items() if body.stand == stand] for stand in _STANDS}
     wall = sorted(standing["wall"], key=lambda i: (-bodies[i].size[2], i))
     tall = sum([bodies[i].size[0] + _FURNITURE_GAP for i in wall if bodies[i].size[2] > _WALL_CABINET_HEIGHT])
@@ -250,7 +252,7 @@ _STANDS = ("wall", "high", "door", "window", "middle", "free")
 
 
 def _split_into_rows(
-    bodies: Mapping[int, Body], object_indices: Sequence[int], width: float
+    bodies: Mapping[int, ObjectBody], object_indices: Sequence[int], width: float
 ) -> list[list[int]]:
     """Split objects into rows of at most the given width. An object that is wider gets its own row."""
     rows: list[list[int]] = []

@@ -53,7 +53,7 @@ class ObjectBodyPart:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class ObjectBody:
     """The shape of an object, relative to its middle. Its front is towards negative y.
 
     Attributes:
@@ -76,7 +76,7 @@ class Body:
     slack: float = 0.0
 
 
-def find_body_kind(object_name: str, category: str) -> str:
+def find_kind_of_object_body(object_name: str, category: str) -> str:
     """Return the kind of an object: its name without a number, or else its category.
 
     If the table of kinds lacks the whole name, the first word of the name is tried, then the last word:
@@ -84,25 +84,25 @@ def find_body_kind(object_name: str, category: str) -> str:
     """
     kind = _NUMBER.sub("", _NUMBER.sub("", object_name)) if not category.startswith(HALF_PREFIX) else category
     words = kind.split("__")
-    known = (word for word in (kind, words[0], words[-1]) if find_body(word) is not None)
+    known = (word for word in (kind, words[0], words[-1]) if find_object_body(word) is not None)
     return next(known, category.partition(".")[0])
 
 
 @cache
-def find_body(kind: str) -> Body | None:
+def find_object_body(kind: str) -> ObjectBody | None:
     """Return the shape of a kind of object, or None if the table of kinds lacks the kind.
 
     A kind with the prefix `HALF_PREFIX` is half of a sliced object. It has the left half of the object's
     shape.
     """
     if kind.startswith(HALF_PREFIX):
-        whole = find_body(kind.removeprefix(HALF_PREFIX))
+        whole = find_object_body(kind.removeprefix(HALF_PREFIX))
         return None if whole is None else _cut_left_half(whole)
-    known = read_body_kinds().get(kind)
-    return None if known is None else _make_body(_read_body_shapes_and_colours()[known.family], known)
+    known = read_object_body_table().get(kind)
+    return None if known is None else _make_object_body(_read_body_shapes_and_colours()[known.family], known)
 
 
-class _BodyKindRow(NamedTuple):
+class _ObjectBodyTableRow(NamedTuple):
     """A line of the table of kinds of object: the family of shapes, the size in metres and the colour."""
 
     family: str
@@ -111,13 +111,13 @@ class _BodyKindRow(NamedTuple):
 
 
 @cache
-def read_body_kinds() -> Mapping[str, _BodyKindRow]:
+def read_object_body_table() -> Mapping[str, _ObjectBodyTableRow]:
     """Return the size, colour and family of shapes of each kind of object, by the name of the kind."""
-    table: dict[str, _BodyKindRow] = {}
+    table: dict[str, _ObjectBodyTableRow] = {}
     for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             kind, family, width, depth, height, colour, _ = line.split()
-            table[kind] = _BodyKindRow(
+            table[kind] = _ObjectBodyTableRow(
                 family, (float(width), float(depth), float(height)), _read_hex_colour(colour)
             )
     return table
@@ -132,20 +132,20 @@ def _read_body_shapes_and_colours() -> Mapping[str, Any]:
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 
-def _make_body(family: Mapping[str, Any], kind: _BodyKindRow) -> Body:
-    size = kind.size
-    return Body(
+def _make_object_body(family_shapes: Mapping[str, Any], table_row: _ObjectBodyTableRow) -> ObjectBody:
+    size = table_row.size
+    return ObjectBody(
         size,
-        tuple([part for line in family["parts"] for part in _read_parts(line, kind)]),
-        family.get("stand", "free"),
-        tuple([_read_flat_box(line, size) for line in family.get("tops", ())]),
-        tuple([_read_box(line.split(), size) for line in family.get("spaces", ())]),
-        (_read_box(family["below"].split(), size),) if "below" in family else (),
-        float(family.get("slack", 1.0)),
+        tuple([part for line in family_shapes["parts"] for part in _read_object_body_parts(line, table_row)]),
+        family_shapes.get("stand", "free"),
+        tuple([_read_box_without_height(line, size) for line in family_shapes.get("tops", ())]),
+        tuple([_read_box(line.split(), size) for line in family_shapes.get("spaces", ())]),
+        (_read_box(family_shapes["below"].split(), size),) if "below" in family_shapes else (),
+        float(family_shapes.get("slack", 1.0)),
     )
 
 
-def _cut_left_half(whole: Body) -> Body:
+def _cut_left_half(whole: ObjectBody) -> ObjectBody:
     """Return the left half of a drawn body. Its cut surface, on the right, is pale."""
     width, depth, height = whole.size
     half = np.array([width / 2, depth, height])
@@ -159,12 +159,12 @@ def _cut_left_half(whole: Body) -> Body:
         ObjectBodyPart(form, np.array([-half / 2, half / 2]), 0.0, colour),
         ObjectBodyPart(form, cut, 0.0, (red, green, blue), is_solid=False),
     )
-    return Body((width / 2, depth, height), parts)
+    return ObjectBody((width / 2, depth, height), parts)
 
 
-def _read_parts(line: str, kind: _BodyKindRow) -> Iterator[ObjectBodyPart]:
+def _read_object_body_parts(line: str, table_row: _ObjectBodyTableRow) -> Iterator[ObjectBodyPart]:
     form, *rest = line.split()
-    part = ObjectBodyPart(form, _read_box(rest[:6], kind.size), 0.0, kind.colour)
+    part = ObjectBodyPart(form, _read_box(rest[:6], table_row.size), 0.0, table_row.colour)
     copies = ""
     for word in rest[6:]:
         if word == "ghost":
@@ -176,7 +176,7 @@ def _read_parts(line: str, kind: _BodyKindRow) -> Iterator[ObjectBodyPart]:
         elif word.startswith(("mirror-", "ring-")):
             copies = word
         else:
-            part = replace(part, colour=_read_colour(word, kind.colour))
+            part = replace(part, colour=_read_colour(word, table_row.colour))
     yield from _mirror_or_repeat_part(part, copies)
 
 
@@ -215,7 +215,7 @@ def _read_box(fractions: Sequence[str], size: Vector) -> Box:
     return box
 
 
-def _read_flat_box(line: str, size: Vector) -> Box:
+def _read_box_without_height(line: str, size: Vector) -> Box:
     fractions = line.split()
     return _read_box([*fractions, fractions[-1]], size)
 

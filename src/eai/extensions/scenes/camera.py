@@ -150,7 +150,7 @@ def _find_viewpoint_at_head_height(scene: MujocoScene) -> _Viewpoint:
     )
 
 
-def _find_viewpoint_near_fullest_carrier(scene: MujocoScene) -> _Viewpoint:
+def _find_viewpoint_of_object_that_carries_most(scene: MujocoScene) -> _Viewpoint:
     """Return the viewpoint that shows the object with most objects on or in it, and these objects.
 
     If no object carries another, the viewpoint shows the objects of the room with most objects.
@@ -248,7 +248,7 @@ def _find_viewpoint_from_above(scene: MujocoScene) -> _Viewpoint:
 
 _VIEWPOINTS: Mapping[CameraView, Callable[[MujocoScene], _Viewpoint]] = {
     "head": _find_viewpoint_at_head_height,
-    "near": _find_viewpoint_near_fullest_carrier,
+    "near": _find_viewpoint_of_object_that_carries_most,
     "top": _find_viewpoint_from_above,
 }
 

@@ -80,7 +80,7 @@ def is_inside(scene: _PlacedBodies, first: int, second: int) -> bool:
         return False
     levels = [
         [_do_rays_hit_object_both_ways(scene, middle, axis, second, _HORIZONTAL_REACH) for axis in plane]
-        for plane in _list_perpendicular_horizontal_axes()
+        for plane in _list_rotated_horizontal_axis_pairs()
     ]
     if any(all(plane) for plane in levels):
         return True
@@ -99,7 +99,7 @@ def is_next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
     return any(
         _does_ray_meet(scene, _find_middle(scene, a), sign * axis, b, _HORIZONTAL_REACH)
         for a, b in ((first, second), (second, first))
-        for plane in _list_perpendicular_horizontal_axes()
+        for plane in _list_rotated_horizontal_axis_pairs()
         for axis in plane
         for sign in (1, -1)
     )
@@ -161,7 +161,7 @@ def _does_ray_meet(
     return False
 
 
-def _list_perpendicular_horizontal_axes() -> list[list[Array]]:
+def _list_rotated_horizontal_axis_pairs() -> list[list[Array]]:
     angles = [i * math.pi / 2 / (_AXIS_PAIR_COUNT - 1) for i in range(_AXIS_PAIR_COUNT)]
     return [
         [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from eai.base.errors import InputError
-from eai.extensions.scenes.body import Body, find_body, find_body_kind
+from eai.extensions.scenes.body import ObjectBody, find_kind_of_object_body, find_object_body
 from eai.world.relation import iterate_bits
 from eai.world.state import State, WorldObject
 
@@ -47,8 +47,8 @@ class ObjectLocations:
         hands: the index of the object in the left hand (key 0) and in the right hand (key 1).
     """
 
-    bodies: Mapping[int, Body]
-    absent: Mapping[int, Body]
+    bodies: Mapping[int, ObjectBody]
+    absent: Mapping[int, ObjectBody]
     floors: tuple[int, ...]
     relations: Mapping[str, tuple[tuple[int, int], ...]]
     floor_of: Mapping[int, int]
@@ -148,21 +148,23 @@ def read_object_locations(state: State) -> ObjectLocations:
     }
     scene_objects = {i: scene_object for i, scene_object in enumerate(scene.objects) if i not in shapeless}
     kinds = {
-        i: find_body(find_body_kind(scene_object.name, scene_object.category))
+        i: find_object_body(find_kind_of_object_body(scene_object.name, scene_object.category))
         for i, scene_object in scene_objects.items()
     }
-    absent = {i: body for i, body in kinds.items() if body is not None and _is_absent(state, i)}
+    absent = {i: body for i, body in kinds.items() if body is not None and _is_object_absent(state, i)}
     bodies = {
         i: _require_body(scene_object)
         for i, scene_object in scene_objects.items()
-        if not _is_absent(state, i)
+        if not _is_object_absent(state, i)
     }
     stated = {name: _list_related_pairs(state, name, bodies) for name in (*_OBJECT_RELATIONS, *ON_FLOOR)}
     floor_of = dict(pair for name in (*ON_FLOOR, ON) for pair in stated[name] if pair[1] in floors)
     relations = {
         name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _OBJECT_RELATIONS
     }
-    states = {index: _find_states_shown_by_body(state, index, body) for index, body in bodies.items()}
+    states = {
+        index: _find_visible_state_words_of_object(state, index, body) for index, body in bodies.items()
+    }
     hands = {
         hand: i
         for hand, name in enumerate(_HANDS)
@@ -172,14 +174,14 @@ def read_object_locations(state: State) -> ObjectLocations:
     return ObjectLocations(bodies, absent, floors, relations, floor_of, states, hands)
 
 
-def _require_body(scene_object: WorldObject) -> Body:
+def _require_body(scene_object: WorldObject) -> ObjectBody:
     """Return the body of an object.
 
     Raises:
         InputError: the table of kinds has no body for the object.
     """
-    kind = find_body_kind(scene_object.name, scene_object.category)
-    body = find_body(kind)
+    kind = find_kind_of_object_body(scene_object.name, scene_object.category)
+    body = find_object_body(kind)
     if body is None:
         raise InputError(
             f"{scene_object.name}: objects of the kind {kind} have no three-dimensional shape; "
@@ -188,7 +190,9 @@ def _require_body(scene_object: WorldObject) -> Body:
     return body
 
 
-def _list_related_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
+def _list_related_pairs(
+    state: State, name: str, bodies: Mapping[int, ObjectBody]
+) -> tuple[tuple[int, int], ...]:
     """Return a relation's pairs whose first object is in ``bodies``; none for an undeclared relation."""
     known = name in state.scene.vocabulary.binary_slots
     return tuple([pair for pair in state.relation(name).pairs() if pair[0] in bodies]) if known else ()
@@ -199,22 +203,28 @@ def _list_objects_with_property(state: State, name: str) -> tuple[int, ...]:
     return tuple(iterate_bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
 
 
-def _is_absent(state: State, index: int) -> bool:
+def _is_object_absent(state: State, object_index: int) -> bool:
     """Whether an object is absent: a half of an uncut object, an object that was cut, or one not yet made."""
-    if "present" in state.scene.vocabulary.unary_slots and index not in _list_objects_with_property(
+    if "present" in state.scene.vocabulary.unary_slots and object_index not in _list_objects_with_property(
         state, "present"
     ):
-        held = index in _list_objects_with_property(state, "held")
-        return not held and not any(state.relation(name).row(index) for name in (INSIDE, ON))
+        held = object_index in _list_objects_with_property(state, "held")
+        return not held and not any(state.relation(name).row(object_index) for name in (INSIDE, ON))
     if "part_of" not in state.scene.vocabulary.binary_slots:
         return False
     parts, sliced = state.relation("part_of"), _list_objects_with_property(state, "is_sliced")
-    wholes = iterate_bits(parts.row(index))
-    return any(whole not in sliced for whole in wholes) or (index in sliced and bool(parts.column(index)))
+    wholes = iterate_bits(parts.row(object_index))
+    return any(whole not in sliced for whole in wholes) or (
+        object_index in sliced and bool(parts.column(object_index))
+    )
 
 
-def _find_states_shown_by_body(state: State, index: int, body: Body) -> frozenset[str]:
-    states = {word for name, word in _STATES.items() if index in _list_objects_with_property(state, name)}
-    if "open" not in states and (index in _list_objects_with_property(state, "openable") or not body.slack):
+def _find_visible_state_words_of_object(state: State, object_index: int, body: ObjectBody) -> frozenset[str]:
+    states = {
+        word for name, word in _STATES.items() if object_index in _list_objects_with_property(state, name)
+    }
+    if "open" not in states and (
+        object_index in _list_objects_with_property(state, "openable") or not body.slack
+    ):
         states.add("closed")
     return frozenset(states)

@@ -61,7 +61,9 @@ def render_film(task: Task, states: Iterable[State]) -> bytes:
     return _encode_image(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
 
 
-def map_objects_to_picture_pixels(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[int, int, int]]:
+def map_objects_to_picture_column_and_row(
+    task: Task, views: Sequence[CameraView]
+) -> dict[int, tuple[int, int, int]]:
     """Return a pixel of each object that is visible in pictures of the initial state of a task.
 
     The pixel is in the first picture that shows the object, close to the middle of the object's visible

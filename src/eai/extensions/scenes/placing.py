@@ -80,7 +80,7 @@ UPRIGHT = ((_R, _R, 0.0, 0.0), (_R, 0.0, _R, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, 0
 """Rotations of objects that stand on a narrow side, as a book on a shelf does."""
 
 
-class Placer:
+class ObjectPlacer:
     """Finds free poses for bodies, and stores the poses of placed bodies.
 
     Args:
@@ -141,7 +141,7 @@ class Placer:
             areas = [
                 _intersect(strip, area)
                 for area in areas
-                for strip in self._list_strips_beside(object_index, near)
+                for strip in self._list_floor_areas_beside_object(object_index, near)
             ]
         return self._find_free_pose(object_index, areas, FLAT, f"on {self.names[support]}")
 
@@ -173,14 +173,17 @@ class Placer:
         except InputError:
             return self._find_free_pose(object_index, raised, (*FLAT, *UPRIGHT), where, container)
 
-    def find_pose_below(self, object_index: int, roof: int, room: Box) -> Pose:
+    def find_pose_below(self, object_index: int, upper_object: int, room: Box) -> Pose:
         """Return a free pose under an object, inside a room.
 
         Raises:
             InputError: the space under the object is not free.
         """
-        areas = [_intersect(self.poses[roof].to_scene_box(space), room) for space in self.bodies[roof].below]
-        return self._find_free_pose(object_index, areas, FLAT, f"under {self.names[roof]}")
+        areas = [
+            _intersect(self.poses[upper_object].to_scene_box(space), room)
+            for space in self.bodies[upper_object].below
+        ]
+        return self._find_free_pose(object_index, areas, FLAT, f"under {self.names[upper_object]}")
 
     def find_pose_beside(self, object_index: int, other: int, room: Box) -> Pose:
         """Return a free pose on the floor of a room, next to an object.
@@ -188,12 +191,14 @@ class Placer:
         Raises:
             InputError: the floor around the object has no free space.
         """
-        within = [_intersect(strip, room) for strip in self._list_strips_beside(object_index, other)]
+        within = [
+            _intersect(strip, room) for strip in self._list_floor_areas_beside_object(object_index, other)
+        ]
         return self._find_free_pose(object_index, within, FLAT, f"next to {self.names[other]}")
 
-    def _list_strips_beside(self, object_index: int, other: int) -> list[Box]:
+    def _list_floor_areas_beside_object(self, object_index: int, neighbour: int) -> list[Box]:
         """Return four strips of floor along the sides of another object, for objects that are next to it."""
-        (x0, y0, _), (x1, y1, _) = self.find_bounds(other)
+        (x0, y0, _), (x1, y1, _) = self.find_bounds(neighbour)
         narrow, wide = sorted(self.bodies[object_index].size[:2])
         reach, more = narrow + 0.03, 0.4 * wide
         sides = [(x1, y0 - more, x1 + reach, y1 + more), (x0 - reach, y0 - more, x0, y1 + more)]
@@ -256,7 +261,7 @@ class Placer:
                 inner = below & (high[:, 2] < area[1, 2])
                 base = max([base, *high[inner, 2]])
             pose = Pose((x, y, base + half[2] + _SETTLING_GAP), turn)
-            if pose.at[2] + half[2] <= area[1, 2] and _is_free(pose.at, half, low, high):
+            if pose.at[2] + half[2] <= area[1, 2] and _is_box_free_of_overlaps(pose.at, half, low, high):
                 return pose
         return None
 
@@ -274,27 +279,34 @@ def _find_free_pose_with_contact(
             _list_contact_coordinates(area, low, high, half, 0),
             _list_contact_coordinates(area, low, high, half, 1),
         ):
-            if _is_free((x, y, z), half, low, high):
+            if _is_box_free_of_overlaps((x, y, z), half, low, high):
                 return Pose((x, y, z), turn)
     return None
 
 
-def _list_contact_coordinates(area: Box, low: Array, high: Array, half: Array, axis: int) -> Iterator[float]:
+def _list_contact_coordinates(
+    area: Box, low_corners: Array, high_corners: Array, half_size: Array, axis: int
+) -> Iterator[float]:
     """Return coordinates of a box's middle at which the box touches a side of the area or of another box."""
-    first, last = area[0, axis] + half[axis] + _SETTLING_GAP, area[1, axis] - half[axis] - _SETTLING_GAP
+    first, last = (
+        area[0, axis] + half_size[axis] + _SETTLING_GAP,
+        area[1, axis] - half_size[axis] - _SETTLING_GAP,
+    )
     edges = [
         first,
         last,
-        *(high[:, axis] + half[axis] + _SETTLING_GAP),
-        *(low[:, axis] - half[axis] - _SETTLING_GAP),
+        *(high_corners[:, axis] + half_size[axis] + _SETTLING_GAP),
+        *(low_corners[:, axis] - half_size[axis] - _SETTLING_GAP),
     ]
     return (edge for edge in sorted(edges) if first <= edge <= last)
 
 
-def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
+def _is_box_free_of_overlaps(
+    box_middle: Sequence[float], half_size: Array, low_corners: Array, high_corners: Array
+) -> bool:
     """Whether a box overlaps no other box, given their low and high corners."""
-    middle = np.array(at)
-    overlaps = (low < middle + half + 0.001) & (high > middle - half - 0.001)
+    middle = np.array(box_middle)
+    overlaps = (low_corners < middle + half_size + 0.001) & (high_corners > middle - half_size - 0.001)
     return not overlaps.all(1).any()
 
 

@@ -71,7 +71,7 @@ def render_images_of_tasks(
     return pictures_by_task
 
 
-def map_objects_to_pixel_positions(task: Task) -> dict[int, tuple[int, int, int]]:
+def map_objects_to_positions_in_pictures(task: Task) -> dict[int, tuple[int, int, int]]:
     """Return a mapping from the index of each visible object to the position of one of its pixels.
 
     The position is the number of a picture of the task, from 1, and the column and row in this picture.
@@ -80,9 +80,9 @@ def map_objects_to_pixel_positions(task: Task) -> dict[int, tuple[int, int, int]
         InputError, EaiError: see `render_task_images`.
     """
     with _installed():
-        from eai.extensions.scenes.pictures import map_objects_to_picture_pixels
+        from eai.extensions.scenes.pictures import map_objects_to_picture_column_and_row
 
-        return map_objects_to_picture_pixels(task, VIEWS[:2])
+        return map_objects_to_picture_column_and_row(task, VIEWS[:2])
 
 
 def make_film(task: Task, states: Sequence[State]) -> bytes:

@@ -19,10 +19,10 @@ import numpy as np
 from eai.base.errors import InputError
 from eai.extensions.scenes import geometry
 from eai.extensions.scenes.arranging import WALL_HEIGHT, arrange_objects, place_remaining_objects
-from eai.extensions.scenes.body import Array, Body, Box, ObjectBodyPart, Vector
+from eai.extensions.scenes.body import Array, Box, ObjectBody, ObjectBodyPart, Vector
 from eai.extensions.scenes.locations import BESIDE, INSIDE, ON, UNDER, ObjectLocations, read_object_locations
 from eai.extensions.scenes.looks import make_parts_that_show_states, tint_colour_by_states
-from eai.extensions.scenes.placing import Placer, Pose
+from eai.extensions.scenes.placing import ObjectPlacer, Pose
 from eai.tasks.task import Task
 from eai.world.state import State
 
@@ -50,7 +50,10 @@ _WALLS = {
 
 
 def write_mujoco_model(
-    placer: Placer, locations: ObjectLocations, rooms: Mapping[int, Box], position_of_unplaced_objects: Vector
+    placer: ObjectPlacer,
+    locations: ObjectLocations,
+    rooms: Mapping[int, Box],
+    position_of_unplaced_objects: Vector,
 ) -> str:
     """Return the MuJoCo model of arranged bodies as XML.
 
@@ -87,7 +90,7 @@ def write_mujoco_model(
 
 
 def _make_body_element(
-    object_index: int, body: Body, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
+    object_index: int, body: ObjectBody, pose: Pose, states: frozenset[str], *, is_fixed: bool, is_there: bool
 ) -> Xml.Element:
     """Return the XML element of an object. Furniture and absent objects cannot move."""
     element = Xml.Element(
@@ -252,7 +255,7 @@ class MujocoScene:
                 f"{self._names[second]}; choose another task"
             )
 
-    def _build_mujoco_model(self, placer: Placer) -> None:
+    def _build_mujoco_model(self, placer: ObjectPlacer) -> None:
         text = write_mujoco_model(placer, self.locations, self.rooms, _ABSENT_LOCATION)
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
@@ -287,7 +290,7 @@ class MujocoScene:
             InputError: an object has no body.
         """
         before, locations = self.locations, read_object_locations(state)
-        placer = Placer(locations, self._names, f"{self.task.id} {hash(state)}")
+        placer = ObjectPlacer(locations, self._names, f"{self.task.id} {hash(state)}")
         kept = self._list_unmoved_objects(before, locations)
         for object_index in kept:
             placer.put(object_index, self._read_pose(object_index))
@@ -323,7 +326,7 @@ class MujocoScene:
         a, b, c, d = self.data.xquat[body].tolist()
         return Pose((x, y, z), (a, b, c, d))
 
-    def _colour_by_states(self, object_index: int, placer: Placer) -> None:
+    def _colour_by_states(self, object_index: int, placer: ObjectPlacer) -> None:
         body = self._bodies[object_index]
         states = placer.states.get(object_index, frozenset())
         for geom, part in zip(

@@ -54,7 +54,7 @@ def make_object_rectangles(
     for fact in graph.facts:
         if fact not in shown and len(fact.arguments) == 1:
             tiles[fact.arguments[0]].marks.append(fact.predicate)
-    for name, line in _write_object_names_and_relation_lines(
+    for name, line in _pair_object_names_with_relation_lines(
         [fact for fact in graph.facts if fact not in shown]
     ):
         tiles[name].lines.append(line)
@@ -102,7 +102,7 @@ def _compute_nesting_depth(
     )
 
 
-def _write_object_names_and_relation_lines(facts: Sequence[SceneGraphFact]) -> Iterator[tuple[str, str]]:
+def _pair_object_names_with_relation_lines(facts: Sequence[SceneGraphFact]) -> Iterator[tuple[str, str]]:
     """Yield pairs of an object's name and a text line for the object's rectangle in a diagram.
 
     A line has a predicate, an arrow and all objects to which the object has this relation. A mutual relation

@@ -217,7 +217,7 @@ def _describe_pictures(
         return text
     where: Mapping[int, tuple[int, int, int]] = _load_picture_extension(
         "rendered_pictures", scene
-    ).map_objects_to_pixel_positions(task)
+    ).map_objects_to_positions_in_pictures(task)
     lines = [
         f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}"
         for i in list_objects_in_prompt(task)
