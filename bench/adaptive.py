@@ -24,8 +24,8 @@ from bench.record import add_write_option, get_suite_title, write_rows
 from bench.result import Figure
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
-from eai.extensions.adaptive.difficulties import choose_next_tasks, estimate_ability
-from eai.extensions.adaptive.rasch import estimate_ability_variance_between_task_names, fit_rasch
+from eai.extensions.adaptive.difficulties import choose_most_informative_tasks, estimate_ability
+from eai.extensions.adaptive.rasch import estimate_ability_variance_between_task_groups, fit_rasch
 from eai.extensions.adaptive.runs import TASKS_PER_ROUND
 from eai.extensions.adaptive.study import SuiteScores, collect_scores
 from eai.results.lines import group_by_suite
@@ -74,10 +74,10 @@ def measure_target(scores: SuiteScores, target: float) -> tuple[str, int, float,
         shifted = fitted.difficulties - fitted.abilities.mean()
         difficulties = dict(zip(scores.tasks, map(float, shifted), strict=True))
         own = dict(zip(scores.tasks, map(float, scores.matrix[held]), strict=True))
-        variance = estimate_ability_variance_between_task_names(others, fitted, scores.names)
+        variance = estimate_ability_variance_between_task_groups(others, fitted, scores.names)
 
         def informative(asked: Numbers, difficulties: Numbers = difficulties) -> tuple[str, ...]:
-            return choose_next_tasks(TASKS_PER_ROUND, asked, difficulties, names)
+            return choose_most_informative_tasks(TASKS_PER_ROUND, asked, difficulties, names)
 
         known = HeldOutDifficulties(difficulties, names, variance)
         asked = ask_adaptively(own, known, target, informative)

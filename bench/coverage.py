@@ -19,10 +19,10 @@ from bench.record import add_write_option, write_rows
 from eai.results.certainty import (
     ConfidenceIntervals,
     Interval,
-    TaskContribution,
+    TaskRateContribution,
     compute_difference_intervals,
     compute_rate_intervals,
-    compute_rate_with_errors_of_units,
+    compute_rate_with_residuals_of_sampling_units,
     sum_shares_by_task_name,
 )
 from extensions.adaptive.abilities import ability
@@ -34,10 +34,10 @@ DRAWS = 200
 RATES = (0.01, 0.02, 0.05, 0.1, 0.17, 0.25, 0.5, 0.75, 0.83, 0.9, 0.95, 0.98, 0.99)
 PAIRS = ((0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.5, 0.5), (0.8, 0.95), (0.97, 0.99))
 
-Method = Callable[[Sequence[TaskContribution], random.Random], Interval]
+Method = Callable[[Sequence[TaskRateContribution], random.Random], Interval]
 
 
-def require_certainty(cases: Sequence[TaskContribution]) -> ConfidenceIntervals:
+def require_certainty(cases: Sequence[TaskRateContribution]) -> ConfidenceIntervals:
     """Return the uncertainty of a rate, or raise if the rate has no cases."""
     found = compute_rate_intervals(cases)
     if found is None:
@@ -45,19 +45,19 @@ def require_certainty(cases: Sequence[TaskContribution]) -> ConfidenceIntervals:
     return found
 
 
-def compute_reported_interval(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
+def compute_reported_interval(cases: Sequence[TaskRateContribution], generator: random.Random) -> Interval:
     """Return the interval that reports show."""
     return require_certainty(cases).interval
 
 
 def compute_interval_for_independent_tasks(
-    cases: Sequence[TaskContribution], generator: random.Random
+    cases: Sequence[TaskRateContribution], generator: random.Random
 ) -> Interval:
     """Return the interval for independent tasks."""
     return require_certainty(cases).by_task
 
 
-def compute_bootstrap_interval(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
+def compute_bootstrap_interval(cases: Sequence[TaskRateContribution], generator: random.Random) -> Interval:
     """Return the percentile interval of a bootstrap over names."""
     sums = list(sum_shares_by_task_name(cases).values())
     values = []
@@ -68,9 +68,11 @@ def compute_bootstrap_interval(cases: Sequence[TaskContribution], generator: ran
     return Interval(cuts[0], cuts[-1])
 
 
-def compute_plain_wilson_interval(cases: Sequence[TaskContribution], generator: random.Random) -> Interval:
+def compute_plain_wilson_interval(
+    cases: Sequence[TaskRateContribution], generator: random.Random
+) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
-    rate = compute_rate_with_errors_of_units(sum_shares_by_task_name(cases))
+    rate = compute_rate_with_residuals_of_sampling_units(sum_shares_by_task_name(cases))
     if rate is None:
         raise ValueError("no cases: a rate needs at least one")
     p, observed = rate.value, rate.observed_variance
@@ -150,7 +152,7 @@ def make_seeded_generator(name: str) -> random.Random:
     return random.Random(name)  # noqa: S311 - reproducible, not secret
 
 
-def print_row(name: str, runs: Sequence[Sequence[TaskContribution]], truth: float) -> list[str]:
+def print_row(name: str, runs: Sequence[Sequence[TaskRateContribution]], truth: float) -> list[str]:
     """Print and return one line: the coverage of every method on the same simulated runs."""
     generator = make_seeded_generator(name)
     cells = [format_coverage([method(run, generator) for run in runs], truth) for method in METHODS.values()]

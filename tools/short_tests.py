@@ -30,7 +30,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.extensions.adaptive import difficulties as adaptive
 from eai.extensions.adaptive import short_tests
-from eai.extensions.adaptive.rasch import estimate_ability_variance_between_task_names, fit_rasch
+from eai.extensions.adaptive.rasch import estimate_ability_variance_between_task_groups, fit_rasch
 from eai.extensions.adaptive.study import SuiteScores, collect_scores
 from eai.results.lines import group_by_suite
 from eai.results.rate import Rate
@@ -84,7 +84,7 @@ def fit_difficulties(scores: SuiteScores) -> dict[str, Any]:
     shifted = fitted.difficulties - fitted.abilities.mean()
     return {
         "variance_between_names": round(
-            estimate_ability_variance_between_task_names(scores.matrix, fitted, scores.names), 3
+            estimate_ability_variance_between_task_groups(scores.matrix, fitted, scores.names), 3
         ),
         "difficulties": {
             task: round(float(value), 3) for task, value in zip(scores.tasks, shifted, strict=True)

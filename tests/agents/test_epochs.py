@@ -81,7 +81,7 @@ def test_records_keep_the_mean_and_name_the_epoch_they_show(tmp_path: Path) -> N
     assert sorted(runs) == ["m", "m.epoch_1", "m.epoch_2", "m.epoch_3"]
     assert [record.drop_explanations() for record in runs["m"]] == result.records
     assert compute_metric_rates([record.verdict for record in runs["m"]], ACTING) == result.totals.rates
-    assert result.map_tasks_to_epoch_of_shown_answer() == {TASK: 2, OTHER: 1}
+    assert result.map_tasks_to_epoch_of_recorded_answer() == {TASK: 2, OTHER: 1}
     assert {file.parent.name for file in find_response_files(tmp_path)} == {"epoch_1", "epoch_2", "epoch_3"}
 
 

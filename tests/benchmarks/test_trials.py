@@ -26,7 +26,12 @@ from eai.benchmarks.gold_answers import (
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
-from eai.results.trials import SuiteConversations, begin_trial, open_trials, replay_attempts_at_task
+from eai.results.trials import (
+    ReplanningConversationFactory,
+    begin_trial,
+    make_replanning_conversation_factory,
+    replay_attempts_at_task,
+)
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
 from made_answers import made_answers
@@ -51,11 +56,11 @@ def open_plan_suite(name: str, store: DataPackStore, protocol: Protocol = Protoc
 
 def open_published_trials(
     name: str, store: DataPackStore, experiment: ReplanningOptions
-) -> SuiteConversations:
+) -> ReplanningConversationFactory:
     """Return the trials of all tasks with the published prompts."""
     suite, library = open_plan_suite(name, store), PromptLibrary("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
-    return open_trials(
+    return make_replanning_conversation_factory(
         suite, experiment, library.make_question_writer(suite.benchmark, ACTIONS, prompts), prompts
     )
 
@@ -123,7 +128,7 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
         PromptLibrary(prompts, None, Source(data_store)),
     )
     questions = library.open(suite.benchmark, ACTIONS)
-    trials = open_trials(
+    trials = make_replanning_conversation_factory(
         suite, EXPLAINED, library.make_question_writer(suite.benchmark, ACTIONS, questions), questions
     )
     gold = answer_book("virtualhome", ACTIONS, data_store)["27_2"].text
@@ -139,7 +144,7 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
 
 
 def run_policy(
-    trials: SuiteConversations, task_id: str, policy: Callable[[Prompt, int], str]
+    trials: ReplanningConversationFactory, task_id: str, policy: Callable[[Prompt, int], str]
 ) -> Sequence[Attempt]:
     """Return the attempts of a policy, which gets the question and the number of the attempt."""
     conversation = trials.start_conversation(task_id)

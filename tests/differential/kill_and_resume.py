@@ -40,9 +40,9 @@ from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
-from eai.results.epochs import ModelBeliefsInPrompts, score_answers
+from eai.results.epochs import GoalsAndScenesStatedInPrompts, score_answers
 from eai.results.options import ScoringOptions
-from eai.results.trials import open_trials
+from eai.results.trials import make_replanning_conversation_factory
 from eai.run.job import QuestionJob, RequestOptions
 from eai.run.tasks import request_missing_answers
 from eai.studies.pipeline.stage_one import make_goal_beliefs
@@ -58,7 +58,7 @@ class Work(NamedTuple):
     """The work of each run; in a pipeline, with goals that answers state."""
 
     job: QuestionJob
-    believed: ModelBeliefsInPrompts | None = None
+    believed: GoalsAndScenesStatedInPrompts | None = None
 
 
 def make_work(kind: str, tasks: int) -> Work:
@@ -78,7 +78,7 @@ def make_work(kind: str, tasks: int) -> Work:
     asked = {task_id: prompts[task_id] for task_id in task_ids}
     arguments: dict[str, Json] = {} if kind == "acting" else {"rate": 0.2}
     if kind == "replanning":
-        trials = open_trials(
+        trials = make_replanning_conversation_factory(
             suite, EXPERIMENT, library.make_question_writer(suite.benchmark, suite.ability, asked), asked
         )
         arguments["heed"] = 0.7

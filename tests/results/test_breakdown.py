@@ -25,7 +25,7 @@ from eai.abilities.verdict import ConfusionCounts, PlanVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.rate import Rate, compute_rate
 from eai.results.summary import break_down_records, find_answer_outcome
 from eai.tasks.share import Share
@@ -83,7 +83,7 @@ def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:
     assert found.outcomes == {AnswerOutcome.NOT_ANSWERED: 1, AnswerOutcome.SUCCESS: 1}
     assert found.flow
     assert [*found.flow.values()] == [1] * 6
-    assert found.by_goals == {1: [TaskContribution("2_1", "name", Share(1, 1))]}
+    assert found.by_goals == {1: [TaskRateContribution("2_1", "name", Share(1, 1))]}
 
 
 def test_flow_loses_answers_stage_by_stage() -> None:
@@ -117,9 +117,9 @@ def test_difficulty_is_measured_by_the_task_and_not_by_the_answer() -> None:
     found = break_down_records([right, wrong, unreadable, without_plan], Ability.ACTION_SEQUENCING)
     assert found.by_length == {
         9: [
-            TaskContribution("1", "wash", Share(1, 1)),
-            TaskContribution("2", "wash", Share(0, 1)),
-            TaskContribution("3", "wash", Share(0, 1)),
+            TaskRateContribution("1", "wash", Share(1, 1)),
+            TaskRateContribution("2", "wash", Share(0, 1)),
+            TaskRateContribution("3", "wash", Share(0, 1)),
         ]
     }
     assert {goals: len(cases) for goals, cases in found.by_goals.items()} == {1: 1, 2: 3}

@@ -7,7 +7,7 @@ import pytest
 
 from eai.results.certainty import (
     Interval,
-    TaskContribution,
+    TaskRateContribution,
     compute_difference_intervals,
     compute_intervals_of_weighted_mean,
     compute_mean_rate_over_task_names,
@@ -21,15 +21,15 @@ PROMISED = 0.93
 """How often intervals of 95 % must hold the truth, at least."""
 
 
-def alone(right: int, tasks: int) -> list[TaskContribution]:
+def alone(right: int, tasks: int) -> list[TaskRateContribution]:
     """Return tasks with different names; a given number of them is right."""
-    return [TaskContribution(str(i), str(i), Share(i < right, 1)) for i in range(tasks)]
+    return [TaskRateContribution(str(i), str(i), Share(i < right, 1)) for i in range(tasks)]
 
 
-def copies(*names: tuple[int, int]) -> list[TaskContribution]:
+def copies(*names: tuple[int, int]) -> list[TaskRateContribution]:
     """Return cases of names, given the number of right tasks and of tasks of each name."""
     return [
-        TaskContribution(f"{name}_{i}", str(name), Share(i < right, 1))
+        TaskRateContribution(f"{name}_{i}", str(name), Share(i < right, 1))
         for name, (right, tasks) in enumerate(names)
         for i in range(tasks)
     ]
@@ -90,14 +90,14 @@ def test_few_names_with_equal_results_still_have_a_wide_interval() -> None:
 
 
 def test_a_rate_of_errors_that_count_several_times_has_an_interval() -> None:
-    found = compute_rate_intervals([TaskContribution(str(i), str(i), Share(i % 4, 1)) for i in range(40)])
+    found = compute_rate_intervals([TaskRateContribution(str(i), str(i), Share(i % 4, 1)) for i in range(40)])
     assert found is not None
     assert found.interval.low < 150 < found.interval.high
     assert found.interval.low + found.interval.high == pytest.approx(300)
 
 
 def test_a_rate_without_cases_has_no_interval() -> None:
-    nothing = [TaskContribution("a", "a", Share(0, 0))]
+    nothing = [TaskRateContribution("a", "a", Share(0, 0))]
     assert compute_rate_intervals([]) is None
     assert compute_rate_intervals(nothing) is None
     assert compute_difference_intervals(nothing, nothing) is None
@@ -209,7 +209,7 @@ def test_intervals_of_repeated_errors_cover_the_true_value(rate: float) -> None:
 
     def draw() -> Interval | None:
         names = successes_by_name(generator, rate)
-        twice = [TaskContribution(t, n, Share(2 * numerator, of)) for t, n, (numerator, of) in names]
+        twice = [TaskRateContribution(t, n, Share(2 * numerator, of)) for t, n, (numerator, of) in names]
         found = compute_rate_intervals(twice)
         return found and found.interval
 

@@ -13,7 +13,7 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import ConfusionCounts, Verdict
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.comparison import compare_runs, compute_permutation_p_value, compute_sign_flip_p
 from eai.results.rate import Rate
 from eai.results.record import Record
@@ -144,5 +144,5 @@ def test_equally_good_runs_rarely_differ_significantly() -> None:
     assert by_task > 50
 
 
-def _changes(first: Sequence[TaskContribution], second: Sequence[TaskContribution]) -> list[int]:
+def _changes(first: Sequence[TaskRateContribution], second: Sequence[TaskRateContribution]) -> list[int]:
     return [round(b.share.numerator - a.share.numerator) for a, b in zip(first, second, strict=True)]

@@ -34,7 +34,7 @@ from oracle import MODELS, NO_REFERENCE, Oracle
 from protocols import EACH_PROTOCOL
 from sweeps import swept
 
-FULL_TABLES = read_paper_protocol_and_tables().all_model_table_names
+FULL_TABLES = read_paper_protocol_and_tables().names_of_tables_with_all_models
 NOTES = read_toml(Path(paper_tables.__file__).parent / "paper" / "notes.toml")["note"]
 
 DIGIT = 0.056

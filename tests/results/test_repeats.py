@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import AnswerUsage
-from eai.results.certainty import TaskContribution, compute_interval_of_success_cost
-from eai.results.cost import make_cost_contributions_by_unit, make_json_of_success_cost
+from eai.results.certainty import TaskRateContribution, compute_interval_of_cost_per_success
+from eai.results.cost import group_contributions_by_cost_unit, make_json_of_cost_per_success
 from eai.results.rate import compute_rate
 from eai.results.record import AnswerOrigin, Record
 from eai.results.repeats import (
     make_pass_at_k_table,
-    make_task_contributions_by_pass_at_k,
+    map_pass_at_k_metrics_to_contributions,
     pass_at_k_to_json,
     strip_epoch,
 )
@@ -27,11 +27,11 @@ from eai.tasks.share import Share
 from studies.report.samples import action_run
 
 
-def epochs(answers: Sequence[Sequence[bool]]) -> list[list[TaskContribution]]:
+def epochs(answers: Sequence[Sequence[bool]]) -> list[list[TaskRateContribution]]:
     """Return the cases of each epoch from the results of each task's answers."""
     numbers = range(len(answers[0]))
     return [
-        [TaskContribution(str(i), str(i), Share(right[e], 1)) for i, right in enumerate(answers)]
+        [TaskRateContribution(str(i), str(i), Share(right[e], 1)) for i, right in enumerate(answers)]
         for e in numbers
     ]
 
@@ -42,7 +42,7 @@ def tasks_of(number: int) -> st.SearchStrategy[list[list[bool]]]:
 
 @given(st.integers(1, 5).flatmap(tasks_of))
 def test_pass_at_k_and_pass_hat_k_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -> None:
-    found = make_task_contributions_by_pass_at_k(epochs(answers))
+    found = map_pass_at_k_metrics_to_contributions(epochs(answers))
     for k in range(1, len(answers[0]) + 1):
         ways = [list(combinations(right, k)) for right in answers]
         for name, holds in ((f"pass@{k}", any), (f"pass^{k}", all)):
@@ -52,7 +52,7 @@ def test_pass_at_k_and_pass_hat_k_are_means_over_all_choices_of_answers(answers:
 
 def test_a_task_with_fewer_than_k_answers_is_left_out() -> None:
     first, second = epochs([[True, False], [True, True]])
-    found = make_task_contributions_by_pass_at_k([first, second[:1]])
+    found = map_pass_at_k_metrics_to_contributions([first, second[:1]])
     assert [case.task for case in found["pass@2"]] == ["0"]
     assert len(found["pass^1"]) == 2
 
@@ -62,7 +62,7 @@ def test_the_table_of_passes_has_powers_of_two_and_the_number_of_answers() -> No
     assert [row[2] for row in table.rows] == [1, 2, 4, 5]
     last = table.rows[-1][3:]
     assert [cell.value for cell in last if isinstance(cell, Estimate)] == [100, 0]
-    written = pass_at_k_to_json(make_task_contributions_by_pass_at_k(epochs([[True, False]] * 2)))["pass@1"]
+    written = pass_at_k_to_json(map_pass_at_k_metrics_to_contributions(epochs([[True, False]] * 2)))["pass@1"]
     assert isinstance(written, dict)
     assert (written["value"], len(written["interval"])) == (50, 2)
     assert strip_epoch("gpt-4o.epoch_12") == "gpt-4o"
@@ -76,7 +76,7 @@ def costing(**usage: float) -> list[Record]:
 
 def test_the_cost_of_a_success_includes_failed_answers() -> None:
     records = costing(seconds=2.0)
-    written = make_json_of_success_cost(make_cost_contributions_by_unit(records))
+    written = make_json_of_cost_per_success(group_contributions_by_cost_unit(records))
     counted = [record for record in records if record.verdict.excluded is None]
     won = sum(bool(record.verdict.success) for record in counted)  # type: ignore[attr-defined]
     assert 0 < won < len(counted) < len(records)
@@ -86,13 +86,13 @@ def test_the_cost_of_a_success_includes_failed_answers() -> None:
     low, high = written["tokens"]["interval"]  # type: ignore[index, call-overload]
     assert low < written["tokens"]["value"] < high  # type: ignore[index, call-overload]
     some = [*costing(cost=0.5)[:-1], replace(counted[0], task_id="another")]
-    assert "dollars" not in make_cost_contributions_by_unit(some)
+    assert "dollars" not in group_contributions_by_cost_unit(some)
 
 
 def test_the_cost_of_a_success_is_missing_without_a_success() -> None:
-    cases = [TaskContribution(str(i), str(i), Share(7, 0)) for i in range(3)]
-    assert compute_interval_of_success_cost(cases) is None
-    assert make_json_of_success_cost({"tokens": cases})["tokens"] == {
+    cases = [TaskRateContribution(str(i), str(i), Share(7, 0)) for i in range(3)]
+    assert compute_interval_of_cost_per_success(cases) is None
+    assert make_json_of_cost_per_success({"tokens": cases})["tokens"] == {
         "value": None,
         "numerator": 21,
         "denominator": 0,
@@ -103,11 +103,11 @@ def test_the_cost_of_a_success_is_missing_without_a_success() -> None:
 def test_copies_of_a_task_widen_the_interval_of_a_cost() -> None:
     """Two names with different costs give less information than as many different tasks."""
     shares = [Share(10, 1), Share(30, 1)] * 6
-    alone = compute_interval_of_success_cost(
-        [TaskContribution(str(i), str(i), share) for i, share in enumerate(shares)]
+    alone = compute_interval_of_cost_per_success(
+        [TaskRateContribution(str(i), str(i), share) for i, share in enumerate(shares)]
     )
-    copies = compute_interval_of_success_cost(
-        [TaskContribution(str(i), str(i % 2), share) for i, share in enumerate(shares)]
+    copies = compute_interval_of_cost_per_success(
+        [TaskRateContribution(str(i), str(i % 2), share) for i, share in enumerate(shares)]
     )
     assert alone is not None
     assert copies is not None

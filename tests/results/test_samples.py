@@ -131,7 +131,9 @@ def test_totals_of_parts_add_up_to_the_totals_of_the_run() -> None:
     records: list[Record] = [*Scoring().score_records(echo_suite(), "m", read_some())]
     whole, parts = RunTotals.from_records(records), RunTotals()
     for start in range(0, len(records), 3):
-        parts.add_later_totals(RunTotals.from_records(replace(each) for each in records[start : start + 3]))
+        parts.add_totals_of_later_records(
+            RunTotals.from_records(replace(each) for each in records[start : start + 3])
+        )
     assert parts == whole
 
 

@@ -17,7 +17,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import score_run
 from eai.results.codec import hash_text, record_from_json, record_to_json
-from eai.results.epochs import ModelBeliefsInPrompts
+from eai.results.epochs import GoalsAndScenesStatedInPrompts
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
@@ -37,14 +37,14 @@ def source(data_store: DataPackStore) -> Source:
     return Source(data_store)
 
 
-def believed(answer: str, source: Source) -> ModelBeliefsInPrompts:
+def believed(answer: str, source: Source) -> GoalsAndScenesStatedInPrompts:
     return make_goal_beliefs(("m", {JARS: answer}), BEHAVIOR, source)
 
 
 LEFT = ("stage_1_unreadable", "stage_1_unknown", "stage_1_left_out")
 
 
-def said(read: ModelBeliefsInPrompts) -> Mapping[str, Any]:
+def said(read: GoalsAndScenesStatedInPrompts) -> Mapping[str, Any]:
     """Return the summary of the stated goals of the one task."""
     return read.summaries[JARS]["pipeline"]
 
@@ -91,7 +91,7 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: DataPackS
     answers = ResponseFile("m", tuple(Response(task, gold[task].text) for task in (GIFTS, JARS)))
     plain = score_run(suite, answers, {}, ScoringOptions())
     wrong = believed('{"node goals": [["open", "jar.n.01_1"], ["not", ["sliced", "peach.n.03_1"]]]}', source)
-    marked = [wrong.add_experiment_and_belief_summaries(record) for record in plain]
+    marked = [wrong.add_experiment_and_study_summaries(record) for record in plain]
     assert all(getattr(record.verdict, "success", False) for record in plain)
     assert [replace(record, experiment=None, summaries={}) for record in marked] == plain
     assert {record.experiment for record in marked} == {experiment(goals_from="m")}
@@ -104,7 +104,7 @@ def test_records_have_the_stated_goals_in_their_summary(source: Source) -> None:
     (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, ScoringOptions())
     marked = believed(
         '{"node goals": [["eaten", "peach.n.03_1"]]}', source
-    ).add_experiment_and_belief_summaries(plain)
+    ).add_experiment_and_study_summaries(plain)
     written = json.loads(json.dumps(record_to_json(marked)))
     part = written["study"]["pipeline"]
     assert (part["label"], part["options"]) == ("goals-m", {"goals_from": "m"})

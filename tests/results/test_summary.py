@@ -12,7 +12,7 @@ from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, ErrorReport, SummaryCounts
 from eai.pddl.planning import PlannerOutcome
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.rate import Rate
 from eai.results.summary import compute_metric_rates, make_contributions_by_metric
 from eai.tasks.share import Share, TalliesByGoalKind
@@ -196,6 +196,6 @@ def test_cases_of_scored_records_have_the_names_of_their_tasks() -> None:
     cases = make_contributions_by_metric(records, Ability.ACTION_SEQUENCING)
     assert cases.keys() == compute_metric_rates([], Ability.ACTION_SEQUENCING).keys()
     assert cases["task_success"] == [
-        TaskContribution("a_1", "a", Share(1, 1)),
-        TaskContribution("c", "c", Share(0, 1)),
+        TaskRateContribution("a_1", "a", Share(1, 1)),
+        TaskRateContribution("c", "c", Share(0, 1)),
     ]

@@ -9,14 +9,16 @@ import pytest
 
 from by_path import ROOT
 from eai.base.errors import EaiError
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.lines import TABLES, StepLine
 from eai.results.table import Estimate, Table
 from eai.results.table_files import format_lines_as_csv, write_parquet, write_tables
 from eai.tasks.share import Share
 from studies.published import GPT_4O
 
-RATE = Estimate.from_cases([TaskContribution(str(i), str(i), Share(i % 2, 1)) for i in range(10)])
+RATE = Estimate.from_task_rate_contributions(
+    [TaskRateContribution(str(i), str(i), Share(i % 2, 1)) for i in range(10)]
+)
 TABLE = Table(
     "sizes", "Sizes", "How big.", ("what", "size", "known"), (("a | b", RATE, True), ("c", None, None))
 )

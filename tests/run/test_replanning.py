@@ -24,7 +24,7 @@ from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_to_json
 from eai.results.record import Record
 from eai.results.records import read_records
-from eai.results.trials import open_trials
+from eai.results.trials import make_replanning_conversation_factory
 from eai.tasks.source import Source
 from processes import eai, own_process
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
@@ -57,7 +57,7 @@ def offline(
     """Return the answers and verdicts of the loop without Inspect, by task."""
     suite, library = open_suite("behavior", ACTIONS, source=Source(store)), PromptLibrary("official")
     prompts = library.open(suite.benchmark, ACTIONS)
-    trials = open_trials(
+    trials = make_replanning_conversation_factory(
         suite, options, library.make_question_writer(suite.benchmark, ACTIONS, prompts), prompts
     )
     book = answer_book("behavior", ACTIONS, store)

@@ -10,7 +10,7 @@ from pydantic import Field
 from eai.abilities.experiment import Experiment
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
-from eai.results.epochs import ModelBeliefsInPrompts
+from eai.results.epochs import GoalsAndScenesStatedInPrompts
 from eai.results.record import Record
 from eai.results.table import Table
 from eai.studies.records import StudyRecords
@@ -42,10 +42,10 @@ class Limit(VariationOptions):
     ) -> StageBeforeQuestions:
         return StageBeforeQuestions(library, wanted, ask, self._limited)
 
-    def _limited(self, _: StageBeforeQuestions, __: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
+    def _limited(self, _: StageBeforeQuestions, __: Endpoint, suite: Suite) -> GoalsAndScenesStatedInPrompts:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: BelievedTask(task, initial=told) for task_id, task in suite.tasks.items()}
-        return ModelBeliefsInPrompts(beliefs, Experiment(), "there is no such task")
+        return GoalsAndScenesStatedInPrompts(beliefs, Experiment(), "there is no such task")
 
 
 def summarize(record: Record, suite: Suite, about: Mapping[str, Any]) -> dict[str, int]:

@@ -18,7 +18,7 @@ from pydantic import Field
 
 from eai.tasks.options import Options
 from eai.results.table import Estimate, Table
-from eai.results.lines import make_task_contribution
+from eai.results.lines import make_task_rate_contribution
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.studies.study import Analysis, Study
 
@@ -36,8 +36,8 @@ class Words(Options):
 def analyze(records, chosen):
     answers = records.make_tidy_tables_of_comparable_runs(features=False).answers
     shares = [make_rate_contribution_of_answer(answer.characters <= chosen.most) for answer in answers]
-    cases = [make_task_contribution(*pair) for pair in zip(answers, shares)]
-    columns, rows = ("answers", "short"), ((len(answers), Estimate.from_cases(cases)),)
+    cases = [make_task_rate_contribution(*pair) for pair in zip(answers, shares)]
+    columns, rows = ("answers", "short"), ((len(answers), Estimate.from_task_rate_contributions(cases)),)
     yield Analysis([Table("brevity", "Short answers", "In percent.", columns, rows)])
 
 

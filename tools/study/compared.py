@@ -31,11 +31,11 @@ from rates import ABILITIES, WORLDS, column_of, if_so, measured_rates, printed_r
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE
 from eai.benchmarks.registry import find_benchmark
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.comparison import compare_metric
 from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.record import Record
-from eai.results.summary import compute_metric_shares_by_task, find_task_name
+from eai.results.summary import compute_metric_contributions_by_task, find_task_name
 from eai.results.table import Estimate
 from eai.studies.cofactors.effects import compute_rank_correlation
 from eai.tasks.share import Share
@@ -274,14 +274,14 @@ def _records(evidence: Evidence, column: str, model: str) -> list[Record]:
     return next((records for file, records in runs.items() if map_files_to_paper_models()[file] == model), [])
 
 
-def _cases(records: list[Record], column: str) -> list[TaskContribution]:
+def _cases(records: list[Record], column: str) -> list[TaskRateContribution]:
     metrics = column.split("/")[2].split("+")
     names = {record.task_id: find_task_name(record) for record in records if record.task}
     cases = []
-    for task, shares in compute_metric_shares_by_task(records).items():
+    for task, shares in compute_metric_contributions_by_task(records).items():
         parts = [shares.get(metric, EMPTY_SHARE) for metric in metrics]
         share = Share(sum(part.numerator for part in parts), max(part.denominator for part in parts))
-        cases.append(TaskContribution(task, names.get(task, task), share))
+        cases.append(TaskRateContribution(task, names.get(task, task), share))
     return cases
 
 
@@ -297,7 +297,10 @@ def _leads(first: list[Record], second: list[Record], left: str, right: str, sig
 
 
 def _is_apart(first: list[Record], second: list[Record], left: str, right: str, sign: str) -> bool:
-    one, other = Estimate.from_cases(_cases(first, left)), Estimate.from_cases(_cases(second, right))
+    one, other = (
+        Estimate.from_task_rate_contributions(_cases(first, left)),
+        Estimate.from_task_rate_contributions(_cases(second, right)),
+    )
     upper, lower = (one, other) if sign == ">" else (other, one)
     if None in (upper.value, upper.low, lower.value, lower.high):
         return False

@@ -23,7 +23,7 @@ from evidence import (
 )
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.lines import AnswerLine, compute_contribution_to_main_score, compute_goal_share
+from eai.results.lines import AnswerLine, compute_contribution_to_main_score, compute_share_of_reached_goals
 from eai.results.table import Estimate
 
 SUITE = Suite(B, AS)
@@ -46,7 +46,7 @@ def _score(answer: AnswerLine) -> float | None:
 
 
 def _goals(answer: AnswerLine) -> float | None:
-    share = compute_goal_share(answer)
+    share = compute_share_of_reached_goals(answer)
     return share.numerator / share.denominator if share.denominator else None
 
 

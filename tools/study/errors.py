@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
-from eai.results.lines import AnswerLine, make_task_contribution
+from eai.results.lines import AnswerLine, make_task_rate_contribution
 from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.table import Estimate
 from eai.tasks.share import Share
@@ -85,9 +85,9 @@ def kinds_of_goals(evidence: Evidence) -> Finding:
 
 
 def _goals(answers: Sequence[AnswerLine], kind: str) -> Estimate:
-    return Estimate.from_cases(
+    return Estimate.from_task_rate_contributions(
         [
-            make_task_contribution(
+            make_task_rate_contribution(
                 each, Share(getattr(each, f"{kind}_met") or 0, getattr(each, f"{kind}_total") or 0)
             )
             for each in answers

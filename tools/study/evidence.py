@@ -13,7 +13,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.lines import AnswerLine, TidyTableLine, make_task_contribution
+from eai.results.lines import AnswerLine, TidyTableLine, make_task_rate_contribution
 from eai.results.paper_tables import ScoresOfPublishedAnswers, map_files_to_paper_models
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
@@ -161,7 +161,9 @@ def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorReplacementTr
 
 def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:
     """Return the share of lines with a hit, in percent. Its interval counts near copies together."""
-    return Estimate.from_cases([make_task_contribution(line, Share(int(hit(line)), 1)) for line in lines])
+    return Estimate.from_task_rate_contributions(
+        [make_task_rate_contribution(line, Share(int(hit(line)), 1)) for line in lines]
+    )
 
 
 def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]) -> Estimate:

@@ -563,7 +563,7 @@ def micro_averages(evidence: Evidence) -> Finding:
 
 def cells_that_come_out(evidence: Evidence) -> Finding:
     near = exact = number = 0
-    for name in read_paper_protocol_and_tables().all_model_table_names:
+    for name in read_paper_protocol_and_tables().names_of_tables_with_all_models:
         table = read_paper_table(name)
         for column in table.columns:
             if name == "overview" or not column.ability:
@@ -585,7 +585,7 @@ def cells_that_come_out(evidence: Evidence) -> Finding:
 
 def figures_of_tables(evidence: Evidence) -> Finding:
     """Compare the figures of each model and rate that several of the paper's tables print."""
-    names = (*read_paper_protocol_and_tables().all_model_table_names, "transition_modeling_summary")
+    names = (*read_paper_protocol_and_tables().names_of_tables_with_all_models, "transition_modeling_summary")
     tables = [read_paper_table(name) for name in names]
     gaps = {}
     for column in {column for table in tables for column in table.columns if column.ability}:

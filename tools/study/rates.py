@@ -43,7 +43,10 @@ def printed_figures(column: RateColumn, model: str) -> list[float]:
     place = PaperColumn(column.ability, column.metric, column.domain)
     tables = [
         read_paper_table(name)
-        for name in (*read_paper_protocol_and_tables().all_model_table_names, "transition_modeling_summary")
+        for name in (
+            *read_paper_protocol_and_tables().names_of_tables_with_all_models,
+            "transition_modeling_summary",
+        )
     ]
     figures = [table.find_printed_number(model, place) for table in tables]
     return sorted({figure for figure in figures if figure is not None})
@@ -52,7 +55,7 @@ def printed_figures(column: RateColumn, model: str) -> list[float]:
 def printed_rates(column: RateColumn) -> dict[str, float]:
     """Return the paper's figure for each model, of the first table that has it."""
     place = PaperColumn(column.ability, column.metric, column.domain)
-    for name in (*reversed(read_paper_protocol_and_tables().all_model_table_names), "overview"):
+    for name in (*reversed(read_paper_protocol_and_tables().names_of_tables_with_all_models), "overview"):
         table = read_paper_table(name)
         if place in table.columns:
             figures = {model: table.find_printed_number(model, place) for model in table.rows}

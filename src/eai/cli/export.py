@@ -237,7 +237,7 @@ def export_plans_with_step_labels(
     """
     left_out, counts = Counter[str](), Counter[str]()
     label = partial(
-        training_data.make_function_that_adds_distance_and_steps, search_effort=effort, step_counts=counts
+        training_data.make_function_adding_goal_distance_and_steps, search_effort=effort, step_counts=counts
     )
     answers = _make_rows_with_rewards_of_records(
         records, domain or [], shaping, prompt_set, data, left_out, label

@@ -34,7 +34,7 @@ from eai.cli.progress import make_command_print_how_to_resume, show_run_progress
 from eai.cli.prompts import select_tasks_of_suites
 from eai.cli.table import print_results, result_to_json
 from eai.pddl.planning import PlannerChoice
-from eai.results.collector import collect_garbage_often
+from eai.results.collector import set_low_garbage_collection_threshold
 from eai.results.epochs import SuiteResult, score_answers
 from eai.results.repeats import make_pass_at_k_table
 from eai.results.runs import write_inspect_log_reference
@@ -143,7 +143,7 @@ def run(
         console.print_markdown("\n".join(flags.list_run_options()))
         return
     console.require_inspect_package()
-    collect_garbage_often()
+    set_low_garbage_collection_threshold()
     spec = flags.read_run_specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a FILE.toml with names of models in model.name")
@@ -261,9 +261,9 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
         wide=wide,
     )
     repeated = {
-        each.model: each.success_contributions_by_epoch
+        each.model: each.success_rate_contributions_by_epoch
         for each in outcomes
-        if each.success_contributions_by_epoch
+        if each.success_rate_contributions_by_epoch
     }
     if repeated:
         print_table(console.get_output_console(), make_pass_at_k_table(repeated), wide=wide)
@@ -369,7 +369,7 @@ def _request_answers_and_score(
         for epoch, one in enumerate(result.by_epoch or (result,), 1):
             write_inspect_log_reference(one.folder, answers.logs, epoch)
         if result.by_epoch:
-            write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_epoch_of_shown_answer())
+            write_inspect_log_reference(folder, answers.logs, result.map_tasks_to_epoch_of_recorded_answer())
     return replace(result, remarks=describe_unfulfilled_requests(job, answers.answers))
 
 

@@ -43,7 +43,7 @@ from eai.results.answer_files import (
     find_benchmarks_of_runs,
     find_files_of_suite,
     find_suite_files,
-    read_suite_from_path,
+    read_domain_and_ability_from_path,
     unpack_answers,
 )
 from eai.results.batch import (
@@ -240,7 +240,7 @@ def _is_log_of_other_project(path: Path) -> bool:
     if path.is_dir():
         files = find_files_below(path, "[!.]*")
         return not any(f.name.endswith(SUFFIX) for f in files) and any(map(_is_log_of_other_project, files))
-    if read_suite_from_path(path) is not None or find_plugin_that_reads_log(path) is None:
+    if read_domain_and_ability_from_path(path) is not None or find_plugin_that_reads_log(path) is None:
         return False
     if path.suffix != LOG_SUFFIX:
         return True
@@ -349,7 +349,7 @@ def _score_suite(job: _ScoringJob, score_in_batches: _ScoreInBatches, show_file:
         if job.partial_file is None:
             totals = RunTotals()
             for _, batch_totals in counted:
-                totals.add_later_totals(batch_totals)
+                totals.add_totals_of_later_records(batch_totals)
             return totals
         totals = append_record_batches(job.partial_file, counted)
     publish_records(job.partial_file, job.records_file, totals)
@@ -410,7 +410,7 @@ def _make_prompt_origin_adder(job: _ScoringJob) -> Callable[[Record], Record] | 
     """
     if job.goals is None and job.prompt_name is None:
         return job.logged
-    from eai.results.epochs import add_experiment_and_stated_beliefs
+    from eai.results.epochs import add_experiment_and_summaries_of_beliefs
     from eai.studies.prompts.choice import make_experiment_with_prompt_name
 
     beliefs, suite = None, job.suite
@@ -420,7 +420,7 @@ def _make_prompt_origin_adder(job: _ScoringJob) -> Callable[[Record], Record] | 
         goals = (suite.benchmark, suite.ability, suite.source, job.answers.model)
         beliefs = replace(read_goal_beliefs(job.goals, *goals), beliefs={}, metadata={})
     mark = partial(
-        add_experiment_and_stated_beliefs,
+        add_experiment_and_summaries_of_beliefs,
         beliefs=beliefs,
         experiment=make_experiment_with_prompt_name(job.prompt_name),
     )

@@ -98,7 +98,7 @@ def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) 
     """
     files = []
     for file in find_response_files(path):
-        suite = read_suite_from_path(file)
+        suite = read_domain_and_ability_from_path(file)
         if suite is None:
             expected_names = f"<domain>/<ability>/<model>{SUFFIX} or <domain>_<ability>{SUFFIX}"
             raise InputError(
@@ -219,7 +219,7 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
-    of_suite = [file for file in files if read_suite_from_path(file) == (domain, ability.value)]
+    of_suite = [file for file in files if read_domain_and_ability_from_path(file) == (domain, ability.value)]
     if len(of_suite) != 1:
         name = "<model>" if attempt == 1 else format_attempt_name("<model>", attempt)
         expected = path / domain / ability.value / f"{name}{SUFFIX}"
@@ -227,7 +227,7 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
     return of_suite[0]
 
 
-def read_suite_from_path(file: Path) -> tuple[str, str] | None:
+def read_domain_and_ability_from_path(file: Path) -> tuple[str, str] | None:
     """Return the domain and the ability that a path names, or None if it names no suite."""
     for ability in find_ability_entry_points():
         domain = read_model_name(file).removesuffix(f"_{ability}")
@@ -243,7 +243,7 @@ def _find_conflicting_suite_in_path(file: Path, domain: str, ability: Ability) -
 
     A path with the wanted ability and an unknown folder in place of the benchmark is accepted.
     """
-    suite = read_suite_from_path(file)
+    suite = read_domain_and_ability_from_path(file)
     if suite is None or (
         suite[1] == ability.value and (suite[0] == domain or suite[0] not in list_benchmarks())
     ):

@@ -117,7 +117,8 @@ class Scoring(WorkerPool):
             items, number = shard.select_items_of_shard(items), -(-number // shard.of)
         items, number = islice(items, skip, None), number - skip
         mark = partial(
-            _add_harness_and_game_rules, default=_find_harness_and_game_rules(suite.ability, answers)
+            _add_harness_and_game_rules_of_answer,
+            default=_find_harness_and_game_rules_in_answers(suite.ability, answers),
         )
         work = partial(_score_rows_of_response_file, suite, settings, answers.model, mark, finish)
         if not self.has_worker_processes or not suite.is_openable_by_reference:
@@ -193,16 +194,16 @@ def _score_rows_of_response_file(
     suite: Suite,
     settings: ScoringOptions,
     model: str,
-    add_game_rules: Callable[[Record], Record],
-    add_study_options: Callable[[Record], Record] | None,
+    add_harness_and_game_rules: Callable[[Record], Record],
+    finish_record: Callable[[Record], Record] | None,
     rows: Sequence[ResponseRow],
 ) -> list[RecordBatch]:
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
     records = [
-        add_game_rules(_make_record(suite, model, item, _score_response(suite, settings, item)))
+        add_harness_and_game_rules(_make_record(suite, model, item, _score_response(suite, settings, item)))
         for item in items
     ]
-    return [make_record_batch(records if add_study_options is None else [*map(add_study_options, records)])]
+    return [make_record_batch(records if finish_record is None else [*map(finish_record, records)])]
 
 
 def _compute_batch_rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
@@ -247,11 +248,11 @@ def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict
         return dict.fromkeys(counts or (None,), answers)
     usual = None if None in counts else counts.most_common(1)[0][0]
 
-    def find_game_rules_of_answer(answer_text: str) -> str | None:
+    def read_game_rules_of_played_episode(answer_text: str) -> str | None:
         agent = made_by(answer_text)
         return usual if agent is None else agent.rules
 
-    epochs_by_rules = [epoch.group_answers_by_key(find_game_rules_of_answer) for epoch in epochs]
+    epochs_by_rules = [epoch.group_answers_by_key(read_game_rules_of_played_episode) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
         first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]
@@ -259,7 +260,7 @@ def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict
     return files
 
 
-def _find_harness_and_game_rules(ability: Ability, answers: ResponseFile) -> Experiment:
+def _find_harness_and_game_rules_in_answers(ability: Ability, answers: ResponseFile) -> Experiment:
     """Return the first harness named in the answers, and the game rules of the first readable answer.
 
     A harness is the program that lets a model act.
@@ -277,7 +278,7 @@ def _find_harness_and_game_rules(ability: Ability, answers: ResponseFile) -> Exp
     return first or Experiment()
 
 
-def _add_harness_and_game_rules(record: Record, default: Experiment) -> Record:
+def _add_harness_and_game_rules_of_answer(record: Record, default: Experiment) -> Record:
     """Return a record with harness (program that let the model act) and game rules of its episode.
 
     Both are read from the answer. If the answer cannot be read, both come from ``default``. If it names no
@@ -316,11 +317,11 @@ def generate_run_records(
     suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
     rows = _list_rows_in_task_order(suite, answers, unanswered)
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
-    first = _find_harness_and_game_rules(suite.ability, answers)
+    first = _find_harness_and_game_rules_in_answers(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
         scored = scoring._score_responses(suite, answers.model, items, settings)
         for done, record in enumerate(scored, 1):
-            yield _add_harness_and_game_rules(record, first)
+            yield _add_harness_and_game_rules_of_answer(record, first)
             if on_progress is not None:
                 on_progress(done)
 

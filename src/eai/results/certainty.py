@@ -77,7 +77,7 @@ _PSEUDO_UNITS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _RateWithErrorsOfUnits:
+class _RateWithResidualsOfSamplingUnits:
     """An estimated rate, or difference of rates, with the residual (error) that each unit adds to it.
 
     A unit is a task, or a group of near copies of a task. Few units make the variance too small. Therefore
@@ -86,22 +86,22 @@ class _RateWithErrorsOfUnits:
     Attributes:
         value: the estimate from the real units, as a fraction of 1.
         centre: the estimate from the real units and two pseudo-units, one of them right and one wrong.
-        errors_of_units: mapping from each real unit to the residual that it adds; the residuals sum to 0.
-        errors_of_pseudo_units: the residuals that one pseudo-unit may add, all equally likely.
+        residual_by_unit: mapping from each real unit to the residual that it adds; the residuals sum to 0.
+        possible_residuals_of_pseudo_unit: the residuals that one pseudo-unit may add, all equally likely.
             For a rate there are two: one if the pseudo-unit is right, one if it is wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
     value: float
     centre: float
-    errors_of_units: Mapping[str, float]
-    errors_of_pseudo_units: tuple[float, ...]
+    residual_by_unit: Mapping[str, float]
+    possible_residuals_of_pseudo_unit: tuple[float, ...]
     weights: Mapping[str, float]
 
     @property
     def observed_variance(self) -> float:
         """Variance of the estimate from the real units, without the two pseudo-units (imagined units)."""
-        return sum(added * added for added in self.errors_of_units.values())
+        return sum(added * added for added in self.residual_by_unit.values())
 
     @property
     def variance(self) -> float:
@@ -113,10 +113,10 @@ class _RateWithErrorsOfUnits:
         """
         left_out = (
             added / (1 - self.weights[unit])
-            for unit, added in self.errors_of_units.items()
+            for unit, added in self.residual_by_unit.items()
             if self.weights[unit] < 1
         )
-        pseudo = _PSEUDO_UNITS * fmean(added * added for added in self.errors_of_pseudo_units)
+        pseudo = _PSEUDO_UNITS * fmean(added * added for added in self.possible_residuals_of_pseudo_unit)
         return sum(change * change for change in left_out) + pseudo
 
     @property
@@ -129,9 +129,9 @@ class _RateWithErrorsOfUnits:
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
 
 
-def compute_rate_with_errors_of_units(
+def compute_rate_with_residuals_of_sampling_units(
     shares_by_unit: Mapping[str, Share],
-) -> _RateWithErrorsOfUnits | None:
+) -> _RateWithResidualsOfSamplingUnits | None:
     """Return a rate with the residual that each unit adds, or None if the denominator is zero.
 
     A unit is a task, or a group of near copies of a task.
@@ -145,7 +145,7 @@ def compute_rate_with_errors_of_units(
         return None
     value = sum(share.numerator for share in parts.values()) / whole
     centre = (value * units + _PSEUDO_UNITS / 2) / (units + _PSEUDO_UNITS)
-    return _RateWithErrorsOfUnits(
+    return _RateWithResidualsOfSamplingUnits(
         value,
         centre,
         {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
@@ -155,43 +155,48 @@ def compute_rate_with_errors_of_units(
 
 
 def compute_weighted_mean_of_rates(
-    weighted_rates: Sequence[tuple[float, _RateWithErrorsOfUnits]],
-) -> _RateWithErrorsOfUnits:
+    weighted_rates: Sequence[tuple[float, _RateWithResidualsOfSamplingUnits]],
+) -> _RateWithResidualsOfSamplingUnits:
     """Return the weighted mean of rates of the same tasks, with the residual that each unit adds.
 
     A unit is a task, or a group of near copies of a task. A pseudo-unit is an imagined unit
-    (`_RateWithErrorsOfUnits`). It is taken to be right in all rates or wrong in all rates.
+    (`_RateWithResidualsOfSamplingUnits`). It is taken to be right in all rates or wrong in all rates.
 
     Args:
         weighted_rates: for each rate, its weight and the result of
-            `compute_rate_with_errors_of_units`; the weights sum to 1.
+            `compute_rate_with_residuals_of_sampling_units`; the weights sum to 1.
     """
-    return _RateWithErrorsOfUnits(
+    return _RateWithResidualsOfSamplingUnits(
         sum(weight * rate.value for weight, rate in weighted_rates),
         sum(weight * rate.centre for weight, rate in weighted_rates),
-        _sum_weighted_numbers_by_unit([(weight, rate.errors_of_units) for weight, rate in weighted_rates]),
+        _sum_weighted_numbers_by_unit([(weight, rate.residual_by_unit) for weight, rate in weighted_rates]),
         tuple(
-            sum(weight * rate.errors_of_pseudo_units[index] for weight, rate in weighted_rates)
+            sum(weight * rate.possible_residuals_of_pseudo_unit[index] for weight, rate in weighted_rates)
             for index in (0, 1)
         ),
         _sum_weighted_numbers_by_unit([(weight, rate.weights) for weight, rate in weighted_rates]),
     )
 
 
-def compute_difference_with_errors_of_units(
-    first: _RateWithErrorsOfUnits, second: _RateWithErrorsOfUnits
-) -> _RateWithErrorsOfUnits:
+def compute_rate_difference_with_residuals(
+    first: _RateWithResidualsOfSamplingUnits, second: _RateWithResidualsOfSamplingUnits
+) -> _RateWithResidualsOfSamplingUnits:
     """Return the second rate minus the first, with the residual that each unit adds.
 
     A unit is a task, or a group of near copies of a task. A pseudo-unit is an imagined unit
-    (`_RateWithErrorsOfUnits`). It may be right in both rates, only in the first, only in the
+    (`_RateWithResidualsOfSamplingUnits`). It may be right in both rates, only in the first, only in the
     second, or in neither. These four cases are equally likely.
     """
-    return _RateWithErrorsOfUnits(
+    return _RateWithResidualsOfSamplingUnits(
         second.value - first.value,
         second.centre - first.centre,
-        _sum_weighted_numbers_by_unit([(1, second.errors_of_units), (-1, first.errors_of_units)]),
-        tuple(b - a for a, b in product(first.errors_of_pseudo_units, second.errors_of_pseudo_units)),
+        _sum_weighted_numbers_by_unit([(1, second.residual_by_unit), (-1, first.residual_by_unit)]),
+        tuple(
+            b - a
+            for a, b in product(
+                first.possible_residuals_of_pseudo_unit, second.possible_residuals_of_pseudo_unit
+            )
+        ),
         _sum_weighted_numbers_by_unit([(0.5, first.weights), (0.5, second.weights)]),
     )
 
@@ -217,7 +222,7 @@ class Interval(NamedTuple):
     high: float
 
 
-class TaskContribution(NamedTuple):
+class TaskRateContribution(NamedTuple):
     """One task's contribution to a rate.
 
     Attributes:
@@ -231,7 +236,7 @@ class TaskContribution(NamedTuple):
     share: Share
 
 
-TaskContributions: TypeAlias = Sequence[TaskContribution]
+TaskRateContributions: TypeAlias = Sequence[TaskRateContribution]
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,17 +267,17 @@ class ConfidenceIntervals:
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
-def sum_shares_by_task(contributions: TaskContributions) -> dict[str, Share]:
+def sum_shares_by_task(contributions: TaskRateContributions) -> dict[str, Share]:
     """Return a mapping from each task to the numerator and denominator that it adds to a rate."""
     return _sum_shares_by_unit([(contribution.task, contribution.share) for contribution in contributions])
 
 
-def sum_shares_by_task_name(contributions: TaskContributions) -> dict[str, Share]:
+def sum_shares_by_task_name(contributions: TaskRateContributions) -> dict[str, Share]:
     """Return a mapping from each task name to the numerator and denominator that its tasks add to a rate."""
     return _sum_shares_by_unit([(contribution.name, contribution.share) for contribution in contributions])
 
 
-def compute_mean_rate_over_task_names(contributions: TaskContributions) -> float | None:
+def compute_mean_rate_over_task_names(contributions: TaskRateContributions) -> float | None:
     """Group tasks by name, and return the mean of the groups' rates, in percent.
 
     Return None if all denominators are zero.
@@ -283,7 +288,7 @@ def compute_mean_rate_over_task_names(contributions: TaskContributions) -> float
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
 
-def compute_rate_intervals(contributions: TaskContributions) -> ConfidenceIntervals | None:
+def compute_rate_intervals(contributions: TaskRateContributions) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a rate, or None if its denominator is zero.
 
     A single task can add more than 1 to the rate, for instance by several errors. Then the interval is
@@ -309,13 +314,17 @@ def compute_rate_intervals(contributions: TaskContributions) -> ConfidenceInterv
     return replace(certainty, interval=by_name, by_task=by_task)
 
 
-def _compute_confidence_intervals_of_rate(contributions: TaskContributions) -> ConfidenceIntervals | None:
+def _compute_confidence_intervals_of_rate(contributions: TaskRateContributions) -> ConfidenceIntervals | None:
     each_task, each_name = sum_shares_by_task(contributions), sum_shares_by_task_name(contributions)
-    tasks = compute_rate_with_errors_of_units(each_task)
-    names = tasks if len(each_name) == len(each_task) else compute_rate_with_errors_of_units(each_name)
+    tasks = compute_rate_with_residuals_of_sampling_units(each_task)
+    names = (
+        tasks
+        if len(each_name) == len(each_task)
+        else compute_rate_with_residuals_of_sampling_units(each_name)
+    )
     if tasks is None or names is None:
         return None
-    yes_no = len(tasks.errors_of_units) == len(contributions) and all(
+    yes_no = len(tasks.residual_by_unit) == len(contributions) and all(
         contribution.share in _YES_NO for contribution in contributions
     )
     return _make_confidence_intervals(
@@ -326,7 +335,7 @@ def _compute_confidence_intervals_of_rate(contributions: TaskContributions) -> C
 
 
 def compute_intervals_of_weighted_mean(
-    parts: Sequence[tuple[float, TaskContributions]],
+    parts: Sequence[tuple[float, TaskRateContributions]],
 ) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a weighted mean of rates on the same tasks.
 
@@ -336,11 +345,11 @@ def compute_intervals_of_weighted_mean(
         parts: the weight of each rate, with the contributions of tasks to the rate; the weights sum to 1.
     """
     tasks = [
-        (weight, compute_rate_with_errors_of_units(sum_shares_by_task(contributions)))
+        (weight, compute_rate_with_residuals_of_sampling_units(sum_shares_by_task(contributions)))
         for weight, contributions in parts
     ]
     names = [
-        (weight, compute_rate_with_errors_of_units(sum_shares_by_task_name(contributions)))
+        (weight, compute_rate_with_residuals_of_sampling_units(sum_shares_by_task_name(contributions)))
         for weight, contributions in parts
     ]
     complete = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
@@ -353,7 +362,7 @@ def compute_intervals_of_weighted_mean(
 
 
 def compute_difference_intervals(
-    first: TaskContributions, second: TaskContributions
+    first: TaskRateContributions, second: TaskRateContributions
 ) -> ConfidenceIntervals | None:
     """Return the confidence intervals of the difference of two rates on the same tasks.
 
@@ -362,13 +371,13 @@ def compute_difference_intervals(
     """
     pairs = [
         (
-            compute_rate_with_errors_of_units(sums(first)),
-            compute_rate_with_errors_of_units(sums(second)),
+            compute_rate_with_residuals_of_sampling_units(sums(first)),
+            compute_rate_with_residuals_of_sampling_units(sums(second)),
         )
         for sums in (sum_shares_by_task, sum_shares_by_task_name)
     ]
     both_inputs = [
-        _make_confidence_interval_inputs(compute_difference_with_errors_of_units(one, other))
+        _make_confidence_interval_inputs(compute_rate_difference_with_residuals(one, other))
         for one, other in pairs
         if one and other
     ]
@@ -378,7 +387,7 @@ def compute_difference_intervals(
     return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
 
 
-def compute_interval_of_success_cost(contributions: TaskContributions) -> Interval | None:
+def compute_interval_of_cost_per_success(contributions: TaskRateContributions) -> Interval | None:
     """Return the confidence interval of the cost of a success.
 
     The cost of a success is the sum of all costs, divided by the number of successes. Its interval is
@@ -408,7 +417,7 @@ class _IntervalInputs(NamedTuple):
     Attributes:
         value: the estimate, as a fraction of 1.
         variance: variance of the estimate, with the pseudo-units of
-            `_RateWithErrorsOfUnits`. For Wilson's interval it is 1 divided by the effective
+            `_RateWithResidualsOfSamplingUnits`. For Wilson's interval it is 1 divided by the effective
             number of units (`_make_wilson_interval_inputs`).
         observed: variance of the estimate without pseudo-units.
         quantile: distance from the estimate to each bound, in standard errors.
@@ -423,18 +432,18 @@ class _IntervalInputs(NamedTuple):
     units: int
 
 
-def _make_confidence_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInputs:
+def _make_confidence_interval_inputs(rate: _RateWithResidualsOfSamplingUnits) -> _IntervalInputs:
     quantile = compute_student_quantile(LEVEL, rate.degrees_of_freedom)
     return _IntervalInputs(
         rate.value,
         rate.variance,
         rate.observed_variance,
         quantile,
-        len(rate.errors_of_units),
+        len(rate.residual_by_unit),
     )
 
 
-def _make_wilson_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInputs:
+def _make_wilson_interval_inputs(rate: _RateWithResidualsOfSamplingUnits) -> _IntervalInputs:
     """Return the inputs of Wilson's interval; their `variance` is 1 divided by the effective number of units.
 
     A unit is a task or a group of near copies. Independent yes-or-no answers with this effective number would
@@ -444,9 +453,9 @@ def _make_wilson_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInput
     return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))
 
 
-def _make_binomial_interval_inputs(rate: _RateWithErrorsOfUnits) -> _IntervalInputs:
+def _make_binomial_interval_inputs(rate: _RateWithResidualsOfSamplingUnits) -> _IntervalInputs:
     """Return the inputs of Wilson's interval if all units are independent yes-or-no answers."""
-    units = len(rate.errors_of_units)
+    units = len(rate.residual_by_unit)
     return _IntervalInputs(rate.value, 1 / units, rate.observed_variance, _NORMAL, units)
 
 

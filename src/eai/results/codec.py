@@ -251,7 +251,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "response": values.get("response") or "",
             "verdict": _read_verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "origin": origin,
-            "explanation": _convert_explanation_goals_to_mapping(values.get("explanation")),
+            "explanation": _convert_stored_goal_list_to_mapping(values.get("explanation")),
             "experiment": _read_experiment(values),
             "summaries": _read_study_summaries(values),
             "attempts": _read_attempts(values, ability),
@@ -311,14 +311,15 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
     return {name: _value_to_json(item) for name, item in statement._asdict().items()}
 
 
-def _convert_explanation_goals_to_mapping(explanation: Any) -> Any:
+def _convert_stored_goal_list_to_mapping(stored_explanation: Any) -> Any:
     """Replace the list of goals in a stored explanation by a mapping from a goal's text to its fields."""
-    if not isinstance(explanation, dict) or not isinstance(explanation.get("atoms"), list):
-        return explanation
+    if not isinstance(stored_explanation, dict) or not isinstance(stored_explanation.get("atoms"), list):
+        return stored_explanation
     atoms = {
-        atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in explanation["atoms"]
+        atom.get("text"): {n: p for n, p in atom.items() if n != "text"}
+        for atom in stored_explanation["atoms"]
     }
-    return {**explanation, "atoms": atoms}
+    return {**stored_explanation, "atoms": atoms}
 
 
 def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_scoring: int) -> Verdict:
@@ -365,7 +366,7 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
             for name in _list_dataclass_field_names(Attempt)
             if name in values_of_attempt
         }
-        fields["explanation"] = _convert_explanation_goals_to_mapping(values_of_attempt.get("explanation"))
+        fields["explanation"] = _convert_stored_goal_list_to_mapping(values_of_attempt.get("explanation"))
         verdict = _read_verdict(values_of_attempt, ability, len(made_before))
         attempts.append(_parse_value(Attempt, {**fields, "verdict": verdict}, f"attempts.{number}"))
     return tuple(attempts)

@@ -17,7 +17,7 @@ def reduce_garbage_collection() -> None:
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, *gc.get_threshold()[1:])
 
 
-def collect_garbage_often() -> None:
+def set_low_garbage_collection_threshold() -> None:
     """Collect garbage after 2,000 new objects.
 
     The library Inspect, which runs models, leaves some 100 kB of cyclic garbage a sample.

@@ -19,15 +19,15 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import EMPTY_SHARE, ShareByMetric
 from eai.results.certainty import (
     ConfidenceIntervals,
-    TaskContribution,
-    TaskContributions,
+    TaskRateContribution,
+    TaskRateContributions,
     compute_difference_intervals,
     sum_shares_by_task,
     sum_shares_by_task_name,
 )
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
-from eai.results.summary import compute_metric_shares_by_task, find_task_name
+from eai.results.summary import compute_metric_contributions_by_task, find_task_name
 from eai.tasks.share import Share
 
 SEED = 20240901
@@ -159,7 +159,10 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
     The comparison leaves out a task that one of the runs excludes or lacks. It also leaves out an id that
     names different tasks in the two runs. A missing answer counts as a failure.
     """
-    first_shares, second_shares = compute_metric_shares_by_task(first), compute_metric_shares_by_task(second)
+    first_shares, second_shares = (
+        compute_metric_contributions_by_task(first),
+        compute_metric_contributions_by_task(second),
+    )
     named = {record.task_id: find_task_name(record) for record in (*first, *second) if record.task}
     declared = get_declaration(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
@@ -188,9 +191,9 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
 
 def _make_task_contributions(
     metric: str, task_name_by_id: Mapping[str, str], shares_by_task: Mapping[str, ShareByMetric]
-) -> TaskContributions:
+) -> TaskRateContributions:
     return [
-        TaskContribution(task, name, shares_by_task[task].get(metric, EMPTY_SHARE))
+        TaskRateContribution(task, name, shares_by_task[task].get(metric, EMPTY_SHARE))
         for task, name in task_name_by_id.items()
     ]
 
@@ -199,7 +202,9 @@ _WRONG_AND_RIGHT_NUMERATOR = (0, 1)
 """Possible numerators of one answer in a metric without partial credit: 0 if wrong, 1 if right."""
 
 
-def compare_metric(first: TaskContributions, second: TaskContributions, *, yes_no: bool) -> MetricDifference:
+def compare_metric(
+    first: TaskRateContributions, second: TaskRateContributions, *, yes_no: bool
+) -> MetricDifference:
     """Compare one metric of two runs on the same tasks in the same order.
 
     Args:

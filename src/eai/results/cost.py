@@ -15,7 +15,11 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.base.files import parse_toml
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
-from eai.results.certainty import TaskContribution, TaskContributions, compute_interval_of_success_cost
+from eai.results.certainty import (
+    TaskRateContribution,
+    TaskRateContributions,
+    compute_interval_of_cost_per_success,
+)
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.summary import find_answer_outcome, find_task_name
@@ -112,7 +116,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
     return Spending(len(usages), sum(usages, AnswerUsage()), sum(unpriced, AnswerUsage()), len(unpriced))
 
 
-def make_cost_contributions_by_unit(records: Iterable[Record]) -> dict[str, TaskContributions]:
+def group_contributions_by_cost_unit(records: Iterable[Record]) -> dict[str, TaskRateContributions]:
     """Return the cost and the success (1, else 0) of each answer, for each unit of cost.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers have a cost, too. A unit is left out if
@@ -132,24 +136,26 @@ def make_cost_contributions_by_unit(records: Iterable[Record]) -> dict[str, Task
 
 def _list_tokens_dollars_and_seconds(
     record: Record, usage: AnswerUsage
-) -> Iterator[tuple[str, TaskContribution]]:
+) -> Iterator[tuple[str, TaskRateContribution]]:
     won = find_answer_outcome(record) is AnswerOutcome.SUCCESS
     for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:
-            yield name, TaskContribution(record.task_id, find_task_name(record), Share(amount, won))
+            yield name, TaskRateContribution(record.task_id, find_task_name(record), Share(amount, won))
 
 
-def make_json_of_success_cost(cost_contributions_by_unit: Mapping[str, TaskContributions]) -> dict[str, Json]:
+def make_json_of_cost_per_success(
+    contributions_by_cost_unit: Mapping[str, TaskRateContributions],
+) -> dict[str, Json]:
     """Return the cost of a success in tokens, dollars and seconds, as in ``summary.json``.
 
     The cost is the sum of all costs divided by the number of successes, with an interval. It is null without
     success.
     """
     amounts: dict[str, Json] = {}
-    for name, contributions in cost_contributions_by_unit.items():
+    for name, contributions in contributions_by_cost_unit.items():
         rate, interval = (
             compute_rate(contribution.share for contribution in contributions),
-            compute_interval_of_success_cost(contributions),
+            compute_interval_of_cost_per_success(contributions),
         )
         between = None if interval is None else list(interval)
         amounts[name] = {**rate.to_json(), "value": rate.share, "interval": between}

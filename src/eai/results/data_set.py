@@ -27,7 +27,7 @@ from eai.tasks.task import PredicateCategory, Task
 
 
 @dataclass(frozen=True, slots=True)
-class _TaskProfile:
+class _TaskWithStatistics:
     """A task with its features, such as the number of objects, from the data set and from the domain.
 
     Attributes:
@@ -47,7 +47,7 @@ class _TaskProfile:
         return {action.operator for action in self.task.script}
 
     @property
-    def transition_category_names(self) -> list[str]:
+    def predicate_categories_in_transition_modeling(self) -> list[str]:
         """Predicate categories of the task in transition modeling, the more specific category first."""
         return [] if self.asked is None else [category.value for category in self.asked.categories]
 
@@ -61,7 +61,7 @@ class _TaskProfile:
             "operators": " ".join(sorted(self.plan_operator_names)),
             "scene_objects": len(self.task.scene.objects),
             "asked_operators": None if self.asked is None else len(self.asked.operators),
-            "categories": " ".join(self.transition_category_names),
+            "categories": " ".join(self.predicate_categories_in_transition_modeling),
         }
 
 
@@ -82,7 +82,7 @@ class _DataSetStatistic:
     remark: str = ""
 
 
-def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_TaskProfile, ...]:
+def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_TaskWithStatistics, ...]:
     """Return the profile of each task, such as its number of objects, in the order of the data set.
 
     Raises:
@@ -91,7 +91,8 @@ def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_TaskProfile, .
     operator_tasks = benchmark.operator_tasks(source)
     tasks = benchmark.tasks(source).values()
     return tuple(
-        _TaskProfile(task, compute_features(task, benchmark), operator_tasks.get(task.id)) for task in tasks
+        _TaskWithStatistics(task, compute_features(task, benchmark), operator_tasks.get(task.id))
+        for task in tasks
     )
 
 
@@ -190,7 +191,7 @@ def _list_goal_statistics(tasks: Sequence[TaskStatistics]) -> Iterator[_DataSetS
     yield _DataSetStatistic("goal options, median", median(options or [0]), "half of the tasks have no more")
 
 
-def _list_plan_statistics(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
+def _list_plan_statistics(tasks: Sequence[_TaskWithStatistics]) -> Iterator[_DataSetStatistic]:
     steps = [profile.features.annotated_steps or 0 for profile in tasks]
     yield _DataSetStatistic("trajectories", len(steps), "annotated plans of the instructions")
     if not steps:
@@ -214,7 +215,7 @@ def _list_plan_statistics(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetSta
     yield _DataSetStatistic("actions", len(actions), "distinct ones in those plans")
 
 
-def _list_object_statistics(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
+def _list_object_statistics(tasks: Sequence[_TaskWithStatistics]) -> Iterator[_DataSetStatistic]:
     task_objects = _round_mean(profile.features.objects for profile in tasks)
     yield _DataSetStatistic("objects per task", task_objects, "that the task is about")
     scene_objects = _round_mean(len(profile.task.scene.objects) for profile in tasks)
@@ -236,10 +237,14 @@ def _list_operator_statistics(library: OperatorLibrary) -> Iterator[_DataSetStat
         yield _DataSetStatistic(label, sum(map(len, words)) + empty, note)
 
 
-def _list_category_statistics(profiles: Iterable[_TaskProfile]) -> Iterator[_DataSetStatistic]:
+def _list_category_statistics(profiles: Iterable[_TaskWithStatistics]) -> Iterator[_DataSetStatistic]:
     asked_profiles = [profile for profile in profiles if profile.asked is not None]
-    tasks = Counter(category for profile in asked_profiles for category in profile.transition_category_names)
-    largest = max(len(profile.transition_category_names) for profile in asked_profiles)
+    tasks = Counter(
+        category
+        for profile in asked_profiles
+        for category in profile.predicate_categories_in_transition_modeling
+    )
+    largest = max(len(profile.predicate_categories_in_transition_modeling) for profile in asked_profiles)
     for category in (profile.value for profile in PredicateCategory if tasks[profile.value]):
         label = category.replace("non_", "non-").replace("_", " ")
         yield _DataSetStatistic(

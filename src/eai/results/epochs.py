@@ -29,9 +29,9 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, generate_run_records, score_run
-from eai.results.certainty import TaskContributions
+from eai.results.certainty import TaskRateContributions
 from eai.results.codec import dataclass_to_json, hash_text
-from eai.results.cost import make_cost_contributions_by_unit, make_json_of_success_cost
+from eai.results.cost import group_contributions_by_cost_unit, make_json_of_cost_per_success
 from eai.results.options import ScoringOptions
 from eai.results.record import AnswerOrigin, Record
 from eai.results.records import (
@@ -43,11 +43,11 @@ from eai.results.records import (
     read_records,
     write_record_batches,
 )
-from eai.results.repeats import find_success_metric, make_task_contributions_by_pass_at_k, pass_at_k_to_json
+from eai.results.repeats import find_success_metric, map_pass_at_k_metrics_to_contributions, pass_at_k_to_json
 from eai.results.responses import Response, ResponseFile, format_attempt_name, write_responses
 from eai.results.summary import compute_rates_by_attempt, make_contributions_by_metric
 from eai.results.totals import RunTotals
-from eai.results.trials import Answer, AnswerKey, SuiteConversations, make_trial_record
+from eai.results.trials import Answer, AnswerKey, ReplanningConversationFactory, make_trial_record
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.task import Task
 
@@ -74,19 +74,20 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     interaction = get_declaration(ability).interaction
     reading = read_json(text, ANY_VALUE)
     if isinstance(reading, ParsedAnswer):
-        return _normalise_json_value(reading.value, interaction)
+        return _convert_json_to_normalised_text(reading.value, interaction)
     start = -1 if interaction.plain_text_prefix is None else text.find(interaction.plain_text_prefix)
     return _normalise_spaces(text[start:]) if start >= 0 else None
 
 
-def _normalise_json_value(value: object, answer_format: QuestionAndAnswerDeclaration) -> str:
+def _convert_json_to_normalised_text(value: object, answer_format: QuestionAndAnswerDeclaration) -> str:
     if isinstance(value, JsonObject):
         members = [
-            f"{json.dumps(key)}:{_normalise_json_value(item, answer_format)}" for key, item in value.members
+            f"{json.dumps(key)}:{_convert_json_to_normalised_text(item, answer_format)}"
+            for key, item in value.members
         ]
         return "{" + ",".join(members if answer_format.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
-        elements = [_normalise_json_value(item, answer_format) for item in value]
+        elements = [_convert_json_to_normalised_text(item, answer_format) for item in value]
         is_goal = all(isinstance(item, str) for item in value)  # a goal, such as ["inside", "rag", "bucket"]
         is_set = answer_format.lists_are_sets and not is_goal
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
@@ -106,7 +107,7 @@ SUBGOALS = "subgoals"
 
 
 @dataclass(frozen=True, slots=True)
-class ModelBeliefsInPrompts:
+class GoalsAndScenesStatedInPrompts:
     """Beliefs: goals or scenes that questions state instead of the goals and scenes of their tasks.
 
     The goals come from an earlier answer of a model. The scenes were perceived by a model, or by a simulation
@@ -131,25 +132,27 @@ class ModelBeliefsInPrompts:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     perceive_changed_scene: ScenePerception | None = None
 
-    def copy_with_goals_of(self, goal_beliefs: ModelBeliefsInPrompts) -> ModelBeliefsInPrompts:
-        """Return beliefs with the scenes of this object and the goals of ``goal_beliefs``.
+    def copy_scenes_with_goals_from(
+        self, source_of_goals: GoalsAndScenesStatedInPrompts
+    ) -> GoalsAndScenesStatedInPrompts:
+        """Return beliefs with the scenes of this object and the goals of ``source_of_goals``.
 
         Tasks that one of the two objects lacks are left out.
 
         Raises:
-            InputError: this object and ``goal_beliefs`` have different values of one option of the run.
+            InputError: this object and ``source_of_goals`` have different values of one option of the run.
         """
-        shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
-        return ModelBeliefsInPrompts(
-            {i: self.beliefs[i].with_goals_of(goal_beliefs.beliefs[i]) for i in shared},
-            self.experiment.combine(goal_beliefs.experiment),
-            f"{self.missing_reason}, or {goal_beliefs.missing_reason}",
-            {i: {**self.metadata.get(i, {}), **goal_beliefs.metadata.get(i, {})} for i in shared},
+        shared = [task_id for task_id in source_of_goals.beliefs if task_id in self.beliefs]
+        return GoalsAndScenesStatedInPrompts(
+            {i: self.beliefs[i].with_goals_of(source_of_goals.beliefs[i]) for i in shared},
+            self.experiment.combine(source_of_goals.experiment),
+            f"{self.missing_reason}, or {source_of_goals.missing_reason}",
+            {i: {**self.metadata.get(i, {}), **source_of_goals.metadata.get(i, {})} for i in shared},
             {
-                i: _merge_study_summaries(self.summaries.get(i, {}), goal_beliefs.summaries.get(i, {}))
-                for i in {**self.summaries, **goal_beliefs.summaries}
+                i: _merge_study_summaries(self.summaries.get(i, {}), source_of_goals.summaries.get(i, {}))
+                for i in {**self.summaries, **source_of_goals.summaries}
             },
-            goal_beliefs.perceive_changed_scene or self.perceive_changed_scene,
+            source_of_goals.perceive_changed_scene or self.perceive_changed_scene,
         )
 
     @property
@@ -160,7 +163,7 @@ class ModelBeliefsInPrompts:
         """
         return {i: belief.task for i, belief in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
-    def make_prompts_that_state_beliefs(
+    def make_prompts_stating_goals_and_scenes(
         self, library: PromptLibrary, suite: Suite, task_ids: Iterable[str]
     ) -> dict[str, Prompt]:
         """Return a mapping from task ids to questions that state goals or scenes as a model understood them.
@@ -174,7 +177,7 @@ class ModelBeliefsInPrompts:
         prompts = library.open(suite.benchmark, suite.ability, beliefs)
         return {task_id: prompts[task_id] for task_id in beliefs}
 
-    def add_experiment_and_belief_summaries(self, record: Record) -> Record:
+    def add_experiment_and_study_summaries(self, record: Record) -> Record:
         """Return the record with the options of its run, and with values on the beliefs in its question.
 
         Beliefs are goals or a scene as a model understood them. The values, such as the number of errors in a
@@ -191,17 +194,17 @@ def _merge_study_summaries(
     return {name: {**first.get(name, {}), **second.get(name, {})} for name in {**first, **second}}
 
 
-def add_experiment_and_stated_beliefs(
-    record: Record, beliefs: ModelBeliefsInPrompts | None, experiment: Experiment
+def add_experiment_and_summaries_of_beliefs(
+    record: Record, beliefs: GoalsAndScenesStatedInPrompts | None, experiment: Experiment
 ) -> Record:
     """Return the record with the options of its run.
 
-    If the question stated beliefs (`ModelBeliefsInPrompts`), the record also gets the values that
+    If the question stated beliefs (`GoalsAndScenesStatedInPrompts`), the record also gets the values that
     studies report on the beliefs, such as the number of errors in a scene.
     """
-    return (
-        record if beliefs is None else beliefs.add_experiment_and_belief_summaries(record)
-    ).add_experiment(experiment)
+    return (record if beliefs is None else beliefs.add_experiment_and_study_summaries(record)).add_experiment(
+        experiment
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,9 +237,9 @@ class ModelAnswers:
     answers: Mapping[AnswerKey, Answer]
     failures: Mapping[AnswerKey, str]
     epochs: int
-    trials: SuiteConversations | None = None
+    trials: ReplanningConversationFactory | None = None
     attempts: Mapping[AnswerKey, Sequence[Attempt]] = field(default_factory=dict)
-    beliefs: ModelBeliefsInPrompts | None = None
+    beliefs: GoalsAndScenesStatedInPrompts | None = None
     experiment: Experiment = field(default_factory=Experiment)
     summarize: Callable[[Record], Record] = replace
     logs: Mapping[str, Path] = field(default_factory=dict)
@@ -269,7 +272,7 @@ class SuiteResult:
         """Mapping from each reason for a missing answer to the ids of the tasks without an answer."""
         unanswered = [
             (record.unanswered, record.task_id)
-            for record in self._records_that_metrics_count
+            for record in self._records_used_by_metrics
             if record.unanswered is not None
         ]
         return group_pairs(dict.fromkeys(unanswered))
@@ -277,7 +280,7 @@ class SuiteResult:
     @property
     def truncated_answer_count(self) -> int:
         """Number of answers that a length limit cut off."""
-        return sum(record.is_cut_off for record in self._records_that_metrics_count)
+        return sum(record.is_cut_off for record in self._records_used_by_metrics)
 
     @property
     def usage(self) -> AnswerUsage:
@@ -286,7 +289,7 @@ class SuiteResult:
         return sum([origin.usage for origin in origins if origin and origin.usage], AnswerUsage())
 
     @property
-    def _records_that_metrics_count(self) -> Collection[Record]:
+    def _records_used_by_metrics(self) -> Collection[Record]:
         """The records from which the metrics are computed.
 
         If the ability takes the mean over the answers to a task, these are the records of all epochs.
@@ -307,7 +310,7 @@ class SuiteResult:
         """
         return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
 
-    def map_tasks_to_epoch_of_shown_answer(self) -> dict[str, int]:
+    def map_tasks_to_epoch_of_recorded_answer(self) -> dict[str, int]:
         """Return for each task the first epoch (round of answers) whose answer is the one in `records`."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
@@ -325,13 +328,13 @@ class SuiteResult:
             },
             "truncated": self.truncated_answer_count,
             "usage": dataclass_to_json(self.usage),
-            "per_success": make_json_of_success_cost(
-                make_cost_contributions_by_unit([*self.map_keys_to_records().values()])
+            "per_success": make_json_of_cost_per_success(
+                group_contributions_by_cost_unit([*self.map_keys_to_records().values()])
             ),
             **(
                 {
                     "passes": pass_at_k_to_json(
-                        make_task_contributions_by_pass_at_k(self.success_contributions_by_epoch)
+                        map_pass_at_k_metrics_to_contributions(self.success_rate_contributions_by_epoch)
                     )
                 }
                 if self.by_epoch
@@ -340,8 +343,8 @@ class SuiteResult:
         }
 
     @property
-    def success_contributions_by_epoch(self) -> Sequence[TaskContributions]:
-        """The contributions of answers (`TaskContribution`) to the share of right answers, by epoch.
+    def success_rate_contributions_by_epoch(self) -> Sequence[TaskRateContributions]:
+        """The contributions of answers (`TaskRateContribution`) to the share of right answers, by epoch.
 
         Empty if the run has no epochs, or the ability has no metric for whole answers.
         """
@@ -391,7 +394,7 @@ def score_answers(
             records.extend([record.drop_explanations() for record in batch])
             yield make_record_batch(batch)
 
-    def make_run_field_and_rates(totals: RunTotals) -> RunFieldAndRatesByAttempt:
+    def make_summary_run_field_and_attempt_rates(totals: RunTotals) -> RunFieldAndRatesByAttempt:
         result = SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
         digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
         run_fields = {
@@ -400,7 +403,7 @@ def score_answers(
         }
         return run_fields, compute_rates_by_attempt(records)
 
-    totals = write_record_batches(folder, make_batches(), make_run_field_and_rates)
+    totals = write_record_batches(folder, make_batches(), make_summary_run_field_and_attempt_rates)
     return SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
 
 
@@ -484,13 +487,15 @@ def _score_model_answers(
         records = tried if scoring.explanations else [record.drop_explanations() for record in tried]
         _write_attempt_files(folder, model_answers.name, tried)
     for record in records:
-        believed = add_experiment_and_stated_beliefs(record, model_answers.beliefs, model_answers.experiment)
+        believed = add_experiment_and_summaries_of_beliefs(
+            record, model_answers.beliefs, model_answers.experiment
+        )
         yield model_answers.summarize(_add_answer_origin(believed, model_answers, answers))
 
 
 def _make_multi_attempt_records(
     model_answers: ModelAnswers,
-    trials: SuiteConversations,
+    trials: ReplanningConversationFactory,
     last_answers: Mapping[str, Answer],
     unanswered_records: Iterable[Record],
 ) -> list[Record]:

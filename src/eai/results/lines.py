@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, FULL_SHARE, ZERO_SHARE
 from eai.base.grouping import group_pairs
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 
@@ -200,7 +200,7 @@ class InterpretedGoalRow(TidyTableLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OperatorClauseLine(TidyTableLine):
+class OperatorClauseRow(TidyTableLine):
     """One clause of an operator in transition modeling, which an answer has or lacks.
 
     Attributes:
@@ -227,7 +227,7 @@ TABLES: Mapping[str, type[TidyTableLine]] = {
     "steps": StepLine,
     "goals": GoalRow,
     "atoms": InterpretedGoalRow,
-    "clauses": OperatorClauseLine,
+    "clauses": OperatorClauseRow,
 }
 """Mapping from the name of each tidy table to the class of its lines."""
 
@@ -259,7 +259,7 @@ WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final"
 """
 
 
-class SuiteIdentity(NamedTuple):
+class SuiteProtocolDomainAndAbility(NamedTuple):
     """Identifies a suite, as in tables and file names: a protocol (rules), a benchmark and an ability."""
 
     protocol: str
@@ -270,14 +270,16 @@ class SuiteIdentity(NamedTuple):
         return f"{self.domain} {Ability(self.ability).value.replace('_', ' ')}, {self.protocol}"
 
     @property
-    def file_name_part(self) -> str:
+    def suite_name_for_file_names(self) -> str:
         """The protocol, benchmark and ability as part of a file name."""
         return f"{self.domain}-{self.ability}-{self.protocol}"
 
 
-def group_by_suite(lines: Iterable[L]) -> dict[SuiteIdentity, list[L]]:
+def group_by_suite(lines: Iterable[L]) -> dict[SuiteProtocolDomainAndAbility, list[L]]:
     """Return a mapping from each suite to its table lines, ordered by first occurrence."""
-    return group_pairs((SuiteIdentity(line.protocol, line.domain, line.ability), line) for line in lines)
+    return group_pairs(
+        (SuiteProtocolDomainAndAbility(line.protocol, line.domain, line.ability), line) for line in lines
+    )
 
 
 def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
@@ -319,7 +321,7 @@ def compute_executed_share(answer: AnswerLine) -> Share:
     return EMPTY_SHARE if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
-def compute_goal_share(answer: AnswerLine) -> Share:
+def compute_share_of_reached_goals(answer: AnswerLine) -> Share:
     """Return how many goals a plan or subgoals reach, and out of how many; 0 of 0 for other answers."""
     if answer.success is None:
         return EMPTY_SHARE
@@ -328,15 +330,15 @@ def compute_goal_share(answer: AnswerLine) -> Share:
     return Share(sum(count or 0 for count in met), sum(count or 0 for count in total))
 
 
-def make_task_contribution(line: TidyTableLine, share: Share) -> TaskContribution:
+def make_task_rate_contribution(line: TidyTableLine, share: Share) -> TaskRateContribution:
     """Return a contribution to a rate: the task of a table line, and the share (numerator, denominator)."""
-    return TaskContribution(line.task, line.name, share)
+    return TaskRateContribution(line.task, line.name, share)
 
 
 MEASURES: Mapping[AnswerScoreName, Callable[[AnswerLine], Share]] = {
     "score": compute_contribution_to_main_score,
     "executable": compute_executed_share,
-    "goals": compute_goal_share,
+    "goals": compute_share_of_reached_goals,
 }
 """Mapping from each score to the function that returns an answer's contribution to it."""
 
@@ -355,11 +357,13 @@ def estimate_share_of_each_kind(
         requested_kinds: the kinds to yield, in order.
     """
     counted, uncounted = (
-        [make_task_contribution(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE)
+        [make_task_rate_contribution(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE)
     )
     for kind in requested_kinds:
         triples = zip(kind_of_each_line, counted, uncounted, strict=True)
         yield (
             kind,
-            Estimate.from_cases([case if line_kind == kind else other for line_kind, case, other in triples]),
+            Estimate.from_task_rate_contributions(
+                [case if line_kind == kind else other for line_kind, case, other in triples]
+            ),
         )

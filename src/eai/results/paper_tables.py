@@ -79,7 +79,7 @@ class _PaperProtocolAndTables:
     other_tasks: tuple[str, ...]
 
     @property
-    def all_model_table_names(self) -> tuple[str, ...]:
+    def names_of_tables_with_all_models(self) -> tuple[str, ...]:
         """Names of the tables of all 18 models, the overview first."""
         return tuple(dict.fromkeys(name for names in self.tables.values() for name in names))
 
@@ -136,7 +136,7 @@ def _find_cells_contradicted_by_other_tables(
     table: PaperTable,
 ) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
     """Yield a note for each cell whose rate differs between two of the paper's tables of all 18 models."""
-    full = read_paper_protocol_and_tables().all_model_table_names
+    full = read_paper_protocol_and_tables().names_of_tables_with_all_models
     if table.name not in (*full, *read_paper_protocol_and_tables().same_quantity):
         return
     for other in [_read_table(name) for name in full if name != table.name]:

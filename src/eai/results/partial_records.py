@@ -62,7 +62,7 @@ def append_record_batches(partial_file: Path, batches: Iterable[RecordBatch]) ->
     for lines, batch_totals in batches:
         with raise_write_errors_as_input_errors(partial_file), partial_file.open("ab") as file:
             file.write(lines)
-        totals.add_later_totals(batch_totals)
+        totals.add_totals_of_later_records(batch_totals)
     return totals
 
 

@@ -153,7 +153,7 @@ def write_record_batches(
 
     def generate_lines_and_add_totals() -> Iterator[bytes]:
         for batch_lines, batch_totals in batches:
-            totals.add_later_totals(batch_totals)
+            totals.add_totals_of_later_records(batch_totals)
             yield batch_lines
 
     def generate_summary_json() -> Iterator[str]:

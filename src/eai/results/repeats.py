@@ -13,7 +13,7 @@ from math import comb
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
-from eai.results.certainty import TaskContribution, TaskContributions, compute_rate_intervals
+from eai.results.certainty import TaskRateContribution, TaskRateContributions, compute_rate_intervals
 from eai.results.rate import compute_rate
 from eai.results.table import Column, Estimate, Row, TextCell, collect_rows_in_table
 from eai.tasks.share import Share
@@ -25,9 +25,9 @@ def find_success_metric(ability: Ability) -> str | None:
     return next((metric for metric in declared.overview_headings if metric in declared.yes_no_metrics), None)
 
 
-def make_task_contributions_by_pass_at_k(
-    contributions_by_epoch: Sequence[TaskContributions],
-) -> dict[str, TaskContributions]:
+def map_pass_at_k_metrics_to_contributions(
+    contributions_by_epoch: Sequence[TaskRateContributions],
+) -> dict[str, TaskRateContributions]:
     """Return a mapping from the metrics ``pass@k`` and ``pass^k`` to the contributions of the tasks.
 
     k runs from 1 to the number of answers to a task.
@@ -45,15 +45,15 @@ def make_task_contributions_by_pass_at_k(
             n + int(contribution.share.denominator),
             c + int(contribution.share.numerator),
         )
-    contributions_by_metric: dict[str, TaskContributions] = {}
+    contributions_by_metric: dict[str, TaskRateContributions] = {}
     for k in range(1, len(contributions_by_epoch) + 1):
         counts_of_tasks = [(task, name, n, c) for (task, name), (n, c) in counts.items() if n >= k]
         contributions_by_metric[f"pass@{k}"] = [
-            TaskContribution(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
+            TaskRateContribution(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
             for task, name, n, c in counts_of_tasks
         ]
         contributions_by_metric[f"pass^{k}"] = [
-            TaskContribution(task, name, Share(comb(c, k) / comb(n, k), 1))
+            TaskRateContribution(task, name, Share(comb(c, k) / comb(n, k), 1))
             for task, name, n, c in counts_of_tasks
         ]
     return contributions_by_metric
@@ -63,7 +63,7 @@ _SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "
 
 
 @collect_rows_in_table("passes", ("run", "n", "k", *_SHARES))
-def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskContributions]]) -> Iterator[Row]:
+def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskRateContributions]]) -> Iterator[Row]:
     """Several answers to each task.
 
     A task has n answers, of which c are right. k of the n answers are drawn. `pass@k` is the probability that
@@ -71,14 +71,14 @@ def make_pass_at_k_table(runs: Mapping[str, Sequence[TaskContributions]]) -> Ite
     the probability that all k are right, C(c, k) / C(n, k). For k = 1 both are the share of right answers
     """
     for name, epochs in runs.items():
-        n, contributions = len(epochs), make_task_contributions_by_pass_at_k(epochs)
+        n, contributions = len(epochs), map_pass_at_k_metrics_to_contributions(epochs)
         for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, 2, 4, ... and n
             yield (
                 TextCell(name),
                 n,
                 k,
-                Estimate.from_cases(contributions[f"pass@{k}"]),
-                Estimate.from_cases(contributions[f"pass^{k}"]),
+                Estimate.from_task_rate_contributions(contributions[f"pass@{k}"]),
+                Estimate.from_task_rate_contributions(contributions[f"pass^{k}"]),
             )
 
 
@@ -87,7 +87,7 @@ def strip_epoch(model: str) -> str:
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 
-def pass_at_k_to_json(contributions_by_metric: Mapping[str, TaskContributions]) -> dict[str, Json]:
+def pass_at_k_to_json(contributions_by_metric: Mapping[str, TaskRateContributions]) -> dict[str, Json]:
     """Return pass@k and pass^k as in ``summary.json``: rates with their intervals."""
     rates: dict[str, Json] = {}
     for name, contributions in contributions_by_metric.items():

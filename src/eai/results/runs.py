@@ -25,7 +25,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import find_implementation
 from eai.benchmarks.registry import list_benchmarks
-from eai.results.lines import SuiteIdentity
+from eai.results.lines import SuiteProtocolDomainAndAbility
 from eai.results.paper_tables import read_paper_protocol_and_tables
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
@@ -59,9 +59,9 @@ class RunKey(NamedTuple):
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
-    def suite(self) -> SuiteIdentity:
+    def suite(self) -> SuiteProtocolDomainAndAbility:
         """Suite of the run: protocol (scoring rules), benchmark and ability, as tables name them."""
-        return SuiteIdentity(self.protocol.value, self.domain, self.ability.value)
+        return SuiteProtocolDomainAndAbility(self.protocol.value, self.domain, self.ability.value)
 
     @property
     def protocol_domain_ability_and_name(self) -> tuple[str, str, str, str]:
@@ -69,12 +69,12 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def has_no_study_or_rule_change(self) -> bool:
+    def has_standard_rules_and_no_study(self) -> bool:
         """Whether the run has no options of a study (variation), and its game rules are standard.
 
         Only such runs are ranked.
         """
-        return self.experiment is None or self.experiment.has_no_study_or_rule_change
+        return self.experiment is None or self.experiment.has_standard_rules_and_no_study
 
     @property
     def sort_key(self) -> tuple[int, int, str, int, str, str]:

@@ -25,7 +25,7 @@ from eai.abilities.verdict import (
     make_rate_contribution_of_answer,
 )
 from eai.base.grouping import group_pairs
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.rate import NOTHING, Rate, compute_rate, compute_rates
 from eai.results.record import Record
 from eai.results.repeats import find_success_metric
@@ -60,17 +60,17 @@ def compute_metric_contributions(verdicts: Sequence[Verdict], ability: Ability) 
     return ({**share, **void} for share in shares) if void else shares
 
 
-def compute_metric_shares_by_task(records: Sequence[Record]) -> dict[str, ShareByMetric]:
+def compute_metric_contributions_by_task(records: Sequence[Record]) -> dict[str, ShareByMetric]:
     """Return each task's contribution to every metric of its ability. Excluded records are left out."""
     return {
         record.task_id: shares
-        for record, shares in _pair_records_with_contributions(records, records[0].ability)
+        for record, shares in _pair_records_with_metric_contributions(records, records[0].ability)
     }
 
 
 def make_contributions_by_metric(
     records: Sequence[Record], ability: Ability
-) -> dict[str, list[TaskContribution]]:
+) -> dict[str, list[TaskRateContribution]]:
     """Return for each metric the contributions of a run's records to the metric.
 
     Excluded records do not count. If no record has an answer, nothing contributes to the metrics.
@@ -79,14 +79,14 @@ def make_contributions_by_metric(
         declared = get_declaration(ability)
         return {metric: [] for metric in declared.contributions(declared.verdict())}
     return group_pairs(
-        (metric, TaskContribution(task, name, share))
-        for record, shares in _pair_records_with_contributions(records, ability)
+        (metric, TaskRateContribution(task, name, share))
+        for record, shares in _pair_records_with_metric_contributions(records, ability)
         for task, name in [(record.task_id, find_task_name(record))]
         for metric, share in shares.items()
     )
 
 
-def _pair_records_with_contributions(
+def _pair_records_with_metric_contributions(
     records: Sequence[Record], ability: Ability
 ) -> Iterator[tuple[Record, ShareByMetric]]:
     scored = [record for record in records if record.verdict.excluded is None]
@@ -103,9 +103,9 @@ def find_task_name(record: Record) -> str:
 def estimate_share(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
     """Return the share of scored answers for which ``counted`` is true, as an estimate with an interval."""
     cases = zip(records, counted, strict=True)
-    return Estimate.from_cases(
+    return Estimate.from_task_rate_contributions(
         [
-            TaskContribution(
+            TaskRateContribution(
                 record.task_id, find_task_name(record), make_rate_contribution_of_answer(is_counted)
             )
             for record, is_counted in cases
@@ -232,8 +232,8 @@ class AnswerBreakdown:
 
     outcomes: Mapping[AnswerOutcome, int]
     flow: Mapping[str, int] | None
-    by_goals: Mapping[int, Sequence[TaskContribution]]
-    by_length: Mapping[int, Sequence[TaskContribution]]
+    by_goals: Mapping[int, Sequence[TaskRateContribution]]
+    by_length: Mapping[int, Sequence[TaskRateContribution]]
     by_action: Mapping[str, Rate]
     by_predicate: Mapping[str, Rate]
 
@@ -256,8 +256,8 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
     declared = get_declaration(ability)
     metric = None if declared.combine_epochs is None else find_success_metric(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
-    by_goals: dict[int, list[TaskContribution]] = {}
-    by_length: dict[int, list[TaskContribution]] = {}
+    by_goals: dict[int, list[TaskRateContribution]] = {}
+    by_length: dict[int, list[TaskRateContribution]] = {}
     by_action: dict[str, list[Share]] = {}
     by_predicate: dict[str, list[Share]] = {}
     for record in records:
@@ -265,8 +265,10 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
         outcomes[answer_outcome] += 1
         if answer_outcome in _NO_ANSWER:
             continue
-        success = TaskContribution(
-            record.task_id, find_task_name(record), _make_success_share(record, answer_outcome, metric)
+        success = TaskRateContribution(
+            record.task_id,
+            find_task_name(record),
+            _make_contribution_to_success_rate(record, answer_outcome, metric),
         )
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
@@ -276,7 +278,7 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
             _add_operator_shares_to_breakdown(
                 cast("OperatorVerdict", record.verdict), by_action, by_predicate
             )
-        for report, reached in list_judged_goals(record):
+        for report, reached in list_goals_and_whether_reached(record):
             for name in report.predicates:
                 by_predicate.setdefault(name, []).append(make_rate_contribution_of_answer(reached))
         for _, step in list_reported_steps(record) if declared.answers_are_plans else ():
@@ -293,7 +295,9 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
     )
 
 
-def _make_success_share(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
+def _make_contribution_to_success_rate(
+    record: Record, answer_outcome: AnswerOutcome, metric: str | None
+) -> Share:
     """Return an answer's contribution to the success metric: 0 or 1, or the mean over several answers."""
     if metric is None:
         return Share(answer_outcome is AnswerOutcome.SUCCESS, 1)
@@ -309,7 +313,7 @@ def _count_answers_reaching_each_stage(outcomes: Mapping[AnswerOutcome, int]) ->
     return {**flow, "executed": reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0), "reached": reached}
 
 
-def list_judged_goals(record: Record) -> Iterator[tuple[GoalReport, bool]]:
+def list_goals_and_whether_reached(record: Record) -> Iterator[tuple[GoalReport, bool]]:
     """Yield each goal in the explanation of a record, with whether it counts as reached."""
     reports = () if record.explanation is None else record.explanation.goals
     counted = record.verdict.goals_satisfied if isinstance(record.verdict, PlanVerdict) else ()

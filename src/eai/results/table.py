@@ -14,7 +14,7 @@ from functools import wraps
 from inspect import signature
 from typing import ParamSpec, TypeAlias
 
-from eai.results.certainty import TaskContributions, compute_difference_intervals, compute_rate_intervals
+from eai.results.certainty import TaskRateContributions, compute_difference_intervals, compute_rate_intervals
 from eai.results.rate import Rate, compute_rate
 
 P = ParamSpec("P")
@@ -47,7 +47,7 @@ class Estimate:
     notes: tuple[int, ...] = ()
 
     @classmethod
-    def from_cases(cls, contributions: TaskContributions) -> Estimate:
+    def from_task_rate_contributions(cls, contributions: TaskRateContributions) -> Estimate:
         """Return a rate in percent with its interval. The interval counts near copies of a task as one unit.
 
         Near copies are the tasks with the same `name`.
@@ -60,7 +60,9 @@ class Estimate:
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
-    def estimate_rate_difference(cls, before: TaskContributions, after: TaskContributions) -> Estimate:
+    def estimate_rate_difference(
+        cls, before: TaskRateContributions, after: TaskRateContributions
+    ) -> Estimate:
         """Return the estimate of the second rate minus the first, in percentage points."""
         percents = [
             compute_rate(contribution.share for contribution in contributions).percent
@@ -76,7 +78,7 @@ class Estimate:
         """Return the estimate of a rate in percent, without an interval."""
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
-    def map_estimate_parts_to_values(self) -> dict[str, float | None]:
+    def get_numbers_of_estimate_by_name(self) -> dict[str, float | None]:
         """Return the numbers of this estimate, such as the lower bound of its interval, by name.
 
         A number is None if it is unknown.
@@ -236,7 +238,7 @@ class Table:
             flat: list[Plain] = []
             for cell, is_estimate in zip(row, estimates, strict=True):
                 if isinstance(cell, Estimate):
-                    flat += cell.map_estimate_parts_to_values().values()
+                    flat += cell.get_numbers_of_estimate_by_name().values()
                 elif isinstance(cell, TextCell):
                     flat.append(cell.text)
                 else:
@@ -270,7 +272,7 @@ def collect_rows_in_table(
         heading, definition = first.removesuffix(".") if title is None else title, " ".join(below.split())
 
         @wraps(rows)
-        def build_table(*arguments: P.args, **options: P.kwargs) -> Table:
+        def make_table_from_yielded_rows(*arguments: P.args, **options: P.kwargs) -> Table:
             bound = signature(rows).bind(*arguments, **options)
             bound.apply_defaults()
             title_text, definition_text = (text.format(**bound.arguments) for text in (heading, definition))
@@ -278,7 +280,7 @@ def collect_rows_in_table(
                 name, title_text, definition_text, columns, tuple(rows(*arguments, **options)), max_shown_rows
             )
 
-        return build_table
+        return make_table_from_yielded_rows
 
     return make_function_that_returns_table
 

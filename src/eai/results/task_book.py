@@ -45,22 +45,22 @@ class TaskLookup:
             asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
         )
 
-    def _find_wrong_goal_reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
+    def _find_wrong_goal_reason(self, task_id: str, stated_goal: Statement) -> WrongGoalReason | None:
         """Return the likely reason for a wrong goal in an answer; None if the benchmark lacks the task.
 
         Args:
             task_id: the task. The stated goal is not among its goals.
-            call: the stated goal, with the names that answers use.
+            stated_goal: the stated goal, with the names that answers use.
         """
         if task_id not in self._tasks:
             return None
-        if call.arguments is None:
-            if call.name not in self._domain.operator_arities:
+        if stated_goal.arguments is None:
+            if stated_goal.name not in self._domain.operator_arities:
                 return "unknown"
-            return "other" if call.name in self._actions_demanded_by_goals else "procedural"
-        if call.name not in self._spellings:
+            return "other" if stated_goal.name in self._actions_demanded_by_goals else "procedural"
+        if stated_goal.name not in self._spellings:
             return "unknown"
-        held = self._test_goal_in_plan_states(task_id, call)
+        held = self._test_goal_in_plan_states(task_id, stated_goal)
         if not any(held):
             return "other"
         if held[0]:

@@ -12,13 +12,13 @@ from eai.abilities.explanation import parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, ShareByMetric
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
-from eai.results.lines import AnswerLine, GoalRow, InterpretedGoalRow, OperatorClauseLine, StepLine
+from eai.results.lines import AnswerLine, GoalRow, InterpretedGoalRow, OperatorClauseRow, StepLine
 from eai.results.record import Record
 from eai.results.summary import (
-    compute_metric_shares_by_task,
+    compute_metric_contributions_by_task,
     find_answer_outcome,
     find_task_name,
-    list_judged_goals,
+    list_goals_and_whether_reached,
     list_reported_steps,
 )
 
@@ -45,7 +45,7 @@ class TidyTables:
         self.steps: list[StepLine] = []
         self.goals: list[GoalRow] = []
         self.atoms: list[InterpretedGoalRow] = []
-        self.clauses: list[OperatorClauseLine] = []
+        self.clauses: list[OperatorClauseRow] = []
         self._source = source
         self._features = features
         self._open_cached_lookup = cache(self._open_task_lookup)
@@ -53,7 +53,7 @@ class TidyTables:
     def add_records(self, records: Sequence[Record]) -> None:
         """Add the records (scored answers) of one run, all of one model, ability, domain and protocol."""
         task_lookup = self._open_cached_lookup(records[0].domain) if self._features else None
-        shares = compute_metric_shares_by_task(records)
+        shares = compute_metric_contributions_by_task(records)
         for record in records:
             key = make_identifying_columns(record)
             self.answers.append(_make_answer_line(record, key, shares.get(record.task_id, {}), task_lookup))
@@ -93,7 +93,7 @@ def make_identifying_columns(record: Record) -> IdentifyingColumns:
 
 
 def _make_answer_line(
-    record: Record, key: IdentifyingColumns, shares: ShareByMetric, task_lookup: TaskLookup | None
+    record: Record, key: IdentifyingColumns, share_by_metric: ShareByMetric, task_lookup: TaskLookup | None
 ) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
@@ -101,13 +101,13 @@ def _make_answer_line(
     values: dict[str, Any] = {
         **key,
         "outcome": find_answer_outcome(record).value,
-        "success": _find_success_by_overview_metric(record, shares),
+        "success": _is_success_by_main_yes_no_metric(record, share_by_metric),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
         "error_step": None if error is None else error.step,
         "error_objects": None if error is None else " ".join(error.objects),
         "steps_tried": len(list(list_reported_steps(record))) if is_explained else None,
-        **_count_hits_extras_misses(record.ability, shares),
+        **_count_right_wrong_and_missing_items(record.ability, share_by_metric),
         "cut_off": None if record.origin is None else record.origin.truncated,
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
@@ -123,7 +123,7 @@ def _has_plans(record: Record) -> bool:
     return get_declaration(record.ability).answers_are_plans
 
 
-def _find_success_by_overview_metric(record: Record, shares: ShareByMetric) -> bool | None:
+def _is_success_by_main_yes_no_metric(record: Record, share_by_metric: ShareByMetric) -> bool | None:
     """Return whether an answer is a success by the main yes-or-no metric of its ability.
 
     The main metric is the first yes-or-no metric in the ability's overview table that has a value for the
@@ -131,7 +131,7 @@ def _find_success_by_overview_metric(record: Record, shares: ShareByMetric) -> b
     """
     declared = get_declaration(record.ability)
     candidates = (
-        shares.get(metric, EMPTY_SHARE)
+        share_by_metric.get(metric, EMPTY_SHARE)
         for metric in declared.overview_headings
         if metric in declared.yes_no_metrics
     )
@@ -146,13 +146,13 @@ def _find_success_by_overview_metric(record: Record, shares: ShareByMetric) -> b
     )
 
 
-def _count_hits_extras_misses(ability: Ability, shares: ShareByMetric) -> dict[str, int]:
+def _count_right_wrong_and_missing_items(ability: Ability, share_by_metric: ShareByMetric) -> dict[str, int]:
     """Return the numbers of right, wrong and missing items that an answer adds to precision and recall."""
     for metric in get_declaration(ability).overview_headings:
         prefix, dot, measure = metric.rpartition(".")
-        if dot and measure == "f1" and shares:
-            hits, stated = shares[f"{prefix}.precision"]
-            _, expected = shares[f"{prefix}.recall"]
+        if dot and measure == "f1" and share_by_metric:
+            hits, stated = share_by_metric[f"{prefix}.precision"]
+            _, expected = share_by_metric[f"{prefix}.recall"]
             return {"hits": int(hits), "extras": int(stated - hits), "misses": int(expected - hits)}
     return {}
 
@@ -183,7 +183,7 @@ def _make_step_lines(record: Record, key: IdentifyingColumns) -> Iterator[StepLi
 def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[GoalRow]:
     if not isinstance(record.verdict, PlanVerdict):
         return
-    for number, (report, satisfied) in enumerate(list_judged_goals(record)):
+    for number, (report, satisfied) in enumerate(list_goals_and_whether_reached(record)):
         names = " ".join(report.predicates)
         yield GoalRow(
             **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied
@@ -213,14 +213,14 @@ def _make_interpreted_goal_lines(
             )
 
 
-def _make_clause_lines(record: Record, key: IdentifyingColumns) -> Iterator[OperatorClauseLine]:
+def _make_clause_lines(record: Record, key: IdentifyingColumns) -> Iterator[OperatorClauseRow]:
     if not get_declaration(record.ability).interaction.uses_operator_tasks:
         return
     from eai.abilities.transition_modeling.verdict import OTHER
 
     verdict = cast("OperatorVerdict", record.verdict)
     for report in verdict.operators:
-        line = partial(OperatorClauseLine, **key, operator=report.name, status=report.status.value)
+        line = partial(OperatorClauseRow, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
             for status in ("matched", "additional", "missing"):
                 for clause in getattr(getattr(report, side), status):

@@ -87,17 +87,17 @@ class RunTotals:
             self.metrics_without_value.update(declared.missing_metrics(verdict))
             add_contributions(self.sums_by_metric, declared.contributions(verdict))
 
-    def add_later_totals(self, later: RunTotals) -> None:
+    def add_totals_of_later_records(self, later_totals: RunTotals) -> None:
         """Add the totals of later records of the run to these totals."""
-        self.head = self.head or later.head
-        self.record_count += later.record_count
-        self.stated_suite_sizes |= later.stated_suite_sizes
-        self.errata_versions |= later.errata_versions
-        self.metrics_without_value |= later.metrics_without_value
-        self.answer_counts_by_planner += later.answer_counts_by_planner
-        self.second_planner_outcomes += later.second_planner_outcomes
-        self._add_task_statuses(later.status_by_task)
-        add_contributions(self.sums_by_metric, later.sums_by_metric)
+        self.head = self.head or later_totals.head
+        self.record_count += later_totals.record_count
+        self.stated_suite_sizes |= later_totals.stated_suite_sizes
+        self.errata_versions |= later_totals.errata_versions
+        self.metrics_without_value |= later_totals.metrics_without_value
+        self.answer_counts_by_planner += later_totals.answer_counts_by_planner
+        self.second_planner_outcomes += later_totals.second_planner_outcomes
+        self._add_task_statuses(later_totals.status_by_task)
+        add_contributions(self.sums_by_metric, later_totals.sums_by_metric)
 
     def _add_task_statuses(self, statuses: Mapping[str, int]) -> None:
         for task_id, status in statuses.items():

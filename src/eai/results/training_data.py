@@ -112,10 +112,10 @@ def _has_unknown_prompt(record: Record) -> bool:
     settings = record.experiment
     if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
         settings = settings.drop_options_of_study(_PROMPTS)  # the digest already identifies the prompt
-    return settings is not None and not settings.has_no_study_or_rule_change
+    return settings is not None and not settings.has_standard_rules_and_no_study
 
 
-def make_function_that_adds_distance_and_steps(
+def make_function_adding_goal_distance_and_steps(
     suite: Suite, search_effort: int, step_counts: Counter[str]
 ) -> AddColumns:
     """Return a function that makes the additional columns ``distance`` and ``steps`` of a record.

@@ -101,7 +101,7 @@ class Conversation:
         return self._get_question()
 
     @property
-    def metadata_on_changed_scene(self) -> Mapping[str, str]:
+    def metadata_of_changed_scene_in_question(self) -> Mapping[str, str]:
         """Metadata on the scene of the next question; empty if the scene has not changed."""
         return self._describe_changed_scene()
 
@@ -138,10 +138,10 @@ def add_answer_details_to_attempts(
 
 
 @dataclass(frozen=True)
-class SuiteConversations:
+class ReplanningConversationFactory:
     """Begins conversations in which a model has several attempts at a task of a suite.
 
-    The function `open_trials` makes this object.
+    The function `make_replanning_conversation_factory` makes this object.
 
     Attributes:
         suite: the suite, adapted to the model's answers (`Suite.choose_suite_for_answers`).
@@ -238,13 +238,13 @@ def _add_cause_of_unreadable_answer(suite: Suite, attempt: Attempt) -> Attempt:
     return replace(attempt, verdict=named.verdict, explanation=attempt.explanation and named.explain())
 
 
-def open_trials(
+def make_replanning_conversation_factory(
     suite: Suite,
     options: ReplanningOptions,
     question_writer: QuestionWriter,
     task_ids: Iterable[str],
     tasks_with_stated_goals: Mapping[str, Task] | None = None,
-) -> SuiteConversations:
+) -> ReplanningConversationFactory:
     """Return the object that begins trials (series of attempts) at some tasks of a suite.
 
     Some protocols (scoring rules) find out from all answers of a model whether its plans name objects with
@@ -262,4 +262,6 @@ def open_trials(
     suite_of_questions = suite.choose_suite_for_answers(
         [question_writer.prompt_of(task_id).user for task_id in task_ids]
     )
-    return SuiteConversations(suite_of_questions, options, question_writer, tasks_with_stated_goals or {})
+    return ReplanningConversationFactory(
+        suite_of_questions, options, question_writer, tasks_with_stated_goals or {}
+    )

@@ -24,7 +24,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import make_answer_schema
 from eai.benchmarks.suite import Suite
 from eai.results.codec import hash_text
-from eai.results.trials import Conversation, SuiteConversations
+from eai.results.trials import Conversation, ReplanningConversationFactory
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import Endpoint
 from eai.tasks.options import Options
@@ -185,7 +185,7 @@ class QuestionJob:
     epochs: int = 1
     decoding: DecodingOptions = field(default_factory=DecodingOptions)
     pace: RequestOptions = field(default_factory=RequestOptions)
-    trials: SuiteConversations | None = None
+    trials: ReplanningConversationFactory | None = None
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     experiment: Experiment | None = None
     answer_limit: int | None = None

@@ -34,7 +34,7 @@ from inspect_ai.util import JSONSchema
 
 from eai.abilities.attempt import AnswerUsage
 from eai.abilities.reasoning import split_answer_and_reasoning
-from eai.results.trials import Answer, AnswerKey, Conversation, SuiteConversations
+from eai.results.trials import Answer, AnswerKey, Conversation, ReplanningConversationFactory
 from eai.run.context import REMEDIES, describe_long_tasks, find_long_tasks
 from eai.run.job import QuestionJob
 from eai.run.journal import RunState
@@ -212,7 +212,7 @@ def make_solver_that_asks_questions(run: RunState) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def make_solver_without_answer_journal(trials: SuiteConversations | None) -> Solver:
+def make_solver_without_answer_journal(trials: ReplanningConversationFactory | None) -> Solver:
     """Return a solver for runs without a journal (file of all answers so far).
 
     Stop sequences come from the sample's metadata.
@@ -270,7 +270,7 @@ class _SampleTranscript:
         actions = [[action.operator, *action.arguments] for action in conversation.executed_actions]
         metadata = {"attempt": self.attempt, "done": actions}
         messages = make_messages(
-            question, {**self._metadata, **conversation.metadata_on_changed_scene, **metadata}
+            question, {**self._metadata, **conversation.metadata_of_changed_scene_in_question, **metadata}
         )
         if self.attempt == 1:
             self._state.messages = list(messages)

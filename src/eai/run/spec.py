@@ -216,7 +216,7 @@ class RunSpec(Options):
         """The options of studies (variations) that change the questions of the run, as records store them.
 
         Before its questions, a run may ask a model for the goals or scenes of the tasks. The options of this
-        stage are left out; `ModelBeliefsInPrompts.experiment` has them.
+        stage are left out; `GoalsAndScenesStatedInPrompts.experiment` has them.
         """
         variations_by_study = {
             variation.name: self.studies.get(variation.name, VariationOptions())

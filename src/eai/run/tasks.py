@@ -48,14 +48,14 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
 from eai.results.epochs import (
+    GoalsAndScenesStatedInPrompts,
     ModelAnswers,
-    ModelBeliefsInPrompts,
     SuiteResult,
     select_item_with_majority_answer,
 )
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.trials import SuiteConversations, open_trials
+from eai.results.trials import ReplanningConversationFactory, make_replanning_conversation_factory
 from eai.run.acting import offer_task_tools, play_missing_episodes, player, read_episode_text
 from eai.run.context import is_endpoint_on_server_of_user, require_server_at_model_address
 from eai.run.job import ERRATA, QuestionJob, describe_unknown_provider, is_built_in_model
@@ -276,8 +276,8 @@ def make_suite_conversations(
     library: PromptLibrary,
     suite: Suite,
     prompts: Mapping[str, Prompt],
-    beliefs: ModelBeliefsInPrompts | None,
-) -> SuiteConversations | None:
+    beliefs: GoalsAndScenesStatedInPrompts | None,
+) -> ReplanningConversationFactory | None:
     """Return the object that executes answers and asks again; None if each question is sent once.
 
     Raises:
@@ -289,7 +289,7 @@ def make_suite_conversations(
         (None, {}) if beliefs is None else (beliefs.perceive_changed_scene, beliefs.tasks_with_stated_goals)
     )
     question_writer = library.make_question_writer(suite.benchmark, suite.ability, prompts, look)
-    return open_trials(suite, replanning_options, question_writer, prompts, goals)
+    return make_replanning_conversation_factory(suite, replanning_options, question_writer, prompts, goals)
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
@@ -333,7 +333,7 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
 
 def _make_prompts_that_state_model_beliefs(
     stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
-) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
+) -> tuple[Mapping[str, Prompt], GoalsAndScenesStatedInPrompts]:
     """Return questions that state goals or scenes as a model understood them, and these goals or scenes.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.base.errors import InputError
 from eai.benchmarks.registry import get_title
-from eai.results.lines import SuiteIdentity
+from eai.results.lines import SuiteProtocolDomainAndAbility
 from eai.results.paper_tables import PaperTable, read_paper_protocol_and_tables
 from eai.results.plots import add_title, clip_label
 from eai.studies.variation import VariationOptions
@@ -81,19 +81,21 @@ class Study:
     included_in_all: bool = False
 
 
-def format_suite_heading(suite: SuiteIdentity) -> str:
+def format_suite_heading(suite: SuiteProtocolDomainAndAbility) -> str:
     """Return the heading of a suite, with the title of its benchmark."""
     return str(suite._replace(domain=get_title(suite.domain)))
 
 
-def name_suite_figure(suite: SuiteIdentity, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+def name_suite_figure(
+    suite: SuiteProtocolDomainAndAbility, name: str, figure: Figure | None
+) -> tuple[str, Figure | None]:
     """Return the file name of a figure of a suite, and the figure with the suite's title.
 
     The file name is the given name and the name of the suite. A missing figure, None, stays None.
     """
     if figure is not None:
         add_title(figure, format_suite_heading(suite))
-    return f"{name}-{suite.file_name_part}", figure
+    return f"{name}-{suite.suite_name_for_file_names}", figure
 
 
 def name_run_figure(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:

@@ -19,7 +19,7 @@ from eai.tasks.options import Options
 if TYPE_CHECKING:
     from eai.benchmarks.prompt_library import PromptLibrary
     from eai.benchmarks.suite import Suite
-    from eai.results.epochs import ModelBeliefsInPrompts, SuiteResult
+    from eai.results.epochs import GoalsAndScenesStatedInPrompts, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
 
 
@@ -69,14 +69,16 @@ class StageBeforeQuestions:
     library: PromptLibrary
     task_ids: Mapping[str, Collection[str]]
     ask: AskModel
-    believe: Callable[[StageBeforeQuestions, Endpoint, Suite], ModelBeliefsInPrompts]
+    believe: Callable[[StageBeforeQuestions, Endpoint, Suite], GoalsAndScenesStatedInPrompts]
     previous: StageBeforeQuestions | None = None
     results: list[SuiteResult] = field(default_factory=list, init=False)
-    found_beliefs: dict[tuple[str, ...], ModelBeliefsInPrompts] = field(default_factory=dict, init=False)
+    found_beliefs: dict[tuple[str, ...], GoalsAndScenesStatedInPrompts] = field(
+        default_factory=dict, init=False
+    )
 
     def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
-    ) -> tuple[Mapping[str, Prompt], ModelBeliefsInPrompts]:
+    ) -> tuple[Mapping[str, Prompt], GoalsAndScenesStatedInPrompts]:
         """Return prompts for a model by task id, and the beliefs (goals or scenes) that the prompts state.
 
         The beliefs are from this stage and all earlier stages. Tasks without a belief are left out.
@@ -85,9 +87,9 @@ class StageBeforeQuestions:
             InputError: a stage obtained no beliefs, or the prompts cannot state the beliefs.
         """
         beliefs = self.collect_beliefs(endpoint, suite)
-        return beliefs.make_prompts_that_state_beliefs(self.library, suite, task_ids), beliefs
+        return beliefs.make_prompts_stating_goals_and_scenes(self.library, suite, task_ids), beliefs
 
-    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> ModelBeliefsInPrompts:
+    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> GoalsAndScenesStatedInPrompts:
         """Return a model's beliefs from this stage and all earlier stages of the run.
 
         Beliefs are goals and scenes. The run's questions state the beliefs instead of the true goals and
@@ -99,7 +101,7 @@ class StageBeforeQuestions:
         if self.previous is None:
             return self.believe(self, endpoint, suite)
         earlier = self.previous.collect_beliefs(endpoint, suite)
-        return earlier.copy_with_goals_of(self.believe(self, endpoint, suite))
+        return earlier.copy_scenes_with_goals_from(self.believe(self, endpoint, suite))
 
     @property
     def earliest_stage(self) -> StageBeforeQuestions:
@@ -163,7 +165,7 @@ class VariationOptions(Options):
         """Return the options of the study that differ from their defaults, for the records of a run.
 
         A study returns None if it has nothing to record. It also returns None if records get its options
-        together with goals or scenes (`ModelBeliefsInPrompts.experiment`).
+        together with goals or scenes (`GoalsAndScenesStatedInPrompts.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])

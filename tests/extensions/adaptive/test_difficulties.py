@@ -7,9 +7,9 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
 from eai.extensions.adaptive.difficulties import (
-    choose_next_tasks,
+    choose_most_informative_tasks,
     estimate_ability,
-    load_ability_variance_between_task_names,
+    load_ability_variance_between_task_groups,
     load_task_difficulties,
 )
 from suites import SUITES
@@ -57,31 +57,31 @@ def test_near_copies_raise_the_error_but_keep_the_ability() -> None:
 
 
 def test_the_task_of_even_chance_comes_next() -> None:
-    assert choose_next_tasks(3, {}, DIFFICULTIES, OWN_NAMES) == ("8", "7", "9")
+    assert choose_most_informative_tasks(3, {}, DIFFICULTIES, OWN_NAMES) == ("8", "7", "9")
     right = {"8": 1.0, "9": 1.0, "10": 1.0}
     ability = estimate_ability(right, DIFFICULTIES).value
-    (task,) = choose_next_tasks(1, right, DIFFICULTIES, OWN_NAMES)
+    (task,) = choose_most_informative_tasks(1, right, DIFFICULTIES, OWN_NAMES)
     nearest = min(set(DIFFICULTIES) - set(right), key=lambda each: abs(DIFFICULTIES[each] - ability))
     assert task == nearest
 
 
 def test_tasks_of_the_names_asked_least_come_first() -> None:
     copies = {task: "alike" if 6 <= int(task) <= 10 else task for task in DIFFICULTIES}
-    assert choose_next_tasks(3, {}, DIFFICULTIES, copies) == ("8", "11", "5")
-    assert choose_next_tasks(1, {"8": 0.0}, DIFFICULTIES, copies) == ("5",)
+    assert choose_most_informative_tasks(3, {}, DIFFICULTIES, copies) == ("8", "11", "5")
+    assert choose_most_informative_tasks(1, {"8": 0.0}, DIFFICULTIES, copies) == ("5",)
 
 
 def test_no_task_is_asked_twice() -> None:
     asked = dict.fromkeys(list(DIFFICULTIES)[:15], 1.0)
-    assert set(choose_next_tasks(5, asked, DIFFICULTIES, OWN_NAMES)) == {"15", "16"}
-    assert choose_next_tasks(5, dict.fromkeys(DIFFICULTIES, 1.0), DIFFICULTIES, OWN_NAMES) == ()
+    assert set(choose_most_informative_tasks(5, asked, DIFFICULTIES, OWN_NAMES)) == {"15", "16"}
+    assert choose_most_informative_tasks(5, dict.fromkeys(DIFFICULTIES, 1.0), DIFFICULTIES, OWN_NAMES) == ()
 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES)
 def test_all_tasks_of_plans_and_subgoals_have_difficulties(domain: str, ability: Ability) -> None:
     known = load_task_difficulties(domain, ability)
     assert bool(known) == (ability in PLANS)
-    assert (load_ability_variance_between_task_names(domain, ability) > 0) == (
+    assert (load_ability_variance_between_task_groups(domain, ability) > 0) == (
         bool(known) and domain == "virtualhome"
     )
     assert set(known) <= set(open_suite(domain, ability).task_ids)

@@ -12,11 +12,11 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import DataPackStore
 from eai.extensions.adaptive.flag import Flag
-from eai.extensions.adaptive.item_flags import make_task_flag_reader
+from eai.extensions.adaptive.item_flags import make_function_that_flags_doubtful_tasks
 from eai.extensions.adaptive.study import make_task_difficulty_tables
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
-from eai.results.lines import SuiteIdentity
+from eai.results.lines import SuiteProtocolDomainAndAbility
 from eai.results.table import Table
 from eai.tasks.source import Source
 from eai.world.action import Action
@@ -25,12 +25,12 @@ from studies.published import tables
 
 pytest.importorskip("scipy")
 
-SUBGOALS = SuiteIdentity("eai-1.0.5", "virtualhome", "subgoal_decomposition")
-PLANS = SuiteIdentity("eai-1.0.5", "virtualhome", "action_sequencing")
+SUBGOALS = SuiteProtocolDomainAndAbility("eai-1.0.5", "virtualhome", "subgoal_decomposition")
+PLANS = SuiteProtocolDomainAndAbility("eai-1.0.5", "virtualhome", "action_sequencing")
 WRONG_GOLD = "cleaning_high_chair_0_Wainscott_0_int_0_2021-06-05_18-03-15"
 
 
-def unflagged(suite: SuiteIdentity, task: str, unsolved: bool) -> Iterator[Flag]:
+def unflagged(suite: SuiteProtocolDomainAndAbility, task: str, unsolved: bool) -> Iterator[Flag]:
     if unsolved:
         yield "unsolved"
 
@@ -95,10 +95,14 @@ def test_tasks_are_flagged_by_who_solves_them(nine: dict[str, list[dict[str, Any
     ],
 )
 def test_the_planner_tries_tasks_that_no_model_solves(
-    suite: SuiteIdentity, task: str, unsolved: bool, flags: list[Flag], data_store: DataPackStore
+    suite: SuiteProtocolDomainAndAbility,
+    task: str,
+    unsolved: bool,
+    flags: list[Flag],
+    data_store: DataPackStore,
 ) -> None:
     """In 26_1 the character sits, and under eai-1.0.5 no subgoal makes it stand up."""
-    assert list(make_task_flag_reader(Source(data_store))(suite, task, unsolved)) == flags
+    assert list(make_function_that_flags_doubtful_tasks(Source(data_store))(suite, task, unsolved)) == flags
 
 
 def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
@@ -113,9 +117,9 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
 
     plan = Planner.find_plan
     monkeypatch.setattr(Planner, "find_plan", search)
-    flags = make_task_flag_reader(Source(data_store))
+    flags = make_function_that_flags_doubtful_tasks(Source(data_store))
     for protocol, looks in (("strict", 0), ("eai-1.0.5", 1)):
-        suite = SuiteIdentity(protocol, "behavior", "subgoal_decomposition")
+        suite = SuiteProtocolDomainAndAbility(protocol, "behavior", "subgoal_decomposition")
         assert list(flags(suite, WRONG_GOLD, True)) == ["unsolved: plan exists"]
         assert len(searched) == looks
 
@@ -123,7 +127,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
 def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: DataPackStore) -> None:
     from eai.benchmarks.registry import find_benchmark
 
-    flags = make_task_flag_reader(Source(data_store))
+    flags = make_function_that_flags_doubtful_tasks(Source(data_store))
     tasks = find_benchmark("virtualhome").tasks(Source(data_store))
     ambiguous = [task for task in tasks if "ambiguous names" in flags(PLANS, task, False)]
     assert len(ambiguous) == 8

@@ -6,7 +6,7 @@ np = pytest.importorskip("numpy")
 
 from eai.extensions.adaptive.rasch import (  # noqa: E402
     compute_item_rest_correlations,
-    estimate_ability_variance_between_task_names,
+    estimate_ability_variance_between_task_groups,
     estimate_reliability,
     fit_rasch,
 )
@@ -47,10 +47,10 @@ def test_variance_between_names_is_separated_from_chance() -> None:
         chances = 1 / (1 + np.exp(difficulties - abilities - spread * by_name))
         scores = (draw.random(chances.shape) < chances).astype(float)
         scores[0, 0] = np.nan
-        found.append(estimate_ability_variance_between_task_names(scores, fit_rasch(scores), names))
+        found.append(estimate_ability_variance_between_task_groups(scores, fit_rasch(scores), names))
     assert found[0] < 0.1
     assert 0.6 < found[1] < 1.4
-    assert estimate_ability_variance_between_task_names(SCORES, fit_rasch(SCORES), list("abcdef")) == 0
+    assert estimate_ability_variance_between_task_groups(SCORES, fit_rasch(SCORES), list("abcdef")) == 0
 
 
 def test_gaps_are_left_out() -> None:

@@ -18,7 +18,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs import readers, study
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader, read_log, read_logs
-from eai.extensions.logs.twin import make_table_of_same_named_tasks
+from eai.extensions.logs.twin import make_table_of_benchmark_tasks_named_in_logs
 from eai.studies.records import StudyRecords
 from eai.tasks.source import Source
 from eai.world.fault import FaultKind
@@ -154,7 +154,7 @@ def test_a_benchmark_with_the_tasks_describes_their_twins_by_length(tmp_path: Pa
             unsolvable="it contradicts itself",
         ),
     ]
-    table = make_table_of_same_named_tasks(
+    table = make_table_of_benchmark_tasks_named_in_logs(
         read_log(written(tmp_path, "run.json", odd=1, far=0, near=0, absent=1)),
         {task.id: task for task in tasks},
         Benchmark("switches", DOMAIN, use_tasks(*tasks)),
@@ -176,7 +176,7 @@ def test_the_outcomes_beside_a_twin_say_which_episodes_ran_out_of_time() -> None
     late = replace(LOST, task="near", ending=Ending.OUT_OF_TIME)
     task = make_task("near", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
     benchmark = Benchmark("switches", DOMAIN, use_tasks(task))
-    (row,) = make_table_of_same_named_tasks(
+    (row,) = make_table_of_benchmark_tasks_named_in_logs(
         [late, replace(WON, task="near")], {"near": task}, benchmark
     ).row_dicts()
     assert row["outcomes"] == "s: goal unmet (out of time), s: won"
@@ -187,7 +187,7 @@ def test_hidden_objects_of_a_twin_are_those_that_its_gold_plan_uses_and_nobody_s
 ) -> None:
     benchmark = find_benchmark("behavior-1k")
     tasks = benchmark.tasks(Source(data_store))
-    table = make_table_of_same_named_tasks(
+    table = make_table_of_benchmark_tasks_named_in_logs(
         read_log(written(tmp_path, "run.json", bringing_water=0, turning_on_radio=1)), tasks, benchmark
     )
     radio, water = table.row_dicts()

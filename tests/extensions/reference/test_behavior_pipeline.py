@@ -72,7 +72,7 @@ def _runs(model: str, suite: Suite) -> _ModularAndPipelineRuns:
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
     return _ModularAndPipelineRuns(
-        modular, [believed.add_experiment_and_belief_summaries(record) for record in second], {}, {}, {}
+        modular, [believed.add_experiment_and_study_summaries(record) for record in second], {}, {}, {}
     )
 
 

@@ -346,7 +346,7 @@ class GoalNotation(ABC):
         """Return the text of each goal. `join` combines the texts to one answer."""
 
     @abstractmethod
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return the texts of goals as one answer."""
 
     def map_spellings_to_predicate_names(self, domain: Domain) -> Mapping[SpellingAndArity, str]:
@@ -445,13 +445,13 @@ class JsonGoalNotation(GoalNotation):
         """Return the JSON text of each goal."""
         return tuple(json.dumps(_convert_goal_to_json_entry(goal)) for goal in goals)
 
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return texts of goals as one answer, in sections.
 
         Literals are sorted by their number of objects.
         """
         sections: dict[str, list[object]] = {key: [] for key in self._kinds}
-        for entry in map(json.loads, parts):
+        for entry in map(json.loads, answer_parts):
             sections[SECTIONS[_get_goal_kind_of_entry(entry)]].append(entry)
         return json.dumps(sections)
 

@@ -153,7 +153,7 @@ class PlanNotation(ABC):
         """Return the text of each step of a plan. `join` combines the texts to one answer."""
 
     @abstractmethod
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return the texts of steps as one answer."""
 
     def replace_domain_names_by_answer_words(self, text: str) -> str:
@@ -222,9 +222,9 @@ class JsonPlanNotation(PlanNotation):
         """Return each step as ``{"action": "OPEN", "object": "jar_0"}``."""
         return tuple([_write_step(action, scene) for action in plan])
 
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return a JSON list of the steps."""
-        return "[" + ", ".join(parts) + "]"
+        return "[" + ", ".join(answer_parts) + "]"
 
     def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
         """Return the names of the objects that matter to the task."""

@@ -163,9 +163,9 @@ class SubgoalNotation:
                 return lexicon.write_literal(GroundAtom(name, fact.arguments, is_true_after))
         return None
 
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return the subgoals as one answer."""
-        return json.dumps({"output": list(parts)})
+        return json.dumps({"output": list(answer_parts)})
 
     def make_json_schema_of_answer(self) -> Schema:
         """Return the JSON schema of an answer, for providers that enforce schemas.

@@ -66,10 +66,10 @@ class VirtualHomeGoalNotation(GoalNotation):
         """Return a JSON object for each goal, with its kind (such as ``node goals``) as key."""
         return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_get_kind_and_fields, goals))
 
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return one answer with all goals in order, each in its section."""
         sections: dict[str, list[object]] = {key: [] for key in SECTIONS.values()}
-        for part in parts:
+        for part in answer_parts:
             for key, entry in json.loads(part).items():
                 sections[key].append(entry)
         return json.dumps(sections, indent=1)
@@ -223,9 +223,9 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
         """
         return read_subgoals_in_output_list(text, self._alone, ("actions_to_include",))
 
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return the subgoals as one answer."""
-        answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(parts)}
+        answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(answer_parts)}
         return json.dumps(answer, indent=1)
 
     def make_json_schema_of_answer(self) -> Schema:

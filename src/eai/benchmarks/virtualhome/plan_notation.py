@@ -106,9 +106,9 @@ class VirtualHomePlanNotation(PlanNotation):
         """
         return tuple([_format_step(action, scene) for action in plan])
 
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return the steps as one JSON object."""
-        return "{" + ", ".join(parts) + "}"
+        return "{" + ", ".join(answer_parts) + "}"
 
     def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
         """Return the words that name the relevant objects: their classes and ids."""

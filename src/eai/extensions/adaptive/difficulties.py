@@ -41,7 +41,7 @@ def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]
     return difficulties
 
 
-def load_ability_variance_between_task_names(domain: str, ability: Ability) -> float:
+def load_ability_variance_between_task_groups(domain: str, ability: Ability) -> float:
     """Return the variance of a model's ability between groups of tasks, in squared logits; 0 if unknown.
 
     A group has all tasks with one name: near copies. The variance was estimated for one kind of questions
@@ -85,9 +85,9 @@ def estimate_ability(
         name_by_task: name of each task. Near copies share a name, so their scores depend on each other.
             Therefore ``variance`` times a concentration is added to the square of the standard error. The
             concentration is 1 for a single name, and 1/n for n names with equal Fisher information
-            (`_compute_information_concentration`).
+            (`_compute_information_concentration_on_names`).
         variance: variance of one model's ability between groups of tasks with one name, in squared logits
-            (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
+            (see `rasch.estimate_ability_variance_between_task_groups`); 0 if tasks are independent.
     """
     value = 0.0
     for _ in range(_MAX_STEPS):
@@ -97,11 +97,13 @@ def estimate_ability(
         value += max(-1.0, min(1.0, change))
         if abs(change) < _CONVERGENCE_LOGITS:
             break
-    between = variance * _compute_information_concentration(value, scores, difficulties, name_by_task or {})
+    between = variance * _compute_information_concentration_on_names(
+        value, scores, difficulties, name_by_task or {}
+    )
     return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
-def _compute_information_concentration(
+def _compute_information_concentration_on_names(
     ability: float,
     scores: Mapping[str, float],
     difficulties: Mapping[str, float],
@@ -120,24 +122,29 @@ def _compute_information_concentration(
     return sum((information / whole) ** 2 for information in informed.values()) if whole else 0.0
 
 
-def choose_next_tasks(
-    number: int, asked: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
+def choose_most_informative_tasks(
+    max_task_count: int,
+    score_by_asked_task: Mapping[str, float],
+    difficulties: Mapping[str, float],
+    name_by_task: Mapping[str, str],
 ) -> tuple[str, ...]:
     """Return the ids of the most informative tasks to ask next.
 
     Args:
-        number: maximum number of tasks to return.
-        asked: scores of the tasks that were already asked.
+        max_task_count: maximum number of tasks to return.
+        score_by_asked_task: scores of the tasks that were already asked.
         difficulties: difficulties of all tasks that may be asked.
-        names: name of each task. Near copies share a name.
+        name_by_task: name of each task. Near copies share a name.
     """
-    ability = estimate_ability(asked, difficulties).value
-    times = Counter(names[task] for task in asked)
-    left = [task for task in difficulties if task not in asked]
+    ability = estimate_ability(score_by_asked_task, difficulties).value
+    times = Counter(name_by_task[task] for task in score_by_asked_task)
+    left = [task for task in difficulties if task not in score_by_asked_task]
     chosen: list[str] = []
-    while left and len(chosen) < number:
-        task = min(left, key=lambda each: (times[names[each]], abs(difficulties[each] - ability), each))
-        times[names[task]] += 1
+    while left and len(chosen) < max_task_count:
+        task = min(
+            left, key=lambda each: (times[name_by_task[each]], abs(difficulties[each] - ability), each)
+        )
+        times[name_by_task[task]] += 1
         chosen.append(task)
         left.remove(task)
     return tuple(chosen)

@@ -18,14 +18,14 @@ from eai.logic.ltl_printer import format_ltl
 from eai.logic.rewriting import rename_objects
 from eai.planning.planner import get_planner
 from eai.planning.search import SearchEndReason, SearchResult
-from eai.results.lines import SuiteIdentity
+from eai.results.lines import SuiteProtocolDomainAndAbility
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 
 
-def make_task_flag_reader(source: Source) -> FlagReader:
+def make_function_that_flags_doubtful_tasks(source: Source) -> FlagReader:
     """Return a function that yields flags of a task: reasons to use its answers with caution.
 
     For a task that no model solves, the function looks for a plan. A plan exists if one of two answers is
@@ -46,7 +46,7 @@ def make_task_flag_reader(source: Source) -> FlagReader:
         return find_plan(open_tasks(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
-    def open_suite_and_answers(key: SuiteIdentity) -> tuple[Suite, tuple[AnswersByTask, ...]]:
+    def open_suite_and_answers(key: SuiteProtocolDomainAndAbility) -> tuple[Suite, tuple[AnswersByTask, ...]]:
         """Return a suite (tasks with scoring), gold answers, and answers made from the planner's plans."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_gold_answers(benchmark, ability, source)
@@ -55,7 +55,7 @@ def make_task_flag_reader(source: Source) -> FlagReader:
         )
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
-    def find_flag_of_unsolved_task(key: SuiteIdentity, task_id: str) -> Flag:
+    def find_flag_of_unsolved_task(key: SuiteProtocolDomainAndAbility, task_id: str) -> Flag:
         suite, books = open_suite_and_answers(key)
         for book in books:
             answer = book[task_id].text
@@ -65,7 +65,9 @@ def make_task_flag_reader(source: Source) -> FlagReader:
         is_impossible = search_plan(key.domain, task_id).end is SearchEndReason.UNREACHABLE
         return "unsolved: no plan" if is_impossible else "unsolved"
 
-    def find_flags_of_task(key: SuiteIdentity, task_id: str, unsolved: bool) -> Iterator[Flag]:
+    def find_flags_of_task(
+        key: SuiteProtocolDomainAndAbility, task_id: str, unsolved: bool
+    ) -> Iterator[Flag]:
         task = open_tasks(key.domain).get(task_id)
         has_plans = task is not None and get_declaration(Ability(key.ability)).answers_are_plans
         if unsolved:

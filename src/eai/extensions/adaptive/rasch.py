@@ -121,7 +121,7 @@ def estimate_reliability(scores: Matrix) -> float | None:
     return float(number / (number - 1) * (1 - parts / whole))
 
 
-def estimate_ability_variance_between_task_names(
+def estimate_ability_variance_between_task_groups(
     scores: Matrix, fitted: RaschModel, task_names: Sequence[str]
 ) -> float:
     """Return the variance of a model's ability between groups of tasks with equal names, in squared logits.

@@ -13,9 +13,9 @@ from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
 from eai.extensions.adaptive.difficulties import (
-    choose_next_tasks,
+    choose_most_informative_tasks,
     estimate_ability,
-    load_ability_variance_between_task_names,
+    load_ability_variance_between_task_groups,
     load_task_difficulties,
 )
 from eai.results.epochs import SuiteResult
@@ -47,7 +47,7 @@ def prepare_adaptive_runs(
     """Return suites (abilities of benchmarks) with known difficulties, and a function that runs such a suite.
 
     The function asks a model the tasks that tell most about its ability
-    (`request_informative_tasks`).
+    (`ask_informative_tasks_and_describe_ability`).
 
     Args:
         suites: the suites that the user asks for.
@@ -73,7 +73,7 @@ def prepare_adaptive_runs(
         asked = f"{unknown[0].domain} {unknown[0].ability.value}"
         hint = "; --with tasks.calibration=DIR takes them from runs of several models"
         raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
-    return known, partial(request_informative_tasks, difficulties)
+    return known, partial(ask_informative_tasks_and_describe_ability, difficulties)
 
 
 def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
@@ -91,11 +91,11 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
         place = suite.domain, suite.ability
         return (
             load_task_difficulties(*place),
-            load_ability_variance_between_task_names(*place),
+            load_ability_variance_between_task_groups(*place),
             "nine models of 2024",
         )
     from eai.extensions.adaptive.rasch import (
-        estimate_ability_variance_between_task_names,
+        estimate_ability_variance_between_task_groups,
         fit_rasch,
     )  # needs numpy
     from eai.extensions.adaptive.study import MIN_MODELS, collect_scores
@@ -104,7 +104,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     for run in read_runs([folder]):
         if (
             run.key[:3] == of_suite
-            and run.key.has_no_study_or_rule_change
+            and run.key.has_standard_rules_and_no_study
             and RunTotals.from_records(run.records).coverage.is_ranked
         ):
             tables.add_records(run.records)
@@ -116,11 +116,11 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     fitted = fit_rasch(scores.matrix)
     values = map(float, fitted.difficulties - fitted.abilities.mean())
     by_task = dict(zip(scores.tasks, values, strict=True))
-    variance = estimate_ability_variance_between_task_names(scores.matrix, fitted, scores.names)
+    variance = estimate_ability_variance_between_task_groups(scores.matrix, fitted, scores.names)
     return by_task, variance, f"the {len(scores.models)} models in {folder}"
 
 
-def request_informative_tasks(
+def ask_informative_tasks_and_describe_ability(
     difficulties_by_suite: Mapping[tuple[str, Ability], _Difficulties],
     ask: Callable[[Mapping[str, Prompt]], SuiteResult],
     prompts: Mapping[str, Prompt],
@@ -151,7 +151,7 @@ def request_informative_tasks(
     scores: dict[str, float] = {}
     while True:
         left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
-        chosen += choose_next_tasks(TASKS_PER_ROUND, scores, left, names)
+        chosen += choose_most_informative_tasks(TASKS_PER_ROUND, scores, left, names)
         result = ask({task_id: prompts[task_id] for task_id in prompts if task_id in chosen})
         scores = {
             record.task_id: float(bool(record.verdict.success))

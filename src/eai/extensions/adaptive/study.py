@@ -22,10 +22,10 @@ from eai.results.certainty import LEVEL, compute_student_quantile
 from eai.results.lines import (
     SUITE,
     AnswerLine,
-    SuiteIdentity,
+    SuiteProtocolDomainAndAbility,
     compute_contribution_to_main_score,
     group_by_suite,
-    make_task_contribution,
+    make_task_rate_contribution,
 )
 from eai.results.paper_tables import is_trivial_baseline
 from eai.results.plots import (
@@ -106,7 +106,7 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     return SuiteScores(tuple(by_model), tuple(tasks), tuple(names[task] for task in tasks), matrix)
 
 
-_ScoredSuites: TypeAlias = Mapping[SuiteIdentity, tuple[Sequence[AnswerLine], SuiteScores]]
+_ScoredSuites: TypeAlias = Mapping[SuiteProtocolDomainAndAbility, tuple[Sequence[AnswerLine], SuiteScores]]
 
 
 def make_task_difficulty_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
@@ -204,7 +204,7 @@ def _find_task_score_flags(task_scores: Matrix, item_rest_correlation: float) ->
         yield "negative"
 
 
-def _find_most_frequent_failed_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
+def _map_tasks_to_most_frequent_failed_check(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
     """Return a mapping from task to the check that fails first for most models.
 
     Unreadable answers do not count.
@@ -269,11 +269,16 @@ def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
             cases = [
-                make_task_contribution(line, compute_contribution_to_main_score(line))
+                make_task_rate_contribution(line, compute_contribution_to_main_score(line))
                 for line in answers
                 if line.agent == model
             ]
-            yield (*suite, model, estimate_ability_above_mean(scores, place), Estimate.from_cases(cases))
+            yield (
+                *suite,
+                model,
+                estimate_ability_above_mean(scores, place),
+                Estimate.from_task_rate_contributions(cases),
+            )
 
 
 _ITEM = (
@@ -301,7 +306,7 @@ def _make_tasks_table(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]
     agreement with the other tasks, and its flags.
     """
     for suite, (answers, scores) in suites.items():
-        fitted, checks = scores.rasch, _find_most_frequent_failed_checks(answers)
+        fitted, checks = scores.rasch, _map_tasks_to_most_frequent_failed_check(answers)
         for place, task in enumerate(scores.tasks):
             column, agreement = scores.matrix[:, place], float(scores.item_rest_correlations[place])
             yield (
@@ -321,10 +326,11 @@ def _make_tasks_table(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]
 
 
 def _analyze_task_difficulties(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
-    from eai.extensions.adaptive.item_flags import make_task_flag_reader
+    from eai.extensions.adaptive.item_flags import make_function_that_flags_doubtful_tasks
 
     tables = make_task_difficulty_tables(
-        records.make_tidy_tables_of_comparable_runs().answers, make_task_flag_reader(records.source)
+        records.make_tidy_tables_of_comparable_runs().answers,
+        make_function_that_flags_doubtful_tasks(records.source),
     )
     if not tables[0].rows:
         raise InputError(f"expected answers of at least {MIN_MODELS} models to one suite")

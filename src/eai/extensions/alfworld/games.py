@@ -93,7 +93,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
             raise InputError(
                 f"{path}: this game and {first} have different domains; give each its own folder"
             )
-    source, commands = _replace_actions_by_commands(
+    source, commands = _make_domain_with_action_for_each_command(
         _read_game_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
     )
     declaration = ConvertedPddlDomain(source)
@@ -210,7 +210,7 @@ def _rename_problem(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlP
     return replace(problem, objects=objects, initial=tuple(initial), denied=(), goal=goal_of)
 
 
-def _replace_actions_by_commands(
+def _make_domain_with_action_for_each_command(
     source: m.PddlDomain, grammar: str
 ) -> tuple[m.PddlDomain, Mapping[str, str]]:
     """Return the domain with one action for each command of a grammar, and a mapping from action to command.
@@ -270,20 +270,20 @@ def _quantify_parameters_except(action: m.PddlAction, kept_parameters: Sequence[
     needed = [*split_conjuncts(substitute_terms(action.precondition, agents))]
     locations = [f.Variable(name) for name, variable in bound.items() if variable.category == "location"]
     needed += [f.Not(f.Equals(location, locations[-1])) for location in locations[:-1]]
-    groups = [_ConditionsWithSharedParameters(frozenset(), ())]
+    groups = [_ConditionsSharingQuantifiedParameters(frozenset(), ())]
     for condition in needed:
         groups = _add_condition_and_merge_groups(groups, condition, bound)
     conditions = [group.join_conditions_under_exists(bound) for group in groups]
     changes = _substitute_in_effect(action.effect, agents)
     effects = [
-        _quantify_effect(change, groups, bound)
+        _wrap_effect_in_forall_and_when(change, groups, bound)
         for change in (changes.parts if isinstance(changes, m.AndEffect) else [changes])
     ]
     parameters = tuple([typed[name] for name in kept_parameters])
     return m.PddlAction(action.name, parameters, f.And(tuple(conditions)), m.AndEffect(tuple(effects)))
 
 
-class _ConditionsWithSharedParameters(NamedTuple):
+class _ConditionsSharingQuantifiedParameters(NamedTuple):
     """Conditions of an action that share parameters bound by quantifiers, and these parameters' names."""
 
     names: frozenset[str]
@@ -298,8 +298,10 @@ class _ConditionsWithSharedParameters(NamedTuple):
 
 
 def _add_condition_and_merge_groups(
-    groups: Sequence[_ConditionsWithSharedParameters], condition: f.Formula, bound_parameters: Collection[str]
-) -> list[_ConditionsWithSharedParameters]:
+    groups: Sequence[_ConditionsSharingQuantifiedParameters],
+    condition: f.Formula,
+    bound_parameters: Collection[str],
+) -> list[_ConditionsSharingQuantifiedParameters]:
     """Return groups of conditions after adding a condition.
 
     All groups that share a parameter with the new condition are merged into one group.
@@ -307,15 +309,15 @@ def _add_condition_and_merge_groups(
     names = find_free_variables(condition).intersection(bound_parameters)
     joined = [group for group in groups if group.names & names or group.names == names]
     parts = [part for group in joined for part in group.parts]
-    new_group = _ConditionsWithSharedParameters(
+    new_group = _ConditionsSharingQuantifiedParameters(
         names.union(*[group.names for group in joined]), (*parts, condition)
     )
     return [*[group for group in groups if group not in joined], new_group]
 
 
-def _quantify_effect(
+def _wrap_effect_in_forall_and_when(
     effect: m.PddlEffect,
-    groups: Iterable[_ConditionsWithSharedParameters],
+    condition_groups: Iterable[_ConditionsSharingQuantifiedParameters],
     bound_parameters: Mapping[str, f.Variable],
 ) -> m.PddlEffect:
     """Return an effect in which quantifiers bind the parameters that were removed from its action.
@@ -324,12 +326,12 @@ def _quantify_effect(
 
     Args:
         effect: the effect of an action.
-        groups: the conditions of the action on removed parameters. Conditions that share a removed
+        condition_groups: the conditions of the action on removed parameters. Conditions that share a removed
             parameter are in one group.
         bound_parameters: the removed parameters, by name.
     """
     names = m.find_effect_variables(effect)
-    for group in groups:
+    for group in condition_groups:
         if group.names & names:
             effect = m.WhenEffect(f.And(group.parts), effect)
             for name in sorted(group.names):
@@ -399,9 +401,9 @@ class _TextCommandPlanNotation(PddlPlanNotation):
             ]
         )
 
-    def join(self, parts: Iterable[str]) -> str:
+    def join(self, answer_parts: Iterable[str]) -> str:
         """Return the commands of a plan as a text, one command a line."""
-        return "\n".join(parts)
+        return "\n".join(answer_parts)
 
     def explain(self, domain: Domain) -> str:
         """Return the part of a prompt that explains how to write a plan."""

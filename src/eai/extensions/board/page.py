@@ -114,7 +114,7 @@ def build_page_and_count_submissions(
         InputError: a submission or a season is invalid. The message names it and the reason.
         DataError: the data set cannot be obtained.
     """
-    places = [each for path in paths for each in _find_submissions_and_seasons(path)]
+    places = [each for path in paths for each in _list_submissions_and_leaderboard_seasons(path)]
     seasons = [_read_leaderboard_season(place) for place in places if (place / MANIFEST).is_file()]
     opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
@@ -135,7 +135,7 @@ def build_page_and_count_submissions(
     return _build_page_html(submissions, [html for _, html in seasons]), len(submissions)
 
 
-def _find_submissions_and_seasons(path: Path) -> list[Path]:
+def _list_submissions_and_leaderboard_seasons(path: Path) -> list[Path]:
     """Return the paths of submissions and seasons (sets of generated tasks) in a folder, sorted by name.
 
     If the path is itself a submission or a season, it is the only result.
@@ -344,7 +344,7 @@ def _list_row_cells(
         return [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""]
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
     submission_cells = [
-        escape(_format_prompt_set(submission.specification)),
+        escape(_extract_prompt_set_label(submission.specification)),
         *_format_description_cells(submission.description),
         protocol,
         _describe_errata_of_benchmark_tasks(submission, table),
@@ -378,7 +378,7 @@ def _format_description_cells(description: _SubmissionDescription) -> Sequence[s
     return [escape(description.harness), escape(description.effort), str(description.date), tokens, dollars]
 
 
-def _format_prompt_set(run_specification: str) -> str:
+def _extract_prompt_set_label(run_specification: str) -> str:
     """Return the prompt set of a run specification, followed by ``, NAME`` if the user's prompts have a name.
 
     An empty specification gives an empty text.

@@ -64,7 +64,9 @@ def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> di
         InputError: the file cannot be read, or is malformed.
     """
     metadata = _PublicationMetadata.read_file(metadata_file)
-    plain = [run for run in runs if run.key.has_no_study_or_rule_change and run.key.model in metadata.models]
+    plain = [
+        run for run in runs if run.key.has_standard_rules_and_no_study and run.key.model in metadata.models
+    ]
     rows = group_pairs(
         ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
     )
@@ -114,12 +116,12 @@ def _make_eval_record(metadata: _PublicationMetadata, runs: Sequence[RunSummary]
             "additional_details": {"deployment_type": "unknown", "model_availability": "unknown"},
         },
         "evaluation_results": [
-            result for run in runs for result in _make_every_eval_ever_results(metadata, run)
+            result for run in runs for result in _make_results_in_every_eval_ever_schema(metadata, run)
         ],
     }
 
 
-def _make_every_eval_ever_results(
+def _make_results_in_every_eval_ever_schema(
     metadata: _PublicationMetadata, run: RunSummary
 ) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a run as JSON values, each in percent with its confidence interval."""

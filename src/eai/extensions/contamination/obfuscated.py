@@ -125,7 +125,7 @@ class _ObfuscatedWording(SuiteWording):
     english: EnglishWords = PLAIN_ENGLISH
 
     @cached_property
-    def _rules_with_hidden_predicates(self) -> DomainRules:
+    def _rules_with_predicates_hidden_in_original(self) -> DomainRules:
         """The requirements and effects of all actions in formal notation, without English explanations.
 
         They include the predicates that the prompts of the original benchmark do not show.
@@ -144,8 +144,8 @@ class _ObfuscatedWording(SuiteWording):
 
     @cached_property
     def _predicates_of_rules(self) -> frozenset[str]:
-        return self._rules_with_hidden_predicates.find_used_predicates(
-            self._rules_with_hidden_predicates.operator_names
+        return self._rules_with_predicates_hidden_in_original.find_used_predicates(
+            self._rules_with_predicates_hidden_in_original.operator_names
         )
 
     def describe_vocabulary(self) -> str:
@@ -164,10 +164,13 @@ class _ObfuscatedWording(SuiteWording):
     def describe_operators(self) -> str:
         definitions = [
             _replace_words(self.words, definition)
-            for definition in self._rules_with_hidden_predicates.write_predicate_definitions()
+            for definition in self._rules_with_predicates_hidden_in_original.write_predicate_definitions()
         ]
         rules = "\n".join(
-            [*map(self.describe_operator, self._rules_with_hidden_predicates.operators), *definitions]
+            [
+                *map(self.describe_operator, self._rules_with_predicates_hidden_in_original.operators),
+                *definitions,
+            ]
         )
         return f"{explain_rule_notation(rules)}\n{rules}"
 
@@ -176,7 +179,7 @@ class _ObfuscatedWording(SuiteWording):
 
     def describe_operator(self, operator: Operator) -> str:
         return _replace_words(
-            self.words, self._rules_with_hidden_predicates.write_operator_rule(operator) or ""
+            self.words, self._rules_with_predicates_hidden_in_original.write_operator_rule(operator) or ""
         )
 
     def describe_object(self, task: Task, index: int) -> str:
@@ -254,8 +257,8 @@ class _PlanNotationWithSwappedNames(PlanNotation):
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
         return tuple(map(self.replace_domain_names_by_answer_words, self._plain.write(plan, scene)))
 
-    def join(self, parts: Iterable[str]) -> str:
-        return self._plain.join(parts)
+    def join(self, answer_parts: Iterable[str]) -> str:
+        return self._plain.join(answer_parts)
 
 
 class _SubgoalNotationWithSwappedNames(SubgoalNotation):
@@ -277,8 +280,8 @@ class _SubgoalNotationWithSwappedNames(SubgoalNotation):
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         return tuple([_replace_words(self._words, part) for part in self._plain.write(task, plan)])
 
-    def join(self, parts: Iterable[str]) -> str:
-        return self._plain.join(parts)
+    def join(self, answer_parts: Iterable[str]) -> str:
+        return self._plain.join(answer_parts)
 
 
 def open_obfuscated(benchmark_name: str) -> Benchmark:
@@ -301,7 +304,7 @@ def open_with_rules(benchmark_name: str) -> Benchmark:
 def _make_benchmark_with_rules_in_prompts(
     benchmark: Benchmark, word_cipher: Mapping[str, str], suffix: str
 ) -> Benchmark:
-    def make_wording(ability: Ability) -> SuiteWording:
+    def make_wording_with_stated_rules(ability: Ability) -> SuiteWording:
         plain = benchmark.wording(ability)
         twin = _ObfuscatedWording(
             plain.domain,
@@ -344,7 +347,7 @@ def _make_benchmark_with_rules_in_prompts(
                 for name, text in benchmark.notation.short_texts.items()
                 if name != RULES
             },
-            wordings=make_wording,
+            wordings=make_wording_with_stated_rules,
         ),
         data=replace(
             benchmark.data,

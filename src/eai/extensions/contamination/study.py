@@ -14,7 +14,7 @@ from typing import TypeAlias
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import PlanVerdict, make_rate_contribution_of_answer
 from eai.base.errors import InputError
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run
@@ -43,13 +43,13 @@ _REMARKS = (
 )
 
 
-StratifiedCase: TypeAlias = tuple[TaskContribution, Hashable]
+StratifiedCase: TypeAlias = tuple[TaskRateContribution, Hashable]
 """The contribution of one task to a rate, and the task's stratum (group of similar tasks)."""
 
 
-def match_tasks_in_strata(
+def keep_and_weight_tasks_of_shared_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
-) -> tuple[list[TaskContribution], list[TaskContribution]]:
+) -> tuple[list[TaskRateContribution], list[TaskRateContribution]]:
     """Return the tasks of two sets, without the strata (groups of similar tasks) that only one set has.
 
     Weights make each stratum of the second set as heavy as in the first set. Names of tasks get a prefix, so
@@ -68,10 +68,10 @@ def match_tasks_in_strata(
 
 
 def _weight_case_and_prefix_task_names(
-    case: TaskContribution, prefix: str, weight: float = 1
-) -> TaskContribution:
+    case: TaskRateContribution, prefix: str, weight: float = 1
+) -> TaskRateContribution:
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
-    return TaskContribution(f"{prefix} {case.task}", f"{prefix} {case.name}", share)
+    return TaskRateContribution(f"{prefix} {case.task}", f"{prefix} {case.name}", share)
 
 
 RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
@@ -103,8 +103,8 @@ def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
     """
     for model, suite, public, fresh in pairs:
         placed = [list(_assign_strata(records)) for records in (public, fresh)]
-        rates = [Estimate.from_cases([case for case, _ in each]) for each in placed]
-        ones, others = match_tasks_in_strata(*placed)
+        rates = [Estimate.from_task_rate_contributions([case for case, _ in each]) for each in placed]
+        ones, others = keep_and_weight_tasks_of_shared_strata(*placed)
         percents = [compute_rate(case.share for case in cases).percent for cases in (ones, others)]
         difference = Estimate.estimate_rate_difference(ones, others)
         yield (model, suite, *rates, *percents, difference, len(ones), len(others))
@@ -117,7 +117,7 @@ def _assign_strata(records: Sequence[Record]) -> Iterator[StratifiedCase]:
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
             kinds = () if verdict.goals is None else tuple([share.denominator > 0 for share in verdict.goals])
             steps = None if task.annotated_steps is None else _find_bin(task.annotated_steps, STEP_BOUNDS)
-            case = TaskContribution(
+            case = TaskRateContribution(
                 record.task_id, task.name, make_rate_contribution_of_answer(verdict.success)
             )
             yield case, (steps, _find_bin(task.goals, GOAL_BOUNDS), kinds)

@@ -168,7 +168,7 @@ class _ClusterWorker:
 
     def __init__(self) -> None:
         self._actor = ray.remote(num_cpus=1)(_BatchActor).remote()
-        self._start: Any = self._actor.start.remote(str(Path.cwd()))
+        self._start: Any = self._actor.enter_folder_of_calling_process.remote(str(Path.cwd()))
         self._results: deque[Any] = deque()
 
     @property
@@ -210,7 +210,7 @@ class _ClusterWorker:
 class _BatchActor:
     """A process on a node of the cluster that applies functions to batches."""
 
-    def start(self, folder: str) -> None:
+    def enter_folder_of_calling_process(self, folder: str) -> None:
         """Make ``folder`` the working folder of this process, if this machine has the folder.
 
         It is the working folder of the process that made this actor. Then a relative path names the same file

@@ -47,12 +47,12 @@ _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
 
 
-def _make_command_to_write_answer(answer: str) -> str:
+def _make_shell_command_to_write_answer(answer: str) -> str:
     return f"cat > /workdir/answer.txt <<'END_OF_ANSWER'\n{answer}\nEND_OF_ANSWER"
 
 
-def _make_commands_to_play_episode(answer: str) -> str:
-    return "\n".join([f"act {quote(command)}" for command in answer.splitlines()])
+def _make_shell_commands_to_play_episode(episode_commands: str) -> str:
+    return "\n".join([f"act {quote(command)}" for command in episode_commands.splitlines()])
 
 
 def write_task_folders(
@@ -148,7 +148,7 @@ class _HarborFolderMaker:
     is_shared: bool
 
     @property
-    def expects_episodes(self) -> bool:
+    def are_answers_episodes(self) -> bool:
         """Whether answers are episodes (actions in a world that the verifier serves) and not texts."""
         return get_declaration(self.suite.ability).takes_turns
 
@@ -156,20 +156,20 @@ class _HarborFolderMaker:
         """Return the files of a task: content by path relative to the task's folder."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, [task_id])
         values = {
-            **self._make_template_values(reference),
+            **self._make_common_folder_template_values(reference),
             "slug": slug,
             "task_id": json.dumps(task_id),
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
-            "solution": _make_commands_to_play_episode(solution)
-            if self.expects_episodes
-            else _make_command_to_write_answer(solution),
-            "world": _write_world_server_command(reference, task_id) if self.expects_episodes else "",
+            "solution": _make_shell_commands_to_play_episode(solution)
+            if self.are_answers_episodes
+            else _make_shell_command_to_write_answer(solution),
+            "world": _write_world_server_command(reference, task_id) if self.are_answers_episodes else "",
         }
         tests = _fill_templates(["script"], values) | (self.wheels | tasks if self.is_shared else {})
         groups = [
             "every",
-            "acting" if self.expects_episodes else "answer",
+            "acting" if self.are_answers_episodes else "answer",
             *([] if self.is_shared else ["separate"]),
         ]
         return _fill_templates(groups, values) | {f"tests/{name}": content for name, content in tests.items()}
@@ -178,12 +178,14 @@ class _HarborFolderMaker:
         """Return the files of a container image with some tasks' worlds, by relative path."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, task_ids)
         return (
-            _fill_templates(["image", "script"], self._make_template_values(reference)) | self.wheels | tasks
+            _fill_templates(["image", "script"], self._make_common_folder_template_values(reference))
+            | self.wheels
+            | tasks
         )
 
-    def _make_template_values(self, reference: str) -> dict[str, str]:
+    def _make_common_folder_template_values(self, benchmark_reference: str) -> dict[str, str]:
         """Return the values of the placeholders that the templates of all task folders have in common."""
-        extra = "[mcp]" if self.expects_episodes else ""
+        extra = "[mcp]" if self.are_answers_episodes else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
         image = _write_docker_image_setting(self.verifier_image)
@@ -191,7 +193,7 @@ class _HarborFolderMaker:
         return {
             "ability": json.dumps(self.suite.ability.value),
             "agent_image": _write_docker_image_setting(self.image),
-            "benchmark": json.dumps(reference),
+            "benchmark": json.dumps(benchmark_reference),
             "requirements": " ".join(map(quote, requirements)),
             "verifier": f'environment_mode = "{mode}"{"" if self.is_shared else own}',
             "verifier_image": self.verifier_image or f"eai-worlds:{__version__}",

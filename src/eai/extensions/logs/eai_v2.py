@@ -68,7 +68,7 @@ class _PublishedRun(BaseModel):
     tasks: Mapping[str, Mapping[str, _TrialRecord]]
 
 
-class _TrialStep(BaseModel):
+class _TrialLogStep(BaseModel):
     k: str
     text: str = ""
 
@@ -81,7 +81,7 @@ class _TrialLog(_TrialOutcome):
     mode: str
     previous: bool = False
     totals: _TokenAndCallCounts
-    steps: tuple[_TrialStep, ...]
+    steps: tuple[_TrialLogStep, ...]
     ended: Mapping[str, Any] = {}
 
 

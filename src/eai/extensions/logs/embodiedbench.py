@@ -45,7 +45,7 @@ class _PlanLine(BaseModel):
     reasoning: str | None = None
 
 
-class _StepLine(_PlanLine):
+class _ExecutedStepLogLine(_PlanLine):
     task_success: Share
     task_progress: Share
     env_step: Count
@@ -132,7 +132,7 @@ def _read_result(path: Path, content: bytes) -> list[LoggedEpisode]:
 
 def _read_step_lines_as_episodes(path: Path, content: bytes) -> list[LoggedEpisode]:
     steps: list[LoggedStep] = []
-    done: list[_StepLine] = []
+    done: list[_ExecutedStepLogLine] = []
     is_empty_plan = False
     for number, text in number_lines(content):
         place = f"{path}, line {number}"
@@ -145,7 +145,7 @@ def _read_step_lines_as_episodes(path: Path, content: bytes) -> list[LoggedEpiso
             kind, progress = _find_plan_error(plan.reasoning), steps[-1].progress if steps else None
             steps.append(LoggedStep(plan.action_description, False, kind, "", progress))
         elif not is_empty_plan:
-            line = validate(_StepLine, place, value)
+            line = validate(_ExecutedStepLogLine, place, value)
             _check_step(place, line, done)
             done.append(line)
             is_done = bool(line.last_action_success)
@@ -167,7 +167,9 @@ def _read_step_lines_as_episodes(path: Path, content: bytes) -> list[LoggedEpiso
     ]
 
 
-def _check_step(place: str, line: _StepLine, earlier_lines: Sequence[_StepLine]) -> None:
+def _check_step(
+    place: str, line: _ExecutedStepLogLine, earlier_lines: Sequence[_ExecutedStepLogLine]
+) -> None:
     if bool(line.last_action_success) is line.env_feedback.startswith("Last action is invalid"):
         raise InputError(
             f"{place}: last_action_success contradicts env_feedback; "

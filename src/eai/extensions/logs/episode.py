@@ -126,6 +126,6 @@ class LoggedEpisode:
         )
 
     @property
-    def max_repeats_of_step(self) -> int | None:
+    def most_frequent_action_and_reply_count(self) -> int | None:
         """How often the most frequent pair of action and reply occurs; None if there are no steps."""
         return max(Counter((step.action, step.feedback) for step in self.steps).values(), default=None)

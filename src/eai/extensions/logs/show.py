@@ -88,7 +88,7 @@ def explain_log(
         for episode in episodes
         if episode.task in named
         and agent in (None, episode.agent)
-        and (kind is None or _get_result_of_first_error(episode) == kind.value)
+        and (kind is None or _get_kind_of_first_error(episode) == kind.value)
         and not (failed and episode.outcome is EpisodeOutcome.WON)
     ]
     if as_json:
@@ -102,7 +102,7 @@ def explain_log(
     print_result_line(describe_log(path, episodes))
 
 
-def _get_result_of_first_error(episode: LoggedEpisode) -> str:
+def _get_kind_of_first_error(episode: LoggedEpisode) -> str:
     return (
         ""
         if episode.index_of_first_error is None

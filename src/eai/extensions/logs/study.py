@@ -13,7 +13,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.explorer import make_explorer_page
 from eai.extensions.logs.readers import read_logs
-from eai.extensions.logs.twin import make_table_of_same_named_tasks
+from eai.extensions.logs.twin import make_table_of_benchmark_tasks_named_in_logs
 from eai.results.plots import COLUMN, RULE, make_figure, wrap_label
 from eai.results.rate import Rate
 from eai.results.table import Estimate, Row, Table, collect_rows_in_table
@@ -71,7 +71,9 @@ def _analyze_logs(records: StudyRecords, options: _EpisodeLogOptions) -> Iterato
     ]
     twins: list[Table] = []
     if benchmark is not None:
-        twins.append(make_table_of_same_named_tasks(every, benchmark.tasks(records.source), benchmark))
+        twins.append(
+            make_table_of_benchmark_tasks_named_in_logs(every, benchmark.tasks(records.source), benchmark)
+        )
     yield Analysis(
         [outcomes, episodes, *twins],
         [("logs", _draw_outcomes(groups))],
@@ -150,7 +152,12 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
                 _to_percent(episode.best_goal_progress),
                 None if step_of_best_goal_progress is None else step_of_best_goal_progress + 1,
                 _to_percent(episode.progress),
-                *(episode.max_repeats_of_step, episode.seconds, episode.calls, episode.tokens),
+                *(
+                    episode.most_frequent_action_and_reply_count,
+                    episode.seconds,
+                    episode.calls,
+                    episode.tokens,
+                ),
                 episode.words[:_MAX_WORDS_CHARACTERS],
             )
 

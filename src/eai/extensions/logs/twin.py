@@ -24,7 +24,7 @@ from eai.tasks.task import Task
     "twins",
     ("task", "outcomes", "labels", "reason", "hidden", "operators", "plan", "conditions", "at_start"),
 )
-def make_table_of_same_named_tasks(
+def make_table_of_benchmark_tasks_named_in_logs(
     episodes: Iterable[LoggedEpisode], tasks: Mapping[str, Task], benchmark: Benchmark
 ) -> Iterator[Row]:
     """Logged tasks for which the benchmark has a task of the same name (twin), by length of its plan.

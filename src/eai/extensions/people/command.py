@@ -68,7 +68,7 @@ def play(
         raise InputError("--with feedback=pictures: a terminal shows no pictures; add --page PORT")
     suite, chosen = open_acting_suite_and_task_ids(domain, tasks, sample, seed, data)
     answers = _EpisodeFile(out, suite)
-    tasks_left, total = _begin_unfinished_tasks(chosen, suite, setting, answers), len(chosen)
+    tasks_left, total = _begin_or_resume_unfinished_episodes(chosen, suite, setting, answers), len(chosen)
     if page is None:
         finished = _play_in_terminal_and_count_finished_tasks(tasks_left, total, answers.save_episode)
     else:
@@ -123,7 +123,7 @@ class _EpisodeFile:
         return self._path.read_bytes() if self._path.exists() else None
 
 
-def _begin_unfinished_tasks(
+def _begin_or_resume_unfinished_episodes(
     task_ids: Sequence[str], suite: Suite, setting: AgentSetting, answers: _EpisodeFile
 ) -> Iterator[tuple[int, RecordedGame, Sequence[str]]]:
     """Yield each task that is not over: its number, its episode, and the observations so far."""
@@ -193,10 +193,10 @@ def _enable_completion(words: Callable[[str], Sequence[str]]) -> None:
         return
     import readline
 
-    def get_word_completion(text: str, number: int) -> str | None:
+    def get_word_completion(word_beginning: str, match_index: int) -> str | None:
         before = readline.get_line_buffer()[: readline.get_begidx()]
-        matches = [word for word in words(before) if word.casefold().startswith(text.casefold())]
-        return matches[number] if number < len(matches) else None
+        matches = [word for word in words(before) if word.casefold().startswith(word_beginning.casefold())]
+        return matches[match_index] if match_index < len(matches) else None
 
     readline.set_completer(get_word_completion)
     readline.set_completer_delims(" ,()")

@@ -106,24 +106,24 @@ def _read_actions(scorer: PlanScorer, text: str, argument: str) -> tuple[Action,
 
 
 def _open_suite(reference: str) -> Suite:
-    _refuse_python_reference(reference)
+    _refuse_reference_to_python_object(reference)
     if reference in list_benchmarks() and not is_stored(DataPackStore(), reference):
         raise InputError(f"benchmark: the data of {reference} are missing; run eai data fetch")
     return eai.open(reference, Ability.ACTION_SEQUENCING)
 
 
-def _refuse_python_reference(reference: str) -> None:
+def _refuse_reference_to_python_object(benchmark_reference: str) -> None:
     """Raise InputError if a benchmark's reference names a Python object, because its module would run."""
-    *prefixes, name = reference.split(":")
+    *prefixes, name = benchmark_reference.split(":")
     unknown = [prefix for prefix in prefixes if prefix not in get_entry_points(OPENERS)]
     if unknown:
         expected = "expected a benchmark's name, task files, or pddl:DOMAIN.pddl,PROBLEMS"
         raise InputError(
-            f"benchmark: {reference!r}: {expected}; "
+            f"benchmark: {benchmark_reference!r}: {expected}; "
             "Python objects are refused, such as MODULE:NAME, because importing their module runs code"
         )
     if is_path_of_task_files(name) and prefixes[-1:] not in (["pddl"], ["alfworld"]):
-        _refuse_python_reference(open_task_files(Path(name)).base)
+        _refuse_reference_to_python_object(open_task_files(Path(name)).base)
 
 
 QUERIES: Mapping[str, Callable[..., Mapping[str, Json]]] = {

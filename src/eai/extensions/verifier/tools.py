@@ -29,7 +29,7 @@ _CPU_SECONDS = 3_600
 _COMMAND = (sys.executable, str(Path(__file__).with_name("worker.py")))
 
 
-class _VerifierTools:
+class _PlanningToolsForAgents:
     """Tools that check, explain and find plans, and predict effects of actions.
 
     Attributes:
@@ -108,7 +108,9 @@ class _VerifierTools:
         return await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE, limit=2 * MAX_RESULT)
 
 
-def open_verifier_tools(seconds: float = 30, memory_mib: int = 2048, processes: int = 2) -> _VerifierTools:
+def open_verifier_tools(
+    seconds: float = 30, memory_mib: int = 2048, processes: int = 2
+) -> _PlanningToolsForAgents:
     """Return tools by which agents check, explain and find plans, and predict effects of actions.
 
     The processes that answer calls start on first use.
@@ -118,7 +120,7 @@ def open_verifier_tools(seconds: float = 30, memory_mib: int = 2048, processes: 
         memory_mib: maximum memory of a process, in MiB.
         processes: maximum number of processes, which is the number of calls that are answered at a time.
     """
-    return _VerifierTools(seconds, memory_mib, processes)
+    return _PlanningToolsForAgents(seconds, memory_mib, processes)
 
 
 async def _exchange(process: Process, request: bytes) -> bytes:

@@ -19,7 +19,7 @@ from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.grouping import group_pairs
 from eai.benchmarks.features import TaskStatistics
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.lines import (
     MEASURES,
     MODEL,
@@ -28,12 +28,12 @@ from eai.results.lines import (
     AnswerScoreName,
     GoalRow,
     StepLine,
-    SuiteIdentity,
+    SuiteProtocolDomainAndAbility,
     TidyTableLine,
     group_by_model,
     group_by_run,
     group_by_suite,
-    make_task_contribution,
+    make_task_rate_contribution,
 )
 from eai.results.plots import (
     COLUMN,
@@ -74,7 +74,7 @@ All of them are numbers, such as the number of steps. The features in `_UNCOMPAR
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""
 
-_AnswersBySuite: TypeAlias = Mapping[SuiteIdentity, Sequence[AnswerLine]]
+_AnswersBySuite: TypeAlias = Mapping[SuiteProtocolDomainAndAbility, Sequence[AnswerLine]]
 _ShareGetter: TypeAlias = Callable[[AnswerLine], Share]
 
 _MAX_BINS = 8
@@ -163,17 +163,17 @@ def _make_score_curves(
                 for model, lines in models.items():
                     pairs = [(value, a) for a in lines if (value := getattr(a, feature)) is not None]
                     binned = group_pairs(
-                        (bin_of(value), make_task_contribution(a, get_share(a))) for value, a in pairs
+                        (bin_of(value), make_task_rate_contribution(a, get_share(a))) for value, a in pairs
                     )
                     yield from [(*suite, model, feature, *row) for row in _make_score_curve_rows(binned, few)]
 
 
 def _make_score_curve_rows(
-    cases_by_bin: Mapping[tuple[int, int], Sequence[TaskContribution]], few_tasks: int
+    cases_by_bin: Mapping[tuple[int, int], Sequence[TaskRateContribution]], few_tasks: int
 ) -> Iterator[Row]:
     for (low, high), cases in sorted(cases_by_bin.items()):
         tasks = len({case.task for case in cases})
-        yield low, high, Estimate.from_cases(cases), tasks, tasks < few_tasks
+        yield low, high, Estimate.from_task_rate_contributions(cases), tasks, tasks < few_tasks
 
 
 @collect_rows_in_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
@@ -282,12 +282,17 @@ def _compute_success_rates(
     """Yield for each suite, model, and action or predicate the share of rows (such as steps) that succeed."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
-            (name, make_task_contribution(line, make_rate_contribution_of_answer(is_success(line))))
+            (name, make_task_rate_contribution(line, make_rate_contribution_of_answer(is_success(line))))
             for line in of_run
             for name in get_names(line)
         )
         for name, of_name in sorted(cases.items()):
-            yield (*key, name, Estimate.from_cases(of_name), len({case.task for case in of_name}))
+            yield (
+                *key,
+                name,
+                Estimate.from_task_rate_contributions(of_name),
+                len({case.task for case in of_name}),
+            )
 
 
 class _TaskFeatureOptions(Options):

@@ -15,17 +15,17 @@ from eai.abilities.declaration import RUNTIME_FAULTS, AnswerOutcome
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
     AnswerLine,
-    OperatorClauseLine,
+    OperatorClauseRow,
     estimate_share_of_each_kind,
     group_by_model,
     group_by_run,
     group_by_suite,
-    make_task_contribution,
+    make_task_rate_contribution,
 )
 from eai.results.plots import (
     COLUMN,
@@ -94,7 +94,7 @@ def _list_unmet_goal_kinds(answer: AnswerLine) -> Iterator[str]:
 
 def make_error_tables(
     answers: Sequence[AnswerLine],
-    clauses: Sequence[OperatorClauseLine],
+    clauses: Sequence[OperatorClauseRow],
     *,
     examples: int,
     explorer: str | None,
@@ -168,14 +168,18 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
     """
     for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
         cases = [
-            make_task_contribution(line, make_rate_contribution_of_answer(bool(line.additional_steps)))
+            make_task_rate_contribution(line, make_rate_contribution_of_answer(bool(line.additional_steps)))
             for line in lines
         ]
-        yield (*key, Estimate.from_cases(cases), sum(a.additional_steps or 0 for a in lines))
+        yield (
+            *key,
+            Estimate.from_task_rate_contributions(cases),
+            sum(a.additional_steps or 0 for a in lines),
+        )
 
 
 @collect_rows_in_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
-def _make_clauses_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
+def _make_clauses_table(clauses: Sequence[OperatorClauseRow]) -> Iterator[Row]:
     """Clauses of operators that are right, wrong or missing.
 
     Clauses (conditions and effects) by side (precondition or effect) and category. matched: right clauses in
@@ -192,20 +196,20 @@ def _make_clauses_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
             yield (*key, *side_and_category, *counts, _estimate_clause_count_ratio_to_gold(of_group))
 
 
-def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseLine]) -> Estimate:
+def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseRow]) -> Estimate:
     """Return the number of clauses in answers, in percent of the number in the data set's operators."""
     by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
     for (task, name), verdicts in by_task.items():
         written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
-        cases.append(TaskContribution(task, name, Share(written, gold)))
-    return Estimate.from_cases(cases)
+        cases.append(TaskRateContribution(task, name, Share(written, gold)))
+    return Estimate.from_task_rate_contributions(cases)
 
 
 @collect_rows_in_table(
     "predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12
 )
-def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
+def _make_predicates_table(clauses: Sequence[OperatorClauseRow]) -> Iterator[Row]:
     """Predicates in wrong and missing clauses of operators.
 
     Clauses (conditions and effects) that answers lack or state wrongly, counted by the predicates in them.

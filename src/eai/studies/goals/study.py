@@ -8,7 +8,7 @@ from typing import get_args
 
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.base.grouping import group_pairs
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
@@ -17,7 +17,7 @@ from eai.results.lines import (
     estimate_share_of_each_kind,
     group_by_run,
     group_by_suite,
-    make_task_contribution,
+    make_task_rate_contribution,
 )
 from eai.results.plots import draw_rate_matrix, draw_rates_by_name, group_rows_by_suite
 from eai.results.table import Estimate, Row, Table, collect_rows_in_table
@@ -65,15 +65,17 @@ def _make_predicates_table(atoms: Sequence[InterpretedGoalRow]) -> Iterator[Row]
 
 def _estimate_precision_and_recall(lines: Sequence[InterpretedGoalRow]) -> tuple[Estimate, Estimate]:
     return (
-        Estimate.from_cases(
+        Estimate.from_task_rate_contributions(
             [_score_goal_as_matched_or_not(line) for line in lines if line.verdict != MISSING]
         ),
-        Estimate.from_cases([_score_goal_as_matched_or_not(line) for line in lines if line.verdict != WRONG]),
+        Estimate.from_task_rate_contributions(
+            [_score_goal_as_matched_or_not(line) for line in lines if line.verdict != WRONG]
+        ),
     )
 
 
-def _score_goal_as_matched_or_not(line: InterpretedGoalRow) -> TaskContribution:
-    return make_task_contribution(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
+def _score_goal_as_matched_or_not(line: InterpretedGoalRow) -> TaskRateContribution:
+    return make_task_rate_contribution(line, make_rate_contribution_of_answer(line.verdict == MATCHED))
 
 
 @collect_rows_in_table("reasons", (*SUITE, MODEL, "reason", "share"))

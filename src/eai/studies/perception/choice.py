@@ -141,7 +141,7 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.options_label}"
 
     def make_study_settings_for_records(self, study_name: str) -> StudySettings | None:
-        """Return None. Records get these options with the scenes (`ModelBeliefsInPrompts.experiment`)."""
+        """Return None. Records get these options with the scenes (`GoalsAndScenesStatedInPrompts.experiment`)."""
         return None
 
     @property

@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
-from eai.results.epochs import ModelBeliefsInPrompts
+from eai.results.epochs import GoalsAndScenesStatedInPrompts
 from eai.studies.perception.belief import make_scene_graph_vocabulary, replace_scene_by_scene_graph
 from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
 from eai.studies.perception.errors import find_perception_errors
@@ -43,16 +43,16 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 
 def _make_beliefs_with_scene_format(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Combine the scenes that questions show (``beliefs``) with the scene format that records store."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
-    return ModelBeliefsInPrompts(beliefs, experiment, lacking, **further_fields)
+    return GoalsAndScenesStatedInPrompts(beliefs, experiment, lacking, **further_fields)
 
 
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Return scenes that scene graphs describe; questions state them instead of the true scenes.
 
     Args:
@@ -73,7 +73,7 @@ def make_scene_beliefs(
     )
 
 
-def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> ModelBeliefsInPrompts:
+def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> GoalsAndScenesStatedInPrompts:
     """Read scene graphs, and return the scenes that they describe (`make_scene_beliefs`).
 
     Args:
@@ -88,7 +88,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Mo
 
 def make_scene_beliefs_without_captioner(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Return the scenes that questions show, in any format but ``predicted``, which needs a second model.
 
     Raises:
@@ -289,7 +289,7 @@ def _refuse_published_prompts(options: SceneOptions, library: PromptLibrary, sui
 
 def collect_scene_beliefs(
     options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Return the scenes that the questions of a run show.
 
     The scenes of a domain are made once for all models. For the format ``predicted``, a second model (the
@@ -314,7 +314,9 @@ def collect_scene_beliefs(
     return stage.found_beliefs[key]
 
 
-def _ask_captioner(options: SceneOptions, stage: StageBeforeQuestions, suite: Suite) -> ModelBeliefsInPrompts:
+def _ask_captioner(
+    options: SceneOptions, stage: StageBeforeQuestions, suite: Suite
+) -> GoalsAndScenesStatedInPrompts:
     """Ask a second model (the captioner) to list the scenes in pictures, and return the listed scenes."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = StageBeforeQuestions(

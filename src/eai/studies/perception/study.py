@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.results.certainty import TaskContribution, TaskContributions
+from eai.results.certainty import TaskRateContribution, TaskRateContributions
 from eai.results.codec import read_study_summary
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, make_figure
 from eai.results.plots import get_denominator_of_cell as tasks_in
@@ -82,7 +82,7 @@ class _TaskWithPerceptionErrors:
     """
 
     perceived: PerceptionErrors
-    case: TaskContribution
+    case: TaskRateContribution
 
     @property
     def percent_of_facts_missing(self) -> float:
@@ -106,7 +106,7 @@ class _TaskWithPerceptionErrors:
         """Names of the predicates of true facts that are missing or misplaced (`PerceptionErrors`)."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
-    def make_contribution_to_rate(self, share: Share) -> TaskContribution:
+    def make_contribution_to_rate(self, share: Share) -> TaskRateContribution:
         """Return the contribution of this task to a rate: the given numerator and denominator."""
         return self.case._replace(share=share)
 
@@ -142,13 +142,13 @@ class _RunsBySceneFormat:
             and record.task_id in cases
         ]
 
-    def list_task_contributions_to_metric(self, scene_format: str) -> TaskContributions:
+    def list_task_contributions_to_metric(self, scene_format: str) -> TaskRateContributions:
         """Return the numerator and denominator that each task of a run adds to the metric."""
         records = self.runs[scene_format]
         return make_contributions_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
-    def task_contributions_with_true_scene(self) -> dict[str, TaskContribution]:
+    def task_contributions_with_true_scene(self) -> dict[str, TaskRateContribution]:
         """Task id -> numerator and denominator that the task adds to the metric.
 
         They are from the run whose questions list the true scene.
@@ -172,9 +172,14 @@ class _RunsBySceneFormat:
             if case.task in self.task_contributions_with_true_scene
         ]
         if not without or len(without) < len(cases):
-            return (len(cases), Estimate.from_cases(cases), Estimate(None), Estimate(None))
+            return (len(cases), Estimate.from_task_rate_contributions(cases), Estimate(None), Estimate(None))
         cost = Estimate.estimate_rate_difference(cases, without)
-        return (len(cases), Estimate.from_cases(cases), Estimate.from_cases(without), cost)
+        return (
+            len(cases),
+            Estimate.from_task_rate_contributions(cases),
+            Estimate.from_task_rate_contributions(without),
+            cost,
+        )
 
 
 def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
@@ -220,7 +225,7 @@ def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
             name,
             *rates[name],
             compute_mean_steps(runs.runs[name]),
-            Estimate.from_cases(runs.list_task_contributions_to_metric(name)),
+            Estimate.from_task_rate_contributions(runs.list_task_contributions_to_metric(name)),
         )
 
 
@@ -230,7 +235,9 @@ def _estimate_error_rates(tasks: _TasksWithPerceptionErrors) -> list[Estimate]:
         return [Estimate(None)] * len(_RATES)
     shares = [(task, make_perception_rate_contributions(task.perceived)) for task in tasks]
     return [
-        Estimate.from_cases([task.make_contribution_to_rate(of_task[name]) for task, of_task in shares])
+        Estimate.from_task_rate_contributions(
+            [task.make_contribution_to_rate(of_task[name]) for task, of_task in shares]
+        )
         for name in _RATES
     ]
 
@@ -305,7 +312,7 @@ def _make_missing_facts_row(predicate: str, runs: _RunsBySceneFormat) -> Row:
     ]
     counts = [task.perceived.predicates[predicate] for task in tasks]
     shares = [Share(gone, right + gone) for right, _, gone in counts]
-    lost_share = Estimate.from_cases(
+    lost_share = Estimate.from_task_rate_contributions(
         [task.make_contribution_to_rate(share) for task, share in zip(tasks, shares, strict=True)]
     )
     return (predicate, lost_share, len(lost), *runs.make_perception_error_cost_cells(only_lost))
@@ -351,7 +358,7 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOption
         key = group[0].key
         metric = choose_metric(key.ability, chosen.metric)
         tables = make_perception_tables([run.records for run in group], metric)
-        folder = f"{key.suite.file_name_part}-{to_file_name(label)}" if len(groups) > 1 else ""
+        folder = f"{key.suite.suite_name_for_file_names}-{to_file_name(label)}" if len(groups) > 1 else ""
         yield Analysis(
             tables, _draw_error_rate_figure(tables[0], metric, key._replace(model=label)), folder=folder
         )

@@ -26,9 +26,9 @@ from eai.benchmarks.gold_answers import open_answers_of_planner, replace_goals_b
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
-from eai.results.certainty import TaskContribution, TaskContributions
+from eai.results.certainty import TaskRateContribution, TaskRateContributions
 from eai.results.comparison import compare_runs
-from eai.results.lines import SuiteIdentity
+from eai.results.lines import SuiteProtocolDomainAndAbility
 from eai.results.paper_tables import map_files_to_paper_models, read_paper_table
 from eai.results.rate import compute_rate
 from eai.results.record import Record
@@ -92,9 +92,9 @@ class _ModularAndPipelineRuns:
     paper: Mapping[str, tuple[float | None, float | None]]
 
     @property
-    def suite(self) -> SuiteIdentity:
+    def suite(self) -> SuiteProtocolDomainAndAbility:
         record = self.modular[0]
-        return SuiteIdentity(record.protocol.value, record.domain, record.ability.value)
+        return SuiteProtocolDomainAndAbility(record.protocol.value, record.domain, record.ability.value)
 
     @property
     def pipeline_label(self) -> str:
@@ -135,7 +135,7 @@ class _ModularAndPipelineRuns:
         }
         for link in (*_PIPELINE_ABILITIES, "nowhere"):
             shares = [
-                TaskContribution(
+                TaskRateContribution(
                     record.task_id,
                     find_task_name(record),
                     make_rate_contribution_of_answer(breaks[record.task_id] == link),
@@ -143,7 +143,12 @@ class _ModularAndPipelineRuns:
                 for record in records
             ]
             broken = [successes[record.task_id] for record in records if breaks[record.task_id] == link]
-            yield link, len(broken), Estimate.from_cases(shares), Estimate.from_cases(broken)
+            yield (
+                link,
+                len(broken),
+                Estimate.from_task_rate_contributions(shares),
+                Estimate.from_task_rate_contributions(broken),
+            )
 
     @collect_rows_in_table("stages", ("metric", *_COMPARED, *_PAPER))
     def _make_modular_and_pipeline_rates_table(self) -> Iterator[Row]:
@@ -209,7 +214,7 @@ class _ModularAndPipelineRuns:
                     for case in other
                 ]
                 compared = *_estimate_both_rates_and_difference(one, other), success.p_value
-                yield (kind, len(one), *compared, *only, Estimate.from_cases(perfect))
+                yield (kind, len(one), *compared, *only, Estimate.from_task_rate_contributions(perfect))
 
     @property
     def _sentence_about_perfect_planner(self) -> str:
@@ -240,7 +245,7 @@ class _ModularAndPipelineRuns:
         successes = {case.task: case for case in self._list_contributions_to_main_metric(records)}
         for heading, is_so in kinds.items():
             cases = [successes[record.task_id] for record in records if is_so(record)]
-            yield heading, len(cases), Estimate.from_cases(cases)
+            yield heading, len(cases), Estimate.from_task_rate_contributions(cases)
 
     @collect_rows_in_table("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
     def _make_missing_goal_conditions_table(self) -> Iterator[Row]:
@@ -253,7 +258,7 @@ class _ModularAndPipelineRuns:
             record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
         }
         by_condition = group_pairs(
-            (condition, TaskContribution(task, name, make_rate_contribution_of_answer(missed)))
+            (condition, TaskRateContribution(task, name, make_rate_contribution_of_answer(missed)))
             for task, name in names.items()
             for condition, missed in self.conditions.get(task, ())
         )
@@ -269,9 +274,14 @@ class _ModularAndPipelineRuns:
                 for side in (self.modular, self.pipeline)
             ]
             solved = [int(side.numerator) for side in sides]
-            yield condition, Estimate.from_cases(by_condition[condition]), len(tasks), *solved
+            yield (
+                condition,
+                Estimate.from_task_rate_contributions(by_condition[condition]),
+                len(tasks),
+                *solved,
+            )
 
-    def _list_contributions_to_main_metric(self, records: Sequence[Record]) -> Sequence[TaskContribution]:
+    def _list_contributions_to_main_metric(self, records: Sequence[Record]) -> Sequence[TaskRateContribution]:
         return make_contributions_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
     def _select_common_records(self, run_records: Sequence[Record]) -> list[Record]:
@@ -298,7 +308,7 @@ _PIPELINE_ABILITIES = ("goal interpretation", "subgoal decomposition", "action s
 """Abilities (kinds of question) that a pipeline asks for, in order: goals, then subgoals, then a plan."""
 
 
-def _find_first_failing_ability(record: Record, success: TaskContribution) -> str:
+def _find_first_failing_ability(record: Record, success: TaskRateContribution) -> str:
     """Return the first ability of a pipeline (goals, subgoals, plan) whose answer fails, or "nowhere"."""
     stated = record.summaries.get(STUDY)
     fails = (
@@ -312,12 +322,12 @@ def _find_first_failing_ability(record: Record, success: TaskContribution) -> st
 
 
 def _estimate_both_rates_and_difference(
-    first: TaskContributions, second: TaskContributions
+    first: TaskRateContributions, second: TaskRateContributions
 ) -> tuple[Estimate, Estimate, Estimate]:
     """Return three estimates: the rates of two runs in percent, and the second minus the first in points."""
     return (
-        Estimate.from_cases(first),
-        Estimate.from_cases(second),
+        Estimate.from_task_rate_contributions(first),
+        Estimate.from_task_rate_contributions(second),
         Estimate.estimate_rate_difference(first, second),
     )
 
@@ -388,11 +398,17 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
         for pair in of_kind:
             record = pair.pipeline[0]
             label = "" if record.experiment is None else record.experiment.label
-            folder = f"{suite.file_name_part}/{to_file_name(record.model)}/{label}" if len(pairs) > 1 else ""
+            folder = (
+                f"{suite.suite_name_for_file_names}/{to_file_name(record.model)}/{label}"
+                if len(pairs) > 1
+                else ""
+            )
             yield _make_pair_analysis(pair, f"{record.model}, {label}", folder)
         if len(of_kind) > 1:
             folder = (
-                f"{suite.file_name_part}/{to_file_name(chain)}" if chain != _GOALS else suite.file_name_part
+                f"{suite.suite_name_for_file_names}/{to_file_name(chain)}"
+                if chain != _GOALS
+                else suite.suite_name_for_file_names
             )
             yield _make_pair_analysis(merge_run_pairs(of_kind), f"{len(of_kind)} pipelines", folder)
 

@@ -24,7 +24,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
@@ -279,10 +279,10 @@ def _estimate_share_of_outcome(
 ) -> Estimate:
     """Return the percentage of answers whose operator test has a given outcome."""
     cases = [
-        TaskContribution(
+        TaskRateContribution(
             record.task_id, find_task_name(record), make_rate_contribution_of_answer(actual == outcome)
         )
         for record, actual in zip(records, outcomes, strict=True)
         if actual is not None
     ]
-    return Estimate.from_cases(cases)
+    return Estimate.from_task_rate_contributions(cases)

@@ -26,7 +26,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import find_files_of_suite
 from eai.results.codec import hash_text
-from eai.results.epochs import STATED, SUBGOALS, ModelBeliefsInPrompts
+from eai.results.epochs import STATED, SUBGOALS, GoalsAndScenesStatedInPrompts
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
@@ -52,7 +52,7 @@ AnswersOfModel: TypeAlias = tuple[str, Mapping[str, str]]
 
 def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Read the goals that a model's answers state. Later questions state them instead of the true goals.
 
     The answers are in a file or folder.
@@ -76,7 +76,7 @@ def make_goal_beliefs(
     benchmark: Benchmark,
     source: Source,
     perceived_scenes: Mapping[str, BelievedTask] | None = None,
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Return the goals in a model's answers, which later questions state in place of the true goals.
 
     The result also has the counts of right and wrong goals. The answers are scored by the default rules.
@@ -99,7 +99,7 @@ def make_goal_beliefs(
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = BelievedTask(replace(scene.task, goals=goals), answer)
             stated[task_id] = _summarize_goals_stated_in_answer(answer, task_id, suite)
-    return ModelBeliefsInPrompts(
+    return GoalsAndScenesStatedInPrompts(
         beliefs,
         Experiment({STUDY: make_settings_with_option("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
@@ -187,7 +187,7 @@ def _read_answers_from_responses(
 
 def obtain_goals_interpreted_by_model(
     goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Return the goals in a model's answers, which later questions state in place of the true goals.
 
     The model is asked (goal interpretation), or a file is read, once for each model and domain.
@@ -219,7 +219,7 @@ def obtain_goals_interpreted_by_model(
 
 def obtain_goals_and_subgoals_stated_by_model(
     stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
-) -> ModelBeliefsInPrompts:
+) -> GoalsAndScenesStatedInPrompts:
     """Return a model's goals, with the subgoals that the model lists for these goals.
 
     The model is asked once for each domain.
@@ -247,8 +247,8 @@ def obtain_goals_and_subgoals_stated_by_model(
 
 
 def add_subgoals_to_stated_goals(
-    goal_beliefs: ModelBeliefsInPrompts | None, subgoal_answers: AnswersOfModel, suite: Suite
-) -> ModelBeliefsInPrompts:
+    goal_beliefs: GoalsAndScenesStatedInPrompts | None, subgoal_answers: AnswersOfModel, suite: Suite
+) -> GoalsAndScenesStatedInPrompts:
     """Return a model's goals with the subgoals from its answers; unreadable answers add no subgoals.
 
     Args:
@@ -268,7 +268,7 @@ def add_subgoals_to_stated_goals(
         beliefs[task_id] = replace(goal_beliefs.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
         summaries[task_id] = {STUDY: {"subgoals_sha256": hash_text(answer), "subgoals_success": success}}
-    return ModelBeliefsInPrompts(
+    return GoalsAndScenesStatedInPrompts(
         beliefs,
         Experiment({STUDY: make_settings_with_option("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
@@ -299,7 +299,9 @@ def summarize_stated_goals(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: question_metadata[SUBGOALS]}
-        beliefs = beliefs.copy_with_goals_of(add_subgoals_to_stated_goals(beliefs, listed, subgoal_suite))
+        beliefs = beliefs.copy_scenes_with_goals_from(
+            add_subgoals_to_stated_goals(beliefs, listed, subgoal_suite)
+        )
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 

@@ -18,7 +18,7 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.results.certainty import TaskContributions
+from eai.results.certainty import TaskRateContributions
 from eai.results.comparison import compare_runs
 from eai.results.plots import add_title, clip_label, draw_rate_matrix, get_value_of_cell
 from eai.results.rate import Rate, compute_rate
@@ -149,7 +149,7 @@ class _RunsByPromptAndModel:
     models: tuple[str, ...]
     records: Mapping[tuple[str, str], Sequence[Record]]
 
-    def list_task_contributions_to_metric(self, prompt: str, model: str) -> TaskContributions:
+    def list_task_contributions_to_metric(self, prompt: str, model: str) -> TaskRateContributions:
         records = self.records[prompt, model]
         return make_contributions_by_metric(records, records[0].ability)[self.metric]
 
@@ -243,7 +243,7 @@ def _make_metric_by_prompt_and_model_table(matrix: _RunsByPromptAndModel) -> Ite
         yield (
             prompt,
             model,
-            Estimate.from_cases(matrix.list_task_contributions_to_metric(prompt, model)),
+            Estimate.from_task_rate_contributions(matrix.list_task_contributions_to_metric(prompt, model)),
             estimate_share(records, unreadable),
         )
 
@@ -429,7 +429,7 @@ def _group_runs_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
     for run in runs:
         experiment = run.key.experiment
         rest = None if experiment is None else experiment.drop_options_of_study(STUDY)
-        labels = [run.key.suite.file_name_part, *([] if rest is None else [rest.label])]
+        labels = [run.key.suite.suite_name_for_file_names, *([] if rest is None else [rest.label])]
         suites.setdefault("-".join(labels), []).append(run)
     return suites
 

@@ -31,7 +31,7 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.protocols import make_replanning_options_of_protocol
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.paper_tables import PaperTable, read_paper_table
 from eai.results.plots import MODEL_COLORS, MUTED, RULE, clip_label, draw_line, make_figure
 from eai.results.rate import compute_rate
@@ -101,7 +101,7 @@ class _ReplanningRunGroup:
             drop_later_attempts(record, max_attempts) for records in self.runs.values() for record in records
         ]
 
-    def list_task_contributions_to_metric(self, metric: str, attempts: int) -> list[TaskContribution]:
+    def list_task_contributions_to_metric(self, metric: str, attempts: int) -> list[TaskRateContribution]:
         """Return for each seed and task the contribution to a metric after a number of attempts."""
         return [
             case
@@ -112,7 +112,7 @@ class _ReplanningRunGroup:
 
 def _list_contributions_after_attempts(
     records: Sequence[Record], metric: str, attempts: int
-) -> list[TaskContribution]:
+) -> list[TaskRateContribution]:
     stopped = [drop_later_attempts(record, attempts) for record in records]
     return make_contributions_by_metric(stopped, stopped[0].ability).get(metric, [])
 
@@ -173,7 +173,7 @@ def make_remarks_on_missing_runs(groups: Sequence[_ReplanningRunGroup]) -> list[
 def estimate_success_by_attempt(group: _ReplanningRunGroup) -> list[Estimate]:
     """Return the success rate after at most 1, 2, ... attempts at each task."""
     return [
-        Estimate.from_cases(group.list_task_contributions_to_metric(SUCCESS, number))
+        Estimate.from_task_rate_contributions(group.list_task_contributions_to_metric(SUCCESS, number))
         for number in range(1, group.max_attempts + 1)
     ]
 
@@ -210,8 +210,8 @@ def _make_attempts_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
             group.options_label,
             number,
             len(group.runs),
-            Estimate.from_cases(group.list_task_contributions_to_metric(SUCCESS, number)),
-            Estimate.from_cases(group.list_task_contributions_to_metric(EXECUTION, number)),
+            Estimate.from_task_rate_contributions(group.list_task_contributions_to_metric(SUCCESS, number)),
+            Estimate.from_task_rate_contributions(group.list_task_contributions_to_metric(EXECUTION, number)),
             *errors,
             estimate_share(records, slipped).value,
             fmean([len(record.attempts) for record in records]) if records else None,
@@ -239,8 +239,8 @@ def _make_feedback_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
         for number in range(1, group.max_attempts + 1):
             one, other = _pair_success_with_and_without_feedback(control, group, number)
             estimates = (
-                Estimate.from_cases(one),
-                Estimate.from_cases(other),
+                Estimate.from_task_rate_contributions(one),
+                Estimate.from_task_rate_contributions(other),
                 Estimate.estimate_rate_difference(one, other),
             )
             yield (group.options_label, number, *estimates)
@@ -274,9 +274,9 @@ def _make_outcomes_table(groups: Sequence[_ReplanningRunGroup]) -> Iterator[Row]
 
 def _pair_success_with_and_without_feedback(
     without: _ReplanningRunGroup, with_feedback: _ReplanningRunGroup, attempts: int
-) -> tuple[list[TaskContribution], list[TaskContribution]]:
+) -> tuple[list[TaskRateContribution], list[TaskRateContribution]]:
     """Return two lists: success without and with feedback, in tasks and seeds that both groups have."""
-    pairs: list[tuple[TaskContribution, TaskContribution]] = []
+    pairs: list[tuple[TaskRateContribution, TaskRateContribution]] = []
     for seed in [seed for seed in with_feedback.runs if seed in without.runs]:
         before = {
             case.task: case

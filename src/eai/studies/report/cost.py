@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.base.files import to_file_name
-from eai.results.certainty import TaskContributions, compute_interval_of_success_cost
+from eai.results.certainty import TaskRateContributions, compute_interval_of_cost_per_success
 from eai.results.cost import PriceList, Spending, divide_amount, read_benchmark_paper_cost
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.rate import compute_rate
@@ -139,11 +139,11 @@ def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
             yield (TextCell(item.key.name), format_suite_title(item.key.domain, item.key.ability), *amounts)
 
 
-def _estimate_spending_per_success(cases: TaskContributions) -> Cell:
+def _estimate_spending_per_success(cases: TaskRateContributions) -> Cell:
     """Return the amount spent per success; without a success, the whole amount as a lower bound."""
     if not cases:
         return None
-    rate, interval = compute_rate(case.share for case in cases), compute_interval_of_success_cost(cases)
+    rate, interval = compute_rate(case.share for case in cases), compute_interval_of_cost_per_success(cases)
     return f"≥ {rate.numerator:,.4g}" if rate.share is None else Estimate(rate.share, *(interval or ()))
 
 

@@ -13,7 +13,7 @@ from operator import itemgetter
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
-from eai.results.certainty import Interval, TaskContributions, compute_mean_rate_over_task_names
+from eai.results.certainty import Interval, TaskRateContributions, compute_mean_rate_over_task_names
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.model_cards import make_model_table
 from eai.results.paper_tables import (
@@ -57,7 +57,7 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
     ]
     by_table = group_pairs(
         ((table.title, format_suite_title(item.key.domain, item.key.ability)), pair)
-        for table in map(read_paper_table, setting.all_model_table_names)
+        for table in map(read_paper_table, setting.names_of_tables_with_all_models)
         for item in ours
         for pair in _list_differences_from_paper_rates(table, item)
     )
@@ -210,7 +210,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield format_markdown_table(table)
 
 
-def _list_epoch_successes_with_run_key(summary: RunSummary) -> Iterator[tuple[RunKey, TaskContributions]]:
+def _list_epoch_successes_with_run_key(summary: RunSummary) -> Iterator[tuple[RunKey, TaskRateContributions]]:
     """Yield the run's key and the successes of its answers, if the summary is that of an epoch.
 
     A run can ask every question several times. Each time is an epoch, which has a summary of its own. The

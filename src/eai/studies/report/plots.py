@@ -21,7 +21,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results import plots
 from eai.results.batch import ProgressCallback
-from eai.results.certainty import TaskContribution, TaskContributions
+from eai.results.certainty import TaskRateContribution, TaskRateContributions
 from eai.results.lines import MODEL
 from eai.results.markdown import escape_markdown
 from eai.results.plots import (
@@ -69,7 +69,7 @@ _STYLES = ("-", "--", ":", "-.")
 _MODEL_DISTANCE = 0.09
 """Horizontal distance between the points of two models in a bin, if intervals are drawn, in bin widths."""
 
-Bins = Mapping[int, TaskContributions]
+Bins = Mapping[int, TaskRateContributions]
 """Successes of one model by index of the bin, a range of goal counts or plan lengths. No bin is empty."""
 
 
@@ -188,8 +188,8 @@ def draw_success_by_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _group_cases_by_bin(
-    table: Mapping[int, TaskContributions], bin_of: Callable[[int], int]
-) -> dict[int, list[TaskContribution]]:
+    table: Mapping[int, TaskRateContributions], bin_of: Callable[[int], int]
+) -> dict[int, list[TaskRateContribution]]:
     return group_pairs((bin_of(number), case) for number, cases in table.items() for case in cases)
 
 
@@ -209,7 +209,7 @@ def _draw_line_panel(
         intervals = len(series) <= _MAX_MODELS_WITH_INTERVALS
         shift = _MODEL_DISTANCE * (number - (len(series) - 1) / 2) if intervals else 0.0
         all_bins = range(min(bins, default=0), max(bins, default=-1) + 1)
-        cells = [Estimate.from_cases(bins.get(index, ())) for index in all_bins]
+        cells = [Estimate.from_task_rate_contributions(bins.get(index, ())) for index in all_bins]
         hollow = [index + shift for index in bins if len(bins[index]) < FEW_CASES]
         at, line_style = [index + shift for index in all_bins], mark + style
         draw_line(panel, at, cells, color, line_style, hollow=hollow, intervals=intervals, label=model)

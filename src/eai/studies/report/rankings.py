@@ -23,7 +23,11 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results import paper_tables
-from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_intervals_of_weighted_mean
+from eai.results.certainty import (
+    ConfidenceIntervals,
+    TaskRateContributions,
+    compute_intervals_of_weighted_mean,
+)
 from eai.results.coverage import TaskCoverage, combine_coverage
 from eai.results.paper_tables import PaperColumn, PaperTable, ScoresOfPublishedAnswers
 from eai.results.rate import Rate
@@ -359,7 +363,9 @@ def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, ScoresByMetric
 
 
 def _average_scores_over_abilities(
-    scores: ScoresByMetric, cases: Mapping[AbilityMetric, TaskContributions], coverage: TaskCoverage | None
+    scores: ScoresByMetric,
+    cases: Mapping[AbilityMetric, TaskRateContributions],
+    coverage: TaskCoverage | None,
 ) -> RankedScore:
     percents = _get_percents(scores)
     percent = compute_average_performance(percents)
@@ -580,7 +586,7 @@ def make_experiment_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
-    models = {item.key.model for item in runs if not item.key.has_no_study_or_rule_change}
+    models = {item.key.model for item in runs if not item.key.has_standard_rules_and_no_study}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None

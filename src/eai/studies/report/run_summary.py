@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import get_declaration
-from eai.results.certainty import ConfidenceIntervals, TaskContributions, compute_rate_intervals
-from eai.results.cost import Spending, make_cost_contributions_by_unit, sum_spending
+from eai.results.certainty import ConfidenceIntervals, TaskRateContributions, compute_rate_intervals
+from eai.results.cost import Spending, group_contributions_by_cost_unit, sum_spending
 from eai.results.coverage import TaskCoverage, TasksChangedByErrata
 from eai.results.rate import Rate
 from eai.results.runs import Run, RunKey
@@ -32,7 +32,7 @@ class RunSummary:
         certainties: metric -> interval of the rate; None if no interval is defined.
         cases: main metric -> numerator and denominator that each task adds.
         spent: tokens and cost of the answers; answers without recorded numbers add nothing.
-        per_success: effort and success of each answer (`eai.results.cost.make_cost_contributions_by_unit`).
+        per_success: effort and success of each answer (`eai.results.cost.group_contributions_by_cost_unit`).
         unnamed: number of records without the name of their task; each such task counts as independent.
     """
 
@@ -45,9 +45,9 @@ class RunSummary:
     data_sha256: tuple[str, ...]
     rates: Mapping[str, Rate]
     certainties: Mapping[str, ConfidenceIntervals | None]
-    cases: Mapping[str, TaskContributions]
+    cases: Mapping[str, TaskRateContributions]
     spent: Spending
-    per_success: Mapping[str, TaskContributions]
+    per_success: Mapping[str, TaskRateContributions]
     unnamed: int
     breakdown: AnswerBreakdown
 
@@ -57,7 +57,7 @@ def select_standard_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
 
     Only these are ranked and compared with the paper.
     """
-    return [item for item in runs if item.key.has_no_study_or_rule_change]
+    return [item for item in runs if item.key.has_standard_rules_and_no_study]
 
 
 def summarize_run(run: Run) -> RunSummary:
@@ -84,7 +84,7 @@ def summarize_run(run: Run) -> RunSummary:
             if metric in get_declaration(key.ability).overview_headings
         },
         sum_spending(run.records),
-        make_cost_contributions_by_unit(run.records),
+        group_contributions_by_cost_unit(run.records),
         sum(record.task is None for record in run.records),
         break_down_records(run.records, key.ability),
     )

@@ -25,14 +25,14 @@ from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
-from eai.results.certainty import TaskContribution
+from eai.results.certainty import TaskRateContribution
 from eai.results.lines import (
     MODEL,
     SUITE,
     TidyTableLine,
     group_by_model,
     group_by_suite,
-    make_task_contribution,
+    make_task_rate_contribution,
 )
 from eai.results.plots import draw_rate_matrix, get_numerator_of_cell, group_rows_by_suite
 from eai.results.record import Record
@@ -153,7 +153,7 @@ def make_operator_sensitivity_tables(trials: Sequence[OperatorReplacementTrial])
 
 def group_cases_by_operator(
     trials: Iterable[OperatorReplacementTrial],
-) -> dict[tuple[str, str], list[TaskContribution]]:
+) -> dict[tuple[str, str], list[TaskRateContribution]]:
     """Return a mapping from operator and category of tasks to the successes and failures of trials.
 
     For each operator, the category `OVERALL` comes first.
@@ -161,7 +161,7 @@ def group_cases_by_operator(
     return group_pairs(
         (
             (trial.operator, category),
-            make_task_contribution(trial, make_rate_contribution_of_answer(trial.outcome == _SOLVED)),
+            make_task_rate_contribution(trial, make_rate_contribution_of_answer(trial.outcome == _SOLVED)),
         )
         for trial in trials
         for category in (OVERALL, *trial.categories.split())
@@ -206,7 +206,7 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Itera
         cells = group_cases_by_operator(of_key)
         for cell in product(order, categories):
             if cell in cells:
-                yield (*key, *cell, Estimate.from_cases(cells[cell]))
+                yield (*key, *cell, Estimate.from_task_rate_contributions(cells[cell]))
 
 
 @collect_rows_in_table("outcomes", (*_KEY, "operator", *_OUTCOMES))
@@ -249,7 +249,7 @@ def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row
     """Yield each error of an operator, most frequent first, with the failure rates with and without it."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [
-        make_task_contribution(trial, make_rate_contribution_of_answer(trial.outcome != _SOLVED))
+        make_task_rate_contribution(trial, make_rate_contribution_of_answer(trial.outcome != _SOLVED))
         for trial in trials
     ]
     counts = Counter(error for of_trial in errors for error in of_trial)
@@ -257,8 +257,10 @@ def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row
         split = list(zip(cases, errors, strict=True))
         yield (
             *error.split(":", 2),
-            Estimate.from_cases([case for case, of_trial in split if error in of_trial]),
-            Estimate.from_cases([case for case, of_trial in split if error not in of_trial]),
+            Estimate.from_task_rate_contributions([case for case, of_trial in split if error in of_trial]),
+            Estimate.from_task_rate_contributions(
+                [case for case, of_trial in split if error not in of_trial]
+            ),
         )
 
 
