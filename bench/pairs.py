@@ -106,9 +106,9 @@ def _count_right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> in
         votes = Counter[object]()
         for task in tasks:
             if titles[task.title] != half:
-                votes[feature(task)] += 1 if TaskFeatures.from_task(task).is_declining_right else -1
+                votes[feature(task)] += 1 if TaskFeatures.from_task(task).is_declining_correct else -1
         tried = [task for task in tasks if titles[task.title] == half]
         right += sum(
-            (votes[feature(task)] > 0) == TaskFeatures.from_task(task).is_declining_right for task in tried
+            (votes[feature(task)] > 0) == TaskFeatures.from_task(task).is_declining_correct for task in tried
         )
     return right

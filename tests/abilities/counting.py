@@ -10,9 +10,9 @@ from eai.abilities.declaration import (
     DomainAndNotation,
     MetricColumn,
     QuestionAndAnswer,
-    QuestionAndAnswerDeclaration,
+    SingleQuestionInteraction,
 )
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import RewardInputs, Verdict, make_rate_contribution_of_answer
@@ -36,7 +36,7 @@ class CountScorer(Scorer):
 
     def assess(self, text: str) -> Assessment:
         off_by = abs(int(text) - self._number) if text.strip().isdecimal() else None
-        return Assessment(CountVerdict(right=off_by == 0, off_by=off_by), Explanation)
+        return Assessment(CountVerdict(right=off_by == 0, off_by=off_by), VerdictExplanation)
 
 
 def pose(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
@@ -45,7 +45,7 @@ def pose(parts: DomainAndNotation, task: Task) -> QuestionAndAnswer:
 
 COUNTING = AbilityDeclaration(
     ability=Ability("counting"),
-    interaction=QuestionAndAnswerDeclaration(lambda parts: CountScorer, pose),
+    interaction=SingleQuestionInteraction(lambda parts: CountScorer, pose),
     title="Counting",
     short_title="count",
     verdict=CountVerdict,

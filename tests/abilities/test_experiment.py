@@ -66,7 +66,7 @@ def test_a_replaced_choice_keeps_its_position_in_the_label() -> None:
     choices = {
         name: StudySettings(name, label_position=place) for place, name in enumerate(("first", "second"))
     }
-    changed = Experiment(choices).replace_study_settings(
+    changed = Experiment(choices).override_settings_with(
         Experiment({"first": StudySettings("other", label_position=9)})
     )
     assert changed.label == "other+second"

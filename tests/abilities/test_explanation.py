@@ -10,10 +10,10 @@ import pytest
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.explanation import (
-    Explanation,
+    AtomOrAction,
     GoalReport,
-    Statement,
     StepReport,
+    VerdictExplanation,
     find_predicate_names,
     map_missed_goals_to_similar_facts,
     parse_statement,
@@ -29,10 +29,10 @@ from eai.world import Action, Episode, SlipSampler
 from eai.world.execution import execute_plan
 from logic.bddl_text import read_condition
 
-Explain: TypeAlias = Callable[[str, Task], Explanation]
+Explain: TypeAlias = Callable[[str, Task], VerdictExplanation]
 
 
-def explain(text: str, task: Task | None = None) -> Explanation:
+def explain(text: str, task: Task | None = None) -> VerdictExplanation:
     return virtualhome_scorer(task or make_task()).explain(text)
 
 
@@ -128,17 +128,17 @@ def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))
     near = Atom("NEXT_TO", (Constant("character.65"), name))
     reports = report_goal_parts(Then((closed, near, opened)), course)
-    assert [part.description_of_time_met for part in reports] == [
+    assert [part.time_first_met_in_words for part in reports] == [
         "at the start",
         "after step 2",
         "after step 4",
     ]
     reports = report_goal_parts(Then((near, Occurs("OPEN", (name,)), opened)), course)
-    assert [part.description_of_time_met for part in reports] == ["after step 2", "", ""], (
+    assert [part.time_first_met_in_words for part in reports] == ["after step 2", "", ""], (
         "it is opened in the state of part 1"
     )
     reports = report_goal_parts(Then((closed, Occurs("OPEN", (name,)), Occurs("OPEN") | opened)), course)
-    assert [part.description_of_time_met for part in reports] == ["at the start", "at step 4", "after step 4"]
+    assert [part.time_first_met_in_words for part in reports] == ["at the start", "at step 4", "after step 4"]
 
 
 def test_steps_after_a_slip_are_reported_with_their_changes() -> None:
@@ -192,7 +192,7 @@ def test_an_explanation_reports_every_goal(explained: Explain) -> None:
 )
 def test_an_answer_that_never_runs_is_explained_in_a_note(text: str, notes: tuple[str, ...]) -> None:
     unmet = (GoalReport("state", "OPEN(fridge.10)", satisfied=False),)
-    assert explain(text) == Explanation(notes=notes, goals=unmet)
+    assert explain(text) == VerdictExplanation(notes=notes, goals=unmet)
 
 
 def test_plans_for_excluded_tasks_are_explained() -> None:
@@ -267,7 +267,7 @@ def test_a_near_miss_is_another_fact_about_the_goals_objects(
         StepReport("A()", "executed", added=added, call=parse_statement("A()")),
         StepReport("B()", "executed", removed=removed, call=parse_statement("B()")),
     )
-    missed = Explanation(steps=steps, goals=(GoalReport("relation", goal, False),))
+    missed = VerdictExplanation(steps=steps, goals=(GoalReport("relation", goal, False),))
     assert map_missed_goals_to_similar_facts(missed) == ({goal: near} if near else {})
 
 
@@ -286,7 +286,7 @@ def test_a_state_that_ended_the_wanted_state_is_a_near_miss() -> None:
         ),
         StepReport("GRASP(a)", "executed", added=("in_right_hand(a)",), call=parse_statement("GRASP(a)")),
     )
-    missed = Explanation(steps=steps, goals=(GoalReport("state", "ON(a)", False),))
+    missed = VerdictExplanation(steps=steps, goals=(GoalReport("state", "ON(a)", False),))
     assert map_missed_goals_to_similar_facts(missed) == {"ON(a)": ("OFF(a)",)}
 
 
@@ -296,7 +296,7 @@ def test_a_goal_that_is_reached_has_no_near_miss() -> None:
     )
     assert (
         map_missed_goals_to_similar_facts(
-            Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))
+            VerdictExplanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))
         )
         == {}
     )
@@ -305,7 +305,7 @@ def test_a_goal_that_is_reached_has_no_near_miss() -> None:
 def test_steps_and_goals_are_values_beside_their_texts() -> None:
     goals = ("state CLOSED fridge.10", "relation ONTOP cup.13 bed.20", "action LOOKAT|WALK")
     found = explain('{"WALK": ["table"], "PUTIN": ["cup", "fridge"]}', make_task(goals=goals))
-    calls = [Statement("WALK", ("table.12",)), Statement("PUTIN", ("cup.13", "fridge.10"))]
+    calls = [AtomOrAction("WALK", ("table.12",)), AtomOrAction("PUTIN", ("cup.13", "fridge.10"))]
     assert [(step.call.name, step.call.arguments) for step in found.steps if step.call] == [
         (call.name, call.arguments) for call in calls
     ]
@@ -317,13 +317,13 @@ def test_steps_and_goals_are_values_beside_their_texts() -> None:
 @pytest.mark.parametrize(
     ("text", "call"),
     [
-        ("open(jar_0)", Statement("open", ("jar_0",))),
-        ("not open(jar_0)", Statement("open", ("jar_0",), positive=False)),
-        ("PUTIN(soap.1, box.2)", Statement("PUTIN", ("soap.1", "box.2"))),
-        ("STANDUP()", Statement("STANDUP", ())),
-        ("TOUCH", Statement("TOUCH", None)),
-        ("{'state': 'ON'}", Statement("{'state': 'ON'}", None)),
+        ("open(jar_0)", AtomOrAction("open", ("jar_0",))),
+        ("not open(jar_0)", AtomOrAction("open", ("jar_0",), positive=False)),
+        ("PUTIN(soap.1, box.2)", AtomOrAction("PUTIN", ("soap.1", "box.2"))),
+        ("STANDUP()", AtomOrAction("STANDUP", ())),
+        ("TOUCH", AtomOrAction("TOUCH", None)),
+        ("{'state': 'ON'}", AtomOrAction("{'state': 'ON'}", None)),
     ],
 )
-def test_atoms_and_steps_are_read_again(text: str, call: Statement) -> None:
+def test_atoms_and_steps_are_read_again(text: str, call: AtomOrAction) -> None:
     assert parse_statement(text) == call

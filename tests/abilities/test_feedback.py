@@ -14,10 +14,10 @@ import pytest
 import eai.logic.formula as w
 from agents.switches import DOMAIN, SWITCHES
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
-from eai.abilities.feedback import REASONS_PREFIX, QuestionWriter
+from eai.abilities.feedback import REASONS_PREFIX, MultiAttemptQuestionWriter
 from eai.abilities.protocol import Ability
 from eai.abilities.replanning_options import AttemptStart, FeedbackForm, FeedbackLevel, ReplanningOptions
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
@@ -54,14 +54,14 @@ FAILURES = {
 def questions(
     chosen: ReplanningOptions,
     answers: Sequence[str],
-    asker: QuestionWriter | None = None,
+    asker: MultiAttemptQuestionWriter | None = None,
     task_id: str = "both",
 ) -> list[Prompt]:
     """Return the questions of a trial, including the question after the last answer."""
     scorer = SUITE.scorer(task_id)
     assert isinstance(scorer, ActionSequencingScorer)
-    trial = Trial(scorer, chosen)
-    asks = asker or QuestionWriter({task_id: PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    trial = MultiAttemptTrial(scorer, chosen)
+    asks = asker or MultiAttemptQuestionWriter({task_id: PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     found = [asks.write_question(trial)]
     for text in answers:
         trial.try_answer(text)
@@ -90,8 +90,8 @@ def test_a_task_is_tried_again_after_its_scorer_raised(feedback: FeedbackLevel) 
     scorer = open_suite(RAISING, ACTIONS).scorer("both")
     assert isinstance(scorer, ActionSequencingScorer)
     world: AttemptStart = "continue" if feedback == "state" else "restart"
-    trial = Trial(scorer, ReplanningOptions(1, feedback=feedback, world=world))
-    asker = QuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    trial = MultiAttemptTrial(scorer, ReplanningOptions(1, feedback=feedback, world=world))
+    asker = MultiAttemptQuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     trial.try_answer(BOOM)
     assert ("could not be judged" in asker.write_question(trial).user) == (feedback in ("kind", "explained"))
     assert "OverflowError" not in asker.write_question(trial).user
@@ -177,7 +177,7 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
 
 def test_actions_already_taken_are_not_requested_again() -> None:
     chosen = ReplanningOptions(1, "continue", "state")
-    asks = QuestionWriter({"greet": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    asks = MultiAttemptQuestionWriter({"greet": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
     library = PromptLibrary("eai")
@@ -197,8 +197,10 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     assert isinstance(scorer, ActionSequencingScorer)
     lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
     stated = replace(SUITE.tasks["both"], goals=tuple(map(goal, lit)))
-    trial = Trial(scorer, ReplanningOptions(1, world, "explained", form), stated=stated)
-    asks = QuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
+    trial = MultiAttemptTrial(
+        scorer, ReplanningOptions(1, world, "explained", form), task_with_stated_goals=stated
+    )
+    asks = MultiAttemptQuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     trial.try_answer(plan(LAMP))
     question = asks.write_question(trial)
     added = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)
@@ -207,7 +209,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     assert "lit(lamp)" not in added.partition("relation: ")[2].partition("state: ")[2]
     assert not trial.attempts[0].verdict.success
     assert [report.satisfied for report in trial.goal_reports[0]] == [True, False]
-    assert trial.next_attempt_task.goals == stated.goals
+    assert trial.task_in_next_question.goals == stated.goals
 
 
 def test_the_question_describes_the_perceived_scene() -> None:
@@ -221,7 +223,7 @@ def test_the_question_describes_the_perceived_scene() -> None:
     _, second = questions(ReplanningOptions(1, "continue", "state"), [plan(SHED)], asks)
     assert "seen before attempt 2\n" in second.user
     assert "at(robot, shed)" in second.user
-    trial = Trial(
+    trial = MultiAttemptTrial(
         cast("ActionSequencingScorer", SUITE.scorer("both")), ReplanningOptions(1, "continue", "state")
     )
     assert asks.get_scene_metadata_for_next_question(trial) == {}

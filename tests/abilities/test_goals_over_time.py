@@ -12,7 +12,7 @@ from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
 from eai.agents.reference import make_setup
@@ -151,7 +151,7 @@ def test_a_continued_world_keeps_its_history(lamps: Benchmark) -> None:
     """The trajectory of a further attempt begins with the first attempt."""
     asked = task(lamps, "lit(lamp_1)", TAKEN)
     scorer = ActionSequencingScorer(asked, lamps.domain, lamps.notation.plans)
-    trial = Trial(scorer, ReplanningOptions(replans=2, world="continue"))
+    trial = MultiAttemptTrial(scorer, ReplanningOptions(replans=2, world="continue"))
     assert not trial.try_answer(plan(lamps, asked, "GO ball, TAKE ball, GO lamp_1")).verdict.success
     done = trial.try_answer(plan(lamps, asked, "PRESS lamp_1"))
     assert (done.verdict.success, done.goal_held_at) == (True, 1)

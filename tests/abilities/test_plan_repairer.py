@@ -15,7 +15,7 @@ import eai
 from eai.abilities import plan_repairer
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import DEFAULT_EFFORT, Repair
+from eai.abilities.repair import DEFAULT_EFFORT, SmallestPlanRepair
 from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.base.store import DataPackStore
 from eai.planning.repair import search as repair_search
@@ -35,7 +35,7 @@ SLACK = 200
 """By how much the last thing that is done may exceed the effort that is allowed."""
 
 
-def repair_of(scorer: ActionSequencingScorer, text: str) -> tuple[PlanVerdict, Repair]:
+def repair_of(scorer: ActionSequencingScorer, text: str) -> tuple[PlanVerdict, SmallestPlanRepair]:
     look_back = scorer.assess(text).analyze_failure
     assert look_back is not None
     verdict = look_back(DEFAULT_EFFORT)
@@ -44,7 +44,7 @@ def repair_of(scorer: ActionSequencingScorer, text: str) -> tuple[PlanVerdict, R
     return verdict, verdict.repair
 
 
-def apply_edits(steps: PlanSteps, repair: Repair, task: Task) -> list[Action | None]:
+def apply_edits(steps: PlanSteps, repair: SmallestPlanRepair, task: Task) -> list[Action | None]:
     """Return a plan after the edits of a repair, read from their texts."""
     plan: list[Action | None] = []
     for i, step in enumerate((*steps, None)):

@@ -10,7 +10,7 @@ import pytest
 
 from agents.switches import SWITCHES
 from eai.abilities.declaration import AnswerOutcome, get_declaration
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import RAISED, Verdict
@@ -78,7 +78,7 @@ def test_an_answer_fails_if_its_scorer_raises(ability: Ability, error: Exception
     )
     assert found.detail.startswith(f"the scorer raised {type(error).__name__} (test_scorer.py:")
     assert found.detail.endswith(f": {error}" if str(error) else ")")
-    assert records[0].explanation == Explanation((found.detail,))
+    assert records[0].explanation == VerdictExplanation((found.detail,))
     empty, failed = map(declared.contributions, (suite.score_missing_answer(task_id), verdict))
     assert [share.denominator for share in failed.values()] == [s.denominator for s in empty.values()]
     assert {name for name in failed if failed[name].numerator} <= {"uncategorised"}
@@ -102,7 +102,7 @@ def test_a_verdict_stands_if_its_explanation_raises(caplog: pytest.LogCaptureFix
 
     class Mute(_Raising):
         def assess(self, text: str) -> Assessment:
-            def refuse(*_: object) -> Explanation:
+            def refuse(*_: object) -> VerdictExplanation:
                 raise KeyError("word")
 
             return Assessment(plain.score("both", text), refuse, refuse)  # type: ignore[arg-type]
@@ -111,7 +111,7 @@ def test_a_verdict_stands_if_its_explanation_raises(caplog: pytest.LogCaptureFix
     verdict, explain, look_back = suite.assess("both", "[]")
     assert look_back is not None
     with caplog.at_level(logging.WARNING):
-        assert explain() == Explanation(notes=("empty: the answer is empty: it holds no words",))
+        assert explain() == VerdictExplanation(notes=("empty: the answer is empty: it holds no words",))
         assert (look_back(10), verdict) == (verdict, plain.score("both", "[]"))
     assert [record.getMessage().count("KeyError (test_scorer.py:") for record in caplog.records] == [1, 1]
 

@@ -14,7 +14,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.attempt import Attempt
 from eai.abilities.protocol import Ability
 from eai.abilities.replanning_options import AttemptStart, ReplanningOptions
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.benchmarks.suite import open_suite
 from eai.tasks.task import GoalKind
 from eai.world.episode import SlipSampler
@@ -38,7 +38,7 @@ def plan(*steps: str) -> str:
 
 
 def tried(experiment: ReplanningOptions, answers: Sequence[str], task_id: str = "both") -> list[Attempt]:
-    trial = Trial(scorer(task_id), experiment)
+    trial = MultiAttemptTrial(scorer(task_id), experiment)
     for text in answers:
         trial.try_answer(text)
     return trial.attempts
@@ -71,14 +71,14 @@ def test_a_further_attempt_restarts_or_continues_the_world(
 
 
 def test_a_trial_ends_with_a_success_or_after_the_last_attempt() -> None:
-    trial = Trial(scorer(), ReplanningOptions(2))
+    trial = MultiAttemptTrial(scorer(), ReplanningOptions(2))
     trial.try_answer(plan(LAMP))
     assert not trial.has_no_attempt_left
     trial.try_answer(plan(*BOTH))
     assert trial.has_no_attempt_left
     with pytest.raises(ValueError, match="over"):
         trial.try_answer(plan(*BOTH))
-    lost = Trial(scorer(), ReplanningOptions(2))
+    lost = MultiAttemptTrial(scorer(), ReplanningOptions(2))
     for _ in range(3):
         assert not lost.has_no_attempt_left
         lost.try_answer("no plan")
@@ -86,7 +86,7 @@ def test_a_trial_ends_with_a_success_or_after_the_last_attempt() -> None:
 
 
 def test_an_excluded_task_gets_one_attempt() -> None:
-    trial = Trial(scorer("none"), ReplanningOptions(3))
+    trial = MultiAttemptTrial(scorer("none"), ReplanningOptions(3))
     attempt = trial.try_answer(plan(LAMP))
     assert trial.has_no_attempt_left
     assert attempt.verdict.excluded is not None
@@ -163,16 +163,16 @@ def test_action_goals_count_over_all_attempts_in_a_continued_world() -> None:
 
 
 def test_the_rest_of_a_task_begins_in_the_present_state() -> None:
-    trial = Trial(scorer("greet"), ReplanningOptions(2, "continue"))
-    assert trial.next_attempt_task.goals == trial.task.goals
+    trial = MultiAttemptTrial(scorer("greet"), ReplanningOptions(2, "continue"))
+    assert trial.task_in_next_question.goals == trial.task.goals
     trial.try_answer(plan("WAVE", SHED))
-    left = trial.next_attempt_task
+    left = trial.task_in_next_question
     assert left.initial is not trial.task.initial
     assert [goal.kind for goal in left.goals] == [GoalKind.ACTION, GoalKind.STATE]
     assert [action.operator for action in trial.executed_actions] == ["WAVE", "GO"]
-    anew = Trial(scorer("greet"), ReplanningOptions(2))
+    anew = MultiAttemptTrial(scorer("greet"), ReplanningOptions(2))
     anew.try_answer(plan("WAVE", SHED))
-    assert anew.next_attempt_task is anew.task
+    assert anew.task_in_next_question is anew.task
     assert anew.executed_actions == ()
 
 

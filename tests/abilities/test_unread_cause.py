@@ -7,7 +7,7 @@ from time import process_time
 import pytest
 
 from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.notation.plans import JsonPlanNotation
 from eai.abilities.protocol import Ability
 from eai.abilities.unread_cause import find_cause_of_unreadability, find_repeated_ending, mark_as_cut_off
@@ -118,7 +118,7 @@ def test_a_cause_takes_time_in_proportion_to_the_text(piece: str) -> None:
 def test_a_length_limit_explains_prose_but_not_a_loop(check: str | None, cause: str) -> None:
     verdict = PlanVerdict(error=ErrorReport(FaultKind.PARSING, None, "there is no list", check))
     notes = ("parsing: there is no list", f"{check}: the answer is strange")
-    marked, explanation = mark_as_cut_off(verdict, Explanation(notes))
+    marked, explanation = mark_as_cut_off(verdict, VerdictExplanation(notes))
     assert marked.error is not None
     assert marked.error.check == cause
     assert explanation is not None

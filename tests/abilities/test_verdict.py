@@ -10,7 +10,7 @@ import pytest
 import eai
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import find_protocol_entry_points
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, ErrorReport, PlanVerdict, SummaryCounts, Verdict
 from eai.pddl.planning import PlannerOutcome
@@ -27,7 +27,9 @@ ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("ja
         Verdict("left out", ERROR, ("prose",)),
         PlanVerdict(None, ERROR, (), False, True, 2, TALLIES, (True, False)),
         PlanVerdict(goals=TALLIES, counted=SummaryCounts(True, TALLIES, {FaultKind.PARSING: 2})),
-        SubgoalVerdict(category=SubgoalCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), tried_actions=7),
+        SubgoalVerdict(
+            category=SubgoalAnswerCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), tried_actions=7
+        ),
         GoalVerdict(counts={"state": ConfusionCounts(1, 2, 3)}, missing=("on(a, b)",)),
         OperatorVerdict(success=True, planner=PlannerOutcome.SOLVED, plan=("open a",)),
     ],

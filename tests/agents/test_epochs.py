@@ -11,7 +11,7 @@ import pytest
 from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import AnswerUsage
 from eai.abilities.experiment import Experiment
-from eai.agents.declaration import average_episode_verdicts, compute_share_by_metric
+from eai.agents.declaration import average_episode_verdicts, compute_contributions_to_metrics
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.agents.verdict import EpisodeVerdict
@@ -128,7 +128,9 @@ def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
 def test_episodes_that_are_excluded_are_in_no_mean() -> None:
     won, lost = (EpisodeVerdict(success=success) for success in (True, False))
     out = replace(won, excluded="unreplayable")
-    assert compute_share_by_metric(average_episode_verdicts([out, won, lost]))["success"] == Share(0.5, 1)
+    assert compute_contributions_to_metrics(average_episode_verdicts([out, won, lost]))["success"] == Share(
+        0.5, 1
+    )
     assert average_episode_verdicts([out, out]) == out
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from agents.switches import DOMAIN, SWITCHES, initial
 from eai import Benchmark, make_task, use_tasks
-from eai.agents.declaration import compute_share_by_metric
+from eai.agents.declaration import compute_contributions_to_metrics
 from eai.agents.setting import ACTING
 from eai.agents.verdict import EpisodeVerdict, Recoverability, describe_goal_reachability
 from eai.benchmarks.suite import Suite, open_suite
@@ -46,15 +46,15 @@ def test_the_first_turn_after_which_the_goals_are_lost_is_found(
 ) -> None:
     verdict = looked_back("half", *commands)
     assert (verdict.outlook, verdict.lost_at) == (outlook, lost_at)
-    assert compute_share_by_metric(verdict)["lost_for_good"] == (outlook == "lost", 1)
-    assert compute_share_by_metric(verdict)["outlook_unknown"] == (0, 1)
+    assert compute_contributions_to_metrics(verdict)["lost_for_good"] == (outlook == "lost", 1)
+    assert compute_contributions_to_metrics(verdict)["outlook_unknown"] == (0, 1)
 
 
 def test_a_search_that_is_cut_off_proves_nothing() -> None:
     verdict = looked_back("half", "GO(shed)", "OPEN(box)", states=1)
     assert (verdict.outlook, verdict.lost_at) == ("unknown", None)
-    assert compute_share_by_metric(verdict)["lost_for_good"] == (0, 0)
-    assert compute_share_by_metric(verdict)["outlook_unknown"] == (1, 1)
+    assert compute_contributions_to_metrics(verdict)["lost_for_good"] == (0, 0)
+    assert compute_contributions_to_metrics(verdict)["outlook_unknown"] == (1, 1)
     assert describe_goal_reachability(verdict).endswith("is not known")
 
 
@@ -73,7 +73,7 @@ def test_records_have_the_loss_if_a_search_was_requested() -> None:
     answers = ResponseFile("model", (Response("half", "GO(shed)\nOPEN(box)"),))
     (plain,) = score_run(SUITE, answers, {}, ScoringOptions())
     assert isinstance(plain.verdict, EpisodeVerdict)
-    assert (plain.verdict.outlook, compute_share_by_metric(plain.verdict)["lost_for_good"]) == (
+    assert (plain.verdict.outlook, compute_contributions_to_metrics(plain.verdict)["lost_for_good"]) == (
         None,
         (0, 0),
     )

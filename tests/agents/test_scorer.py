@@ -12,7 +12,7 @@ from agents.switches import DOMAIN, SWITCHES, WON, initial
 from eai import Benchmark, InputError, Reward, make_task, use_tasks
 from eai.abilities.plan_repairer import PlanRepairer
 from eai.abilities.protocol import Ability
-from eai.agents.declaration import compute_share_by_metric
+from eai.agents.declaration import compute_contributions_to_metrics
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup, ReferenceSolution
 from eai.agents.play import EpisodeFactory, RecordedGame
@@ -72,10 +72,10 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
     assert len(said.action_turns) == len(commands)
     unsaid = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands))
     assert (unsaid.success, unsaid.ended, unsaid.reached) == (False, "stopped", True)
-    assert compute_share_by_metric(unsaid)["undeclared"].numerator == 1
+    assert compute_contributions_to_metrics(unsaid)["undeclared"].numerator == 1
     early = verdict_of(suite, "DONE")
     assert (early.success, early.ended) == (False, "done")
-    assert compute_share_by_metric(early)["declared_early"].numerator == 1
+    assert compute_contributions_to_metrics(early)["declared_early"].numerator == 1
 
 
 def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -> None:
@@ -86,7 +86,7 @@ def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -
     verdict = verdict_of(suite, play.write_as_json_text("stopped"))
     assert (verdict.success, verdict.ended, verdict.declared) == (True, "goal", False)
     assert len(verdict.action_turns) == len(WON)
-    shares = compute_share_by_metric(verdict)
+    shares = compute_contributions_to_metrics(verdict)
     assert (shares["spl"].numerator, shares["undeclared"].numerator) == (3 / 4, 0)
 
 
@@ -148,16 +148,16 @@ def test_an_episode_that_does_not_replay_fails_and_is_counted(suite: Suite) -> N
             None,
             *[False] * 3,
         )
-        shares = compute_share_by_metric(verdict)
+        shares = compute_contributions_to_metrics(verdict)
         assert (shares["unreplayable"], shares["partial_success"]) == ((1, 1), (0, 1))
         lost = ("success", "spl", "undeclared", "declared_early", *(f"within_{k}" for k in ("1x", "2x")))
         assert {name: shares[name] for name in lost} == dict.fromkeys(lost, (0, 1))
         assert shares["total_goal"] == (
             0,
-            compute_share_by_metric(verdict_of(suite, "DONE"))["total_goal"][1],
+            compute_contributions_to_metrics(verdict_of(suite, "DONE"))["total_goal"][1],
         )
         assert record_of(suite, json.dumps(changed)).verdict == verdict
-    assert compute_share_by_metric(verdict_of(suite, json.dumps(won)))["unreplayable"] == (0, 1)
+    assert compute_contributions_to_metrics(verdict_of(suite, json.dumps(won)))["unreplayable"] == (0, 1)
 
 
 def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
@@ -165,7 +165,7 @@ def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
     won = verdict_of(suite, episode(SWITCHES, task_id, [*commands, "DONE"]))
     assert won.partial is not None
     assert won.partial.numerator == won.partial.denominator
-    assert compute_share_by_metric(won)["partial_success"] == (1, 1)
+    assert compute_contributions_to_metrics(won)["partial_success"] == (1, 1)
     idle = verdict_of(suite, episode(SWITCHES, task_id, ["DONE"]))
     at_start = GoalTest(suite.tasks[task_id])
     initial = suite.tasks[task_id].initial
@@ -180,10 +180,10 @@ def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:
     text = json.loads(episode(SWITCHES, suite.task_ids[0], ["FLY(box)", "FLY(box)", "DONE"]))
     text["turns"][1]["told"] = "0" * 64
     verdict = verdict_of(suite, json.dumps(text))
-    assert (len(verdict.turns), compute_share_by_metric(verdict)["impossible"]) == (2, (2, 2))
+    assert (len(verdict.turns), compute_contributions_to_metrics(verdict)["impossible"]) == (2, (2, 2))
     outlook = suite.scorer(suite.task_ids[0]).assess(json.dumps(text)).analyze_failure
     assert outlook is not None
-    assert compute_share_by_metric(outlook(100))["outlook_unknown"] == (1, 1)  # type: ignore[arg-type]
+    assert compute_contributions_to_metrics(outlook(100))["outlook_unknown"] == (1, 1)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_an_episode_with_a_value_out_of_bounds_is_a_parsing_error(
     assert verdict.error is not None
     assert (verdict.excluded, verdict.error.kind, verdict.success) == (None, FaultKind.PARSING, False)
     assert verdict.error.detail.startswith(f"{next(iter(changed))}")
-    assert compute_share_by_metric(verdict)["success"] == (0, 1)
+    assert compute_contributions_to_metrics(verdict)["success"] == (0, 1)
 
 
 def test_constants_that_are_not_json_make_an_episode_a_parsing_error(suite: Suite) -> None:
@@ -244,7 +244,7 @@ def test_faults_are_counted_by_kind_and_turn(suite: Suite) -> None:
     verdict = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands))
     assert verdict.turns[0].fault is FaultKind.HALLUCINATION
     assert verdict.turns[0].same_as == 0
-    shares = compute_share_by_metric(verdict)
+    shares = compute_contributions_to_metrics(verdict)
     tried = len(commands) - 1
     assert shares["hallucination"] == shares["impossible"] == shares["loops"] == (1, tried)
     assert shares["recovered"] == shares["won_after_fault"] == (1, 1)
@@ -253,11 +253,11 @@ def test_faults_are_counted_by_kind_and_turn(suite: Suite) -> None:
 def test_measures_of_length_follow_their_definitions() -> None:
     turn = EpisodeTurn("", "", is_action=True, fault=None, slipped=False, goals="", same_as=None)
     verdict = EpisodeVerdict(success=True, turns=(turn,) * 6, shortest=4)
-    shares = {name: share.numerator for name, share in compute_share_by_metric(verdict).items()}
+    shares = {name: share.numerator for name, share in compute_contributions_to_metrics(verdict).items()}
     assert shares["spl"] == pytest.approx(4 / 6)
     within = [shares[name] for name in ("within_1x", "within_1.5x", "within_2x", "within_4x")]
     assert within == [0, 1, 1, 1]
-    unknown = compute_share_by_metric(replace(verdict, shortest=None))
+    unknown = compute_contributions_to_metrics(replace(verdict, shortest=None))
     assert unknown["spl"] == unknown["within_2x"] == (0, 0)
 
 

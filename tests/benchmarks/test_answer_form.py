@@ -158,7 +158,7 @@ def test_a_schema_with_too_many_words_accepts_any_object_name(
     tasks = benchmark(name).tasks(Source(data_store))
     forms = make_forms(name, Ability.ACTION_SEQUENCING, data_store, every=1)
     named = [
-        set(benchmark(name).notation.plans.list_words_for_objects(tasks[i])) <= set(list_words(form))
+        set(benchmark(name).notation.plans.list_words_that_name_objects(tasks[i])) <= set(list_words(form))
         for i, form in forms.items()
     ]
     assert named.count(False) == open_ones

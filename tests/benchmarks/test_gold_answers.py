@@ -8,7 +8,7 @@ import pytest
 from by_path import TESTS
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.base.errors import InputError
 from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import (
@@ -75,7 +75,7 @@ def test_the_whole_goal_of_a_pddl_task_is_too_large_for_a_subgoal() -> None:
     suite = open_suite(f"pddl:{folder / 'domain.pddl'},{folder}", SUBGOALS)
     verdict = suite.score("two-balls", '{"output": ["in(b1, garden) and in(b2, garden)"]}')
     assert isinstance(verdict, SubgoalVerdict)
-    assert verdict.category is SubgoalCategory.RUNTIME
+    assert verdict.category is SubgoalAnswerCategory.RUNTIME
 
 
 @pytest.mark.parametrize(

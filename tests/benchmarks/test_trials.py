@@ -12,11 +12,11 @@ import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.attempt import Attempt
-from eai.abilities.feedback import QuestionWriter
+from eai.abilities.feedback import MultiAttemptQuestionWriter
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.replanning_options import AttemptStart, ReplanningOptions
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.base.store import DataPackStore
 from eai.benchmarks.gold_answers import (
     make_noisy_answer,
@@ -71,7 +71,7 @@ def find_differing_verdicts(suite: Suite, answers: Iterable[tuple[str, str]]) ->
     for task_id, text in answers:
         scorer = suite.scorer(task_id)
         assert isinstance(scorer, ActionSequencingScorer)
-        if Trial(scorer, ReplanningOptions()).try_answer(text).verdict != scorer.score(text):
+        if MultiAttemptTrial(scorer, ReplanningOptions()).try_answer(text).verdict != scorer.score(text):
             differing.append(task_id)
     return differing
 
@@ -196,10 +196,10 @@ def test_a_model_that_follows_feedback_improves_only_with_feedback(
     assert gained > 15
 
 
-class RepeatingQuestionWriter(QuestionWriter):
+class RepeatingQuestionWriter(MultiAttemptQuestionWriter):
     """Asks the first question again, as in the published run."""
 
-    def write_question(self, trial: Trial) -> Prompt:
+    def write_question(self, trial: MultiAttemptTrial) -> Prompt:
         return self.prompt_of(trial.task.id)
 
 

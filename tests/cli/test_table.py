@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from eai.abilities.declaration import load_paper_abilities
+from eai.abilities.declaration import load_declarations_of_paper_abilities
 from eai.cli.table import format_heading, make_rates_table
 from eai.results.terminal import print_table
 from eai.results.totals import RunTotals
@@ -15,7 +15,9 @@ from results.verdicts import SUCCEEDED, record
 
 METRICS = list(
     dict.fromkeys(
-        metric for declared in load_paper_abilities().values() for metric in declared.terminal_metrics
+        metric
+        for declared in load_declarations_of_paper_abilities().values()
+        for metric in declared.terminal_metrics
     )
 )
 LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.1-405b-instruct-turbo")

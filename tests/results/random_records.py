@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
-from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
+from eai.abilities.explanation import GoalPartReport, GoalReport, StepReport, VerdictExplanation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.replanning_options import FeedbackLevel, ReplanningOptions
 from eai.abilities.transition_modeling.verdict import OperatorReport
@@ -95,5 +95,5 @@ NAMED = st.fixed_dictionaries(
 )
 EXPERIMENTS = st.builds(read_older_experiment, NAMED, REPLANNING).filter(lambda each: each != Experiment())
 st.register_type_strategy(Experiment, EXPERIMENTS)
-for kind in (Explanation, AnswerOrigin):
+for kind in (VerdictExplanation, AnswerOrigin):
     st.register_type_strategy(kind, with_every_field(kind))

@@ -7,7 +7,7 @@ import pytest
 
 from eai.abilities.attempt import Attempt
 from eai.abilities.experiment import Experiment
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.results.summary import compute_rates_by_attempt, drop_later_attempts, find_max_attempts_per_task
@@ -25,9 +25,9 @@ def tried(task_id: str, attempts: Sequence[Attempt], experiment: Experiment | No
     return replace(plain, explanation=last.explanation, attempts=tuple(attempts), experiment=experiment)
 
 
-FIRST = Attempt("one", WRONG, explanation=Explanation(notes=("too soon",)))
+FIRST = Attempt("one", WRONG, explanation=VerdictExplanation(notes=("too soon",)))
 SECOND = Attempt("two", MISSING)
-THIRD = Attempt("three", SUCCEEDED, explanation=Explanation(notes=("done",)))
+THIRD = Attempt("three", SUCCEEDED, explanation=VerdictExplanation(notes=("done",)))
 TRIED = tried("a", [FIRST, SECOND, THIRD])
 
 

@@ -5,7 +5,7 @@ from itertools import islice
 
 import pytest
 
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import RAISED, PlanVerdict
 from eai.agents.setting import ACTING
@@ -71,7 +71,7 @@ def test_missing_answers_have_records_in_the_order_of_the_tasks(allow_missing: b
 @pytest.mark.parametrize("workers", [1, 2])
 def test_records_have_explanations_only_on_request(workers: int) -> None:
     first = records_of(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
-    assert first.explanation == Explanation(notes=("on answer to 0_1",))
+    assert first.explanation == VerdictExplanation(notes=("on answer to 0_1",))
     assert records_of(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
 
 

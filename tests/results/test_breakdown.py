@@ -6,9 +6,9 @@ import pytest
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import (
-    Explanation,
     GoalReport,
     StepReport,
+    VerdictExplanation,
     find_predicate_names,
     parse_statement,
 )
@@ -33,7 +33,7 @@ from eai.world.fault import FaultKind
 from oracle import read_oracle
 from results.verdicts import SUCCEEDED, failed, record
 
-PLAN = Explanation(
+PLAN = VerdictExplanation(
     steps=(
         StepReport("WALK(bed.1)", "executed", call=parse_statement("WALK(bed.1)")),
         StepReport("GRAB(cup.2)", "missing_step", "why", call=parse_statement("GRAB(cup.2)")),
@@ -188,5 +188,5 @@ def test_an_additional_step_is_tried_and_not_executed() -> None:
         StepReport("OPEN(box.1)", "executed", call=parse_statement("OPEN(box.1)")),
         StepReport("OPEN(box.1)", "additional_step", "is open", call=parse_statement("OPEN(box.1)")),
     )
-    plan = replace(record("1", SUCCEEDED), explanation=Explanation(steps=steps))
+    plan = replace(record("1", SUCCEEDED), explanation=VerdictExplanation(steps=steps))
     assert break_down_records([plan], Ability.ACTION_SEQUENCING).by_action == {"OPEN": Rate(1, 2)}

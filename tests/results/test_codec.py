@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from eai.abilities.attempt import AnswerUsage
 from eai.abilities.declaration import get_declaration
-from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, Statement, StepReport
+from eai.abilities.explanation import AtomOrAction, GoalPartReport, GoalReport, StepReport, VerdictExplanation
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
     AnswerSpan,
@@ -98,12 +98,12 @@ def test_unknown_fields_of_a_record_are_ignored(written: Record, more: dict[str,
 
 def test_a_record_of_schema_2_is_read() -> None:
     atoms = {
-        "not lit(lamp_1)": Statement("lit", ("lamp_1",), positive=False),
-        "OPEN": Statement("OPEN", None),
+        "not lit(lamp_1)": AtomOrAction("lit", ("lamp_1",), positive=False),
+        "OPEN": AtomOrAction("OPEN", None),
     }
-    step = StepReport("GO(box)", "executed", call=Statement("GO", ("box",)))
+    step = StepReport("GO(box)", "executed", call=AtomOrAction("GO", ("box",)))
     written = record(SubgoalVerdict(tried_actions=7), Ability.SUBGOAL_DECOMPOSITION)
-    written = replace(written, explanation=Explanation(steps=(step,), atoms=atoms))
+    written = replace(written, explanation=VerdictExplanation(steps=(step,), atoms=atoms))
     old: dict[str, Any] = json.loads(json.dumps(record_to_json(written)))
     old["attempts"] = old.pop("tried_actions")
     old["explanation"]["steps"][0]["call"] = ["GO", ["box"], True]
@@ -174,7 +174,7 @@ def test_a_record_of_a_plan_has_these_fields() -> None:
         (PlanVerdict(excluded="no goal"), {"status": "excluded", "excluded_reason": "no goal"}),
         (GoalVerdict(counts={"state": ConfusionCounts(1, 2, 3)}), {"counts": {"state": [1, 2, 3]}}),
         (GoalVerdict(hallucinated=("sofaa",)), {"hallucinated": ["sofaa"], "category": None}),
-        (SubgoalVerdict(category=SubgoalCategory.RUNTIME), {"category": "runtime", "counts": None}),
+        (SubgoalVerdict(category=SubgoalAnswerCategory.RUNTIME), {"category": "runtime", "counts": None}),
         (SubgoalVerdict(errors=(FaultKind.AFFORDANCE,)), {"errors": ["affordance"]}),
         (
             OPERATORS,
@@ -220,14 +220,14 @@ def test_repairs_made_before_scoring_stand_first_and_are_distinguished() -> None
 
 
 def test_an_explanation_is_a_field_of_the_record() -> None:
-    explanation = Explanation(
+    explanation = VerdictExplanation(
         ("read with repair: prose",),
         (
             StepReport(
                 "WALK(bed.1)",
                 "executed",
                 added=("NEXT_TO(me.65, bed.1)",),
-                call=Statement("WALK", ("bed.1",)),
+                call=AtomOrAction("WALK", ("bed.1",)),
             ),
         ),
         (GoalReport("state", "ON(light.2)", True, predicates=("ON",)),),

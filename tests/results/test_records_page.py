@@ -11,9 +11,9 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.attempt import AnswerUsage, Attempt
-from eai.abilities.declaration import load_paper_abilities
+from eai.abilities.declaration import load_declarations_of_paper_abilities
 from eai.abilities.experiment import Experiment, StudySettings
-from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
+from eai.abilities.explanation import GoalPartReport, GoalReport, StepReport, VerdictExplanation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.replanning_options import (
     AttemptStart,
@@ -22,7 +22,7 @@ from eai.abilities.replanning_options import (
     FeedbackLevel,
     ReplanningOptions,
 )
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport, SummaryCounts
@@ -47,7 +47,7 @@ def test_the_pages_examples_equal_written_records(ability: Ability) -> None:
 
 def test_every_field_is_on_the_page() -> None:
     example = record_from_json(json.loads(EXAMPLES[Ability.ACTION_SEQUENCING]))
-    explained = (Explanation, StepReport, GoalReport, GoalPartReport, OperatorReport)
+    explained = (VerdictExplanation, StepReport, GoalReport, GoalPartReport, OperatorReport)
     declared = (
         TaskFeatures,
         Experiment,
@@ -63,7 +63,7 @@ def test_every_field_is_on_the_page() -> None:
     )
     names = {name for kind in declared for name in kind.__dataclass_fields__} - {"verdict", "label_position"}
     names |= set(record_to_json(Record(**{n: getattr(example, n) for n in Record.__dataclass_fields__})))
-    for each in load_paper_abilities().values():
+    for each in load_declarations_of_paper_abilities().values():
         names |= set(each.verdict.__dataclass_fields__) - {"excluded"}
     assert [name for name in sorted(names) if not re.search(rf'[`"]{name}[`"]', PAGE)] == []
 
@@ -71,7 +71,7 @@ def test_every_field_is_on_the_page() -> None:
 @pytest.mark.parametrize(
     "kind",
     [
-        *(PAPER_ABILITIES, FaultKind, SubgoalCategory, PlannerOutcome, OperatorStatus),
+        *(PAPER_ABILITIES, FaultKind, SubgoalAnswerCategory, PlannerOutcome, OperatorStatus),
         *map(get_args, (AttemptStart, FeedbackLevel, FeedbackForm, Notice, EndCondition)),
     ],
 )

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
     ConfusionCounts,
@@ -97,7 +97,7 @@ def ran(
 
 
 def subgoals(*goals: bool, errors: tuple[FaultKind, ...] = (), **told: object) -> SubgoalVerdict:
-    values = {"executable": True, "success": False, "category": SubgoalCategory.RUNTIME, **told}
+    values = {"executable": True, "success": False, "category": SubgoalAnswerCategory.RUNTIME, **told}
     return SubgoalVerdict(goals_satisfied=goals, errors=errors, **values)  # type: ignore[arg-type]
 
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.declaration import get_declaration, load_paper_abilities
+from eai.abilities.declaration import get_declaration, load_declarations_of_paper_abilities
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, ErrorReport, SummaryCounts
@@ -45,8 +45,10 @@ def test_lower_is_better_only_for_errors_and_granularity(ability: Ability) -> No
 
 
 def test_every_ability_is_declared() -> None:
-    assert tuple(load_paper_abilities()) == PAPER_ABILITIES
-    assert all(declared.ability is ability for ability, declared in load_paper_abilities().items())
+    assert tuple(load_declarations_of_paper_abilities()) == PAPER_ABILITIES
+    assert all(
+        declared.ability is ability for ability, declared in load_declarations_of_paper_abilities().items()
+    )
 
 
 def test_excluded_answers_are_in_no_denominator() -> None:
@@ -111,12 +113,12 @@ def test_goals_without_a_kind_count_only_overall() -> None:
 
 
 def test_subgoals_are_counted_by_outcome() -> None:
-    correct = SubgoalVerdict(category=SubgoalCategory.CORRECT, additional_steps=2, goals=goals((1, 1)))
-    arity = SubgoalVerdict(category=SubgoalCategory.HALLUCINATION, error=ARITY)
+    correct = SubgoalVerdict(category=SubgoalAnswerCategory.CORRECT, additional_steps=2, goals=goals((1, 1)))
+    arity = SubgoalVerdict(category=SubgoalAnswerCategory.HALLUCINATION, error=ARITY)
     unknown = SubgoalVerdict(
-        category=SubgoalCategory.HALLUCINATION, error=ErrorReport(FaultKind.HALLUCINATION, None, "x")
+        category=SubgoalAnswerCategory.HALLUCINATION, error=ErrorReport(FaultKind.HALLUCINATION, None, "x")
     )
-    unreadable = SubgoalVerdict(category=SubgoalCategory.NOT_PARSEABLE)
+    unreadable = SubgoalVerdict(category=SubgoalAnswerCategory.NOT_PARSEABLE)
     verdicts = [correct, arity, unknown, unreadable]
     rates = compute_metric_rates(verdicts, Ability.SUBGOAL_DECOMPOSITION)
     for name in ("task_success", "execution_success", "parsing", "argument_number", "hallucination"):
@@ -126,8 +128,8 @@ def test_subgoals_are_counted_by_outcome() -> None:
 
 def test_errors_of_subgoals_count_as_often_as_the_verdict_says() -> None:
     wrong_order = ErrorReport(FaultKind.WRONG_ORDER, 0, "why")
-    runtime = SubgoalVerdict(category=SubgoalCategory.RUNTIME, error=wrong_order, additional_steps=1)
-    missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE)
+    runtime = SubgoalVerdict(category=SubgoalAnswerCategory.RUNTIME, error=wrong_order, additional_steps=1)
+    missed = replace(runtime, category=SubgoalAnswerCategory.GOAL_UNREACHABLE)
     none = goals((0, 1))
     entries = replace(runtime, counted=SummaryCounts(False, none, {FaultKind.WRONG_ORDER: 2}))
     for verdicts, counted, additional in (

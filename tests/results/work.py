@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import PlanVerdict
@@ -29,7 +29,7 @@ class Echo(Scorer):
 
     def assess(self, text: str) -> Assessment:
         verdict = PlanVerdict(success=text.endswith(self.task_id))
-        return Assessment(verdict, lambda: Explanation(notes=(f"on {text}",)))
+        return Assessment(verdict, lambda: VerdictExplanation(notes=(f"on {text}",)))
 
 
 def echo_suite() -> Suite:

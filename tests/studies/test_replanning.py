@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from abilities.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
 from eai.abilities.replanning_options import ReplanningOptions
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.base.errors import InputError
 from eai.cli import app
 from eai.results.epochs import _write_attempt_files
@@ -42,7 +42,7 @@ def run_of(options: ReplanningOptions, answers: Sequence[Sequence[str]]) -> list
     """A run of one task under many names, each with its answers."""
     records = []
     for number, given in enumerate(answers):
-        trial = Trial(scorer(), options)
+        trial = MultiAttemptTrial(scorer(), options)
         for text in given:
             trial.try_answer(text)
         record = make_trial_record(SUITE, options, "m", "both", tuple(trial.attempts))

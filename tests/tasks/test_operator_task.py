@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.transition_modeling.rules import PaperOperatorRules
+from eai.abilities.transition_modeling.rules import PaperOperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
@@ -112,7 +112,7 @@ def test_what_no_text_may_mention_is_left_out(tasks: dict[str, TransitionTask]) 
 
 @pytest.mark.parametrize("name", ["lit", "there", "scripted"])
 def test_the_gold_answer_is_right_in_every_respect(tasks: dict[str, TransitionTask], name: str) -> None:
-    verdict = TransitionModelingScorer(tasks[name], PaperOperatorRules(BuiltInPlanner())).score(
+    verdict = TransitionModelingScorer(tasks[name], PaperOperatorScoringRules(BuiltInPlanner())).score(
         gold_answer(tasks[name])
     )
     assert isinstance(verdict, OperatorVerdict)
@@ -124,14 +124,14 @@ def test_the_gold_answer_is_right_in_every_respect(tasks: dict[str, TransitionTa
 
 def test_a_wrong_operator_cannot_reach_the_goal(tasks: dict[str, TransitionTask]) -> None:
     text = gold_answer(tasks["lit"]).replace("(bright ?x)", "(at ?x ?x)")
-    verdict = TransitionModelingScorer(tasks["lit"], PaperOperatorRules(BuiltInPlanner())).score(text)
+    verdict = TransitionModelingScorer(tasks["lit"], PaperOperatorScoringRules(BuiltInPlanner())).score(text)
     assert verdict.planner is PlannerOutcome.UNSOLVABLE
 
 
 def test_steps_of_exported_operators_are_the_actions_of_their_domain(
     tasks: dict[str, TransitionTask],
 ) -> None:
-    verdict = TransitionModelingScorer(tasks["lit"], PaperOperatorRules(BuiltInPlanner())).score(
+    verdict = TransitionModelingScorer(tasks["lit"], PaperOperatorScoringRules(BuiltInPlanner())).score(
         gold_answer(tasks["lit"])
     )
     assert isinstance(verdict, OperatorVerdict)

@@ -304,10 +304,10 @@ class _AnswerReader(Generic[T]):
         whole = (
             None
             if isinstance(decoded, _InvalidJson)
-            else _read_value_or_wrapped_json(decoded.value, self.form)
+            else _read_answer_and_repairs_from_json_value(decoded.value, self.form)
         )
         if whole is not None and isinstance(decoded, _DecodedJson):
-            if self._has_part_in_unfinished_thought():
+            if self._has_answer_json_in_unfinished_reasoning():
                 return self._report_unfinished_thought()
             value = _ValueInText(start, start + len(body), whole[0], (*decoded.repairs, *whole[1]))
             return self._make_parsed_answer([value], value.meaning, ())
@@ -326,15 +326,15 @@ class _AnswerReader(Generic[T]):
             "the reasoning is never closed, so that there is no answer", spans=self._make_spans([])
         )
 
-    def _has_part_in_unfinished_thought(self) -> bool:
+    def _has_answer_json_in_unfinished_reasoning(self) -> bool:
         """Whether the answer ends in reasoning without a closing mark, and this reasoning contains JSON."""
         if not self.thoughts or self.thoughts[-1].is_finished:
             return False
         text = self.thoughts[-1].text
         parts = islice(_find_bracketed_texts(text), MAX_JSON_VALUES)
-        return any(self._is_part_of_answer(text[part.start : part.end]) for part in parts)
+        return any(self._is_json_fragment_of_answer(text[part.start : part.end]) for part in parts)
 
-    def _is_part_of_answer(self, text: str) -> bool:
+    def _is_json_fragment_of_answer(self, text: str) -> bool:
         return self.form.is_part(text) or (
             _UNESCAPED_QUOTE.search(text) is None and self.form.is_part(_unescape(text))
         )
@@ -356,12 +356,12 @@ class _AnswerReader(Generic[T]):
             if inside in _OPENING_BRACKET:
                 self.strays.append(bracketed_text)
                 continue
-            is_part = self._is_part_of_answer(inside)
+            is_part = self._is_json_fragment_of_answer(inside)
             decoded = _decode_with_repairs(inside, bracketed_text.start, repair=is_part)
             meaning = (
                 None
                 if isinstance(decoded, _InvalidJson)
-                else _read_value_or_wrapped_json(decoded.value, self.form)
+                else _read_answer_and_repairs_from_json_value(decoded.value, self.form)
             )
             if meaning is not None and isinstance(decoded, _DecodedJson):
                 repairs = (*decoded.repairs, *meaning[1])
@@ -388,17 +388,17 @@ class _AnswerReader(Generic[T]):
         Pieces of an answer, such as single steps, are joined to one value.
         """
         chosen = self._select_values_with_known_names(values)
-        line = self._find_answer_line_between_values(values)
+        line = self._find_answer_line_outside_json_values(values)
         if line is not None:
             return self._report_unread_text(line)
         if not chosen:
             return self._report_missing_value()
-        if self._has_part_in_unfinished_thought():
+        if self._has_answer_json_in_unfinished_reasoning():
             return self._report_unfinished_thought()
         gaps = [_BracketedText(one.end, other.start) for one, other in pairwise(chosen)]
         texts = [self.text[gap.start : gap.end] for gap in gaps]
         has_pieces = any(self.form.is_piece(value.meaning) for value in chosen)
-        stray = self._find_unmatched_end_of_list(chosen) if has_pieces else None
+        stray = self._find_closing_bracket_of_unopened_list(chosen) if has_pieces else None
         if stray is not None:
             return self._report_unreadable_value(stray, _InvalidJson(_UNOPENED, stray.start))
         if self.form.join is not None and gaps and has_pieces:
@@ -418,11 +418,13 @@ class _AnswerReader(Generic[T]):
                 chosen, self.form.join([value.meaning for value in chosen]), repairs
             )
         are_adjacent = self.form.is_single and any(map(_SEPARATORS_OR_FENCES.fullmatch, texts))
-        if are_adjacent and not _have_equal_texts(self.text, chosen):
+        if are_adjacent and not _are_value_texts_equal_ignoring_blanks(self.text, chosen):
             return self._report_unread_text(_BracketedText(chosen[-2].start, chosen[-1].end))
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
-    def _find_unmatched_end_of_list(self, pieces: Sequence[_ValueInText[T]]) -> _BracketedText | None:
+    def _find_closing_bracket_of_unopened_list(
+        self, pieces: Sequence[_ValueInText[T]]
+    ) -> _BracketedText | None:
         """Return a closing bracket that seems to end a list whose opening bracket is missing, or None."""
         for stray in self.strays:
             if len(pieces) > 1 or stray.start < pieces[0].start or self.text[stray.start] == "]":
@@ -450,7 +452,9 @@ class _AnswerReader(Generic[T]):
         ]
         return [value for group in certain or groups for value in group]
 
-    def _find_answer_line_between_values(self, values: Sequence[_ValueInText[T]]) -> _BracketedText | None:
+    def _find_answer_line_outside_json_values(
+        self, values: Sequence[_ValueInText[T]]
+    ) -> _BracketedText | None:
         for start, end in _find_ranges_between(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
                 if not line[0].isspace() and self.form.is_answer_line(line[0]):
@@ -526,8 +530,8 @@ def _find_ranges_between(ranges: Iterable[_TextRange], length: int) -> Iterator[
         yield position, length
 
 
-def _have_equal_texts(text: str, values: Sequence[_ValueInText[T]]) -> bool:
-    return len({"".join(text[value.start : value.end].split()) for value in values}) == 1
+def _are_value_texts_equal_ignoring_blanks(answer_text: str, values: Sequence[_ValueInText[T]]) -> bool:
+    return len({"".join(answer_text[value.start : value.end].split()) for value in values}) == 1
 
 
 def _format_line_and_column(text: str, position: int) -> str:
@@ -575,7 +579,7 @@ def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
     return _BracketedText(start, len(text), _InvalidJson(_UNCLOSED, opened[0]))
 
 
-def _read_value_or_wrapped_json(
+def _read_answer_and_repairs_from_json_value(
     value: object, form: AnswerFormat[T], max_depth: int = 3
 ) -> tuple[T, tuple[str, ...]] | None:
     """Return the answer in a JSON value (`AnswerFormat.read`), and the names of the repairs that it needs.
@@ -595,18 +599,19 @@ def _read_value_or_wrapped_json(
         inner = (
             None
             if isinstance(decoded, _InvalidJson)
-            else _read_value_or_wrapped_json(decoded.value, form, max_depth - 1)
+            else _read_answer_and_repairs_from_json_value(decoded.value, form, max_depth - 1)
         )
         if inner is None or isinstance(decoded, _InvalidJson):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
     if isinstance(value, list) and len(value) == 1 and _contains_json_object(value[0]):
-        item = _read_value_or_wrapped_json(value[0], form, max_depth - 1)
+        item = _read_answer_and_repairs_from_json_value(value[0], form, max_depth - 1)
         return None if item is None else (item[0], ("wrapper_list", *item[1]))
     if not isinstance(value, JsonObject):
         return None
     inside = [
-        (key, _read_value_or_wrapped_json(member, form, max_depth - 1)) for key, member in value.members
+        (key, _read_answer_and_repairs_from_json_value(member, form, max_depth - 1))
+        for key, member in value.members
     ]
     wrapped = [(key, inner) for key, inner in inside if inner is not None]
     others = [member for member, (_, inner) in zip(value.members, inside, strict=True) if inner is None]

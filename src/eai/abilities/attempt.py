@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.verdict import PlanVerdict
 
 
@@ -68,4 +68,4 @@ class Attempt:
     prompt_sha256: str | None = None
     usage: AnswerUsage | None = None
     answer_repairs: tuple[str, ...] = ()
-    explanation: Explanation | None = None
+    explanation: VerdictExplanation | None = None

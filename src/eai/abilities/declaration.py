@@ -132,7 +132,7 @@ It takes the words that may name objects in the answer; None if any text may nam
 
 
 @dataclass(frozen=True, slots=True)
-class QuestionAndAnswerDeclaration:
+class SingleQuestionInteraction:
     """The exchange with a model: one question and one answer for each task. All functions in it are pure.
 
     If a model answers a task several times, its most frequent answer may count. Two answers are the same if
@@ -174,7 +174,7 @@ class QuestionAndAnswerDeclaration:
 
 
 @dataclass(frozen=True, slots=True)
-class MultiTurnInteraction(QuestionAndAnswerDeclaration):
+class MultiTurnInteraction(SingleQuestionInteraction):
     """The exchange with a model that plays a game: a first question, then the model's commands in turns.
 
     The answer of the model is the complete episode.
@@ -216,7 +216,7 @@ class AbilityDeclaration(Generic[V]):
     """
 
     ability: Ability
-    interaction: QuestionAndAnswerDeclaration
+    interaction: SingleQuestionInteraction
     title: str
     short_title: str
     verdict: type[V]
@@ -275,7 +275,7 @@ def get_declaration(ability: Ability) -> AbilityDeclaration[Any]:
     return value
 
 
-def load_paper_abilities() -> Mapping[Ability, AbilityDeclaration[Any]]:
+def load_declarations_of_paper_abilities() -> Mapping[Ability, AbilityDeclaration[Any]]:
     """Return a mapping from the paper's four abilities to their declarations, in the paper's order."""
     return {ability: get_declaration(ability) for ability in PAPER_ABILITIES}
 
@@ -370,7 +370,7 @@ P = TypeVar("P", bound=PlanVerdict)
 
 def declare_plan_ability(
     ability: Ability,
-    interaction: QuestionAndAnswerDeclaration,
+    interaction: SingleQuestionInteraction,
     title: str,
     short_title: str,
     verdict: type[P],
@@ -405,7 +405,7 @@ def count_faults_for_summary(verdict: PlanVerdict, kind: FaultKind) -> int:
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 
-def count_additional_steps_for_summary(verdict: PlanVerdict) -> int:
+def count_needless_steps_for_summary(verdict: PlanVerdict) -> int:
     """Return the number of additional (needless) steps that one answer adds to the sum over many answers.
 
     If the verdict has `SummaryCounts`, these hold the number. Otherwise the number is 1 if the answer has one

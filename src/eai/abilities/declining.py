@@ -19,7 +19,7 @@ ASK, REFUSE = "ASK", "IMPOSSIBLE"
 """Commands of agents: `ASK` asks for the meant object, and `REFUSE` calls the task impossible."""
 
 
-class _DecliningAnswer(NamedTuple):
+class _AnswerThatDeclinesTask(NamedTuple):
     """An answer that declines a task.
 
     Attributes:
@@ -33,7 +33,7 @@ class _DecliningAnswer(NamedTuple):
     notes: tuple[str, str]
 
 
-def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _DecliningAnswer | None:
+def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _AnswerThatDeclinesTask | None:
     """Read an answer that declines a task.
 
     Return None if the answer does not decline, or if the task allows no declining.
@@ -48,7 +48,9 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Dec
         case _:
             return None
     reason = read_refusal_reason(notation.replace_answer_words_by_domain_names(text), member)
-    return None if reason is None else _DecliningAnswer(reason, is_right, (f"{said}: {reason}", evidence))
+    return (
+        None if reason is None else _AnswerThatDeclinesTask(reason, is_right, (f"{said}: {reason}", evidence))
+    )
 
 
 def write_expected_declining_answer(task: Task, notation: PlanNotation) -> str | None:
@@ -72,7 +74,7 @@ def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
     return None
 
 
-def list_commands_that_decline(task: Task) -> list[str]:
+def list_commands_that_decline_task(task: Task) -> list[str]:
     """Return a list with the command that declines a task; an empty list if no answer may decline it."""
     words = {ImpossibleTaskMark: REFUSE, AmbiguousTaskMark: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]

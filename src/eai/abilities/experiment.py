@@ -81,7 +81,7 @@ class StudySettings:
         return replace(self, label=label, options={**self.options, **other.options})
 
 
-def make_settings_with_option(
+def make_study_settings_of_one_option(
     label_prefix: str, option: str, value: str, label_position: int = _DEFAULT_POSITION
 ) -> StudySettings:
     """Return `StudySettings` with one option, and with the label ``PREFIX-VALUE``."""
@@ -151,9 +151,9 @@ class Experiment:
             name: self.study[name].combine(name, choice) if name in self.study else choice
             for name, choice in other.study.items()
         }
-        return self.replace_study_settings(replace(other, study=study))
+        return self.override_settings_with(replace(other, study=study))
 
-    def replace_study_settings(self, other: Experiment) -> Experiment:
+    def override_settings_with(self, other: Experiment) -> Experiment:
         """Return this experiment with the settings of another experiment, which take precedence.
 
         Settings for a study replace all settings for the same study.

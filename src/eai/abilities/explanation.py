@@ -1,6 +1,6 @@
 """Explanations: why an answer has its verdict, step by step and in words, for people and for reports.
 
-A `Statement` splits the text of an atom, an action or a step into its name and its arguments.
+A `AtomOrAction` splits the text of an atom, an action or a step into its name and its arguments.
 `map_missed_goals_to_similar_facts` finds the facts that an answer made true instead of a missed goal.
 `eai.abilities.reports` makes explanations.
 """
@@ -17,7 +17,7 @@ from eai.world.fault import FaultKind
 _NOT = "not "
 
 
-class Statement(NamedTuple):
+class AtomOrAction(NamedTuple):
     """The name and the arguments of an atom or an action, such as ``not open(jar_0)`` or ``GRAB(soap.1002)``.
 
     Attributes:
@@ -36,16 +36,16 @@ class Statement(NamedTuple):
         return self.name if self.positive else f"{_NOT}{self.name}"
 
 
-def parse_statement(text: str) -> Statement:
-    """Return the `Statement` in the text of an atom.
+def parse_statement(text: str) -> AtomOrAction:
+    """Return the `AtomOrAction` in the text of an atom.
 
     A text of another form becomes a name without arguments.
     """
     positive = not text.startswith(_NOT)
     name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
     if not opened or not rest.endswith(")"):
-        return Statement(text, None)
-    return Statement(name, tuple([part for part in rest[:-1].split(", ") if part]), positive)
+        return AtomOrAction(text, None)
+    return AtomOrAction(name, tuple([part for part in rest[:-1].split(", ") if part]), positive)
 
 
 SLIP = FaultKind.SLIP.value
@@ -73,7 +73,7 @@ class StepReport:
         removed: facts that became false.
         hidden_changes: number of changed facts that prompts may mention, but that are not in ``added`` or
             ``removed``. For example, facts about objects that do not matter to the task.
-        call: the action as a `Statement`.
+        call: the action as a `AtomOrAction`.
     """
 
     action: str
@@ -83,7 +83,7 @@ class StepReport:
     added: tuple[str, ...] = ()
     removed: tuple[str, ...] = ()
     hidden_changes: int = 0
-    call: Statement = field(compare=False, kw_only=True)
+    call: AtomOrAction = field(compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class GoalPartReport:
     met_at: int | None = None
 
     @property
-    def description_of_time_met(self) -> str:
+    def time_first_met_in_words(self) -> str:
         """The time at which this part of the goal was first met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"
@@ -136,7 +136,7 @@ class GoalPartReport:
 
 
 @dataclass(frozen=True, slots=True)
-class Explanation:
+class VerdictExplanation:
     """The explanation of an answer's verdict.
 
     Attributes:
@@ -145,21 +145,21 @@ class Explanation:
         goals: reports on the goals.
         parts: reports on the parts of the task's temporal goal, if the task has such a goal.
         atoms: for goal interpretations, a mapping from the texts of stated goals and of the task's goals to
-            `Statement` values; None for other answers.
+            `AtomOrAction` values; None for other answers.
     """
 
     notes: tuple[str, ...] = ()
     steps: tuple[StepReport, ...] = ()
     goals: tuple[GoalReport, ...] = ()
     parts: tuple[GoalPartReport, ...] = ()
-    atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
+    atoms: Mapping[str, AtomOrAction] | None = field(default=None, compare=False)
 
-    def get_statement(self, text: str) -> Statement:
-        """Return the `Statement` of a goal's text.
+    def get_atom_or_action(self, text: str) -> AtomOrAction:
+        """Return the `AtomOrAction` of a goal's text.
 
         A text that is not in `atoms` becomes a name without arguments.
         """
-        return (self.atoms or {}).get(text, Statement(text, None))
+        return (self.atoms or {}).get(text, AtomOrAction(text, None))
 
 
 def write_repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
@@ -181,7 +181,7 @@ MAX_NEAR_MISSES = 2
 """Maximum number of near misses (facts that an answer reached instead) for one goal."""
 
 
-def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
+def map_missed_goals_to_similar_facts(explanation: VerdictExplanation) -> Mapping[str, tuple[str, ...]]:
     """Return a mapping from missed goals to their near misses: facts that the answer reached instead.
 
     Goals and facts are texts. A near miss became true and stayed true. It is one of three kinds of facts:

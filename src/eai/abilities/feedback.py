@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.explanation import GoalReport, StepReport, VerdictExplanation
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.reports import HIDDEN_HAZARD
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.abilities.verdict import RAISED, ErrorReport
 from eai.tasks.goal_text import write_goal
 from eai.tasks.prompts.own import write_initial_state
@@ -40,7 +40,7 @@ It takes the task and n. It returns the task as the model sees it, and metadata 
 
 
 @dataclass(frozen=True)
-class QuestionWriter:
+class MultiAttemptQuestionWriter:
     """Writes the questions to a model that may answer a task several times (in several attempts).
 
     Attributes:
@@ -58,7 +58,7 @@ class QuestionWriter:
     templates: PromptTemplates = field(default_factory=PromptTemplates)
     perceive: ScenePerception | None = None
 
-    def get_scene_metadata_for_next_question(self, trial: Trial) -> Mapping[str, str]:
+    def get_scene_metadata_for_next_question(self, trial: MultiAttemptTrial) -> Mapping[str, str]:
         """Return metadata about the scene in the next question; empty if it describes no new scene."""
         return (
             self._get_believed_task_and_metadata(trial)[1]
@@ -66,7 +66,7 @@ class QuestionWriter:
             else {}
         )
 
-    def write_question(self, trial: Trial) -> Prompt:
+    def write_question(self, trial: MultiAttemptTrial) -> Prompt:
         """Return the question for the next answer to the task."""
         prompt, chosen = self.prompt_of(trial.task.id), trial.options
         if not trial.attempts or chosen.feedback == "none":
@@ -82,7 +82,7 @@ class QuestionWriter:
             )
         return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [feedback])]))
 
-    def _write_conversation(self, prompt: Prompt, trial: Trial) -> Prompt:
+    def _write_conversation(self, prompt: Prompt, trial: MultiAttemptTrial) -> Prompt:
         """Return the first question, followed by all answers and the replies to them.
 
         Only the last reply describes the present state.
@@ -95,7 +95,7 @@ class QuestionWriter:
         answers = [attempt.response for attempt in trial.attempts]
         return replace(prompt, turns=tuple(zip(answers, replies, strict=True)))
 
-    def _write_reply(self, attempt_number: int, trial: Trial) -> str:
+    def _write_reply(self, attempt_number: int, trial: MultiAttemptTrial) -> str:
         chosen = trial.options
         values = {
             "world": self._read_template(chosen.world),
@@ -107,7 +107,7 @@ class QuestionWriter:
             "chat", reasons=self._write_failure_reasons(attempt_number, trial), **values
         )
 
-    def _write_feedback(self, trial: Trial) -> str:
+    def _write_feedback(self, trial: MultiAttemptTrial) -> str:
         feedback = [
             self._fill_template(
                 "attempt",
@@ -125,7 +125,7 @@ class QuestionWriter:
             again=self._read_template(f"again_{world}"),
         )
 
-    def _write_failure_reasons(self, attempt_number: int, trial: Trial) -> str:
+    def _write_failure_reasons(self, attempt_number: int, trial: MultiAttemptTrial) -> str:
         attempt, goals = trial.attempts[attempt_number - 1], trial.goal_reports[attempt_number - 1]
         reasons = self._list_failure_reasons(attempt, goals, trial.options)
         lines = "\n".join([f"- {reason}" for reason in reasons])
@@ -135,7 +135,7 @@ class QuestionWriter:
         self, attempt: Attempt, goals: Sequence[GoalReport], options: ReplanningOptions
     ) -> Iterator[str]:
         """Yield the reasons why an answer failed: needless and failed steps, the error, and missed goals."""
-        error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
+        error, explanation = attempt.verdict.error, attempt.explanation or VerdictExplanation()
         gives_reason = options.feedback == "explained"
         for number, step in enumerate(explanation.steps):
             if step.outcome == FaultKind.ADDITIONAL_STEP.value:
@@ -174,7 +174,7 @@ class QuestionWriter:
             return self._fill_template("explained", meaning=meaning, reason=step.reason)
         return self._fill_template("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
 
-    def _describe_present_state(self, trial: Trial) -> str:
+    def _describe_present_state(self, trial: MultiAttemptTrial) -> str:
         """Return a text on the present state, and on the actions that the goals still require."""
         belief = self._get_believed_task_and_metadata(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.get_goals_of_kind(GoalKind.ACTION)]
@@ -183,11 +183,13 @@ class QuestionWriter:
             return self._fill_template("now", state=state)
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
-    def _get_believed_task_and_metadata(self, trial: Trial) -> tuple[BelievedTask, Mapping[str, str]]:
+    def _get_believed_task_and_metadata(
+        self, trial: MultiAttemptTrial
+    ) -> tuple[BelievedTask, Mapping[str, str]]:
         """Return the task as the model sees it now, with the remaining goals, and metadata to store."""
         if self.perceive is None:
-            return BelievedTask(trial.next_attempt_task), {}
-        return self.perceive(trial.next_attempt_task, len(trial.attempts) + 1)
+            return BelievedTask(trial.task_in_next_question), {}
+        return self.perceive(trial.task_in_next_question, len(trial.attempts) + 1)
 
     def _read_template(self, template_name: str) -> str:
         return self.templates.read(f"{_FOLDER}/{template_name}.txt")
@@ -196,6 +198,6 @@ class QuestionWriter:
         return self.templates.fill_template(f"{_FOLDER}/{template_name}.txt", values)
 
 
-def _is_next_question_about_reached_state(trial: Trial) -> bool:
+def _is_next_question_about_reached_state(trial: MultiAttemptTrial) -> bool:
     chosen = trial.options
     return bool(trial.attempts) and chosen.world == "continue" and chosen.feedback != "none"

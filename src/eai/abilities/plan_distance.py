@@ -71,7 +71,7 @@ The distance is the number of actions in a shortest plan to the goal, or None if
 """
 
 
-def make_step_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabeler:
+def make_step_distance_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabeler:
     """Return a function that labels the steps of plans for one task: with outcomes and distances to the goal.
 
     Shortest plans may use the objects of the task and of the labelled plan. Distances of states are cached.

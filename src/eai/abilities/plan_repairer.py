@@ -10,7 +10,14 @@ from functools import cached_property, lru_cache
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, classify_and_locate_fault
+from eai.abilities.repair import (
+    DEFAULT_EFFORT,
+    EDIT_KINDS,
+    Edit,
+    EditKind,
+    SmallestPlanRepair,
+    classify_and_locate_fault,
+)
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import find_object_names
@@ -74,7 +81,9 @@ class PlanRepairer:
         fits = len(indices) == len(objects) == self.domain.operator_arities.get(operator)
         return Action(operator, tuple(indices)) if fits else None
 
-    def find_smallest_repair(self, plan: WrittenPlan, verdict: PlanVerdict, max_tried_steps: int) -> Repair:
+    def find_smallest_repair(
+        self, plan: WrittenPlan, verdict: PlanVerdict, max_tried_steps: int
+    ) -> SmallestPlanRepair:
         """Return the smallest repair of a plan that a search with limited effort finds.
 
         Args:
@@ -83,19 +92,19 @@ class PlanRepairer:
             max_tried_steps: approximate number of steps that may be tried.
         """
         if verdict.success:
-            return Repair(at_most=0)
+            return SmallestPlanRepair(at_most=0)
         if (why := self.why_distance_unknown) is not None:
-            return Repair(why_null=why)
+            return SmallestPlanRepair(why_null=why)
         steps, effort = self.read_steps(plan), SearchEffort(max_tried_steps)
         repairer = self._make_repairer(steps)
         at_least, edits = repairer.repair(steps, effort)
         if edits is None:
-            return Repair(at_least, effort=effort.used)
+            return SmallestPlanRepair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
         if at_least == len(edits) == 1 and not repairer.change_finder.has_too_many_actions:
             return self._make_single_edit_repair(plan, steps, repairer, shown, effort.used)
         told = tuple([self._convert_plan_edit(edit, plan, steps) for edit in edits])
-        return Repair(at_least, len(told), edits=told, effort=effort.used)
+        return SmallestPlanRepair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
     def why_distance_unknown(self) -> str | None:
@@ -160,7 +169,7 @@ class PlanRepairer:
         repairer: Repairer,
         failed_step: int | None,
         search_effort: int,
-    ) -> Repair:
+    ) -> SmallestPlanRepair:
         names = [o.name for o in self.domain.operators]
         mentioned = self._find_mentioned_objects(steps)
         single_edits = [*repairer.find_single_edit_repairs(steps)]
@@ -196,7 +205,7 @@ class PlanRepairer:
         told = [self._convert_plan_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = classify_and_locate_fault(told)
-        return Repair(
+        return SmallestPlanRepair(
             1,
             1,
             edits=(told[0],),

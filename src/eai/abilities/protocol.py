@@ -62,7 +62,7 @@ class _AbilityOrProtocolName(str):
         from pydantic_core import PydanticCustomError, core_schema
 
         @cache
-        def read_registered_name(name: str) -> _AbilityOrProtocolName:
+        def validate_registered_name(name: str) -> _AbilityOrProtocolName:
             if name not in cls.list_names():
                 names = " or ".join(map(repr, map(str, cls.list_names())))
                 raise PydanticCustomError(
@@ -70,7 +70,9 @@ class _AbilityOrProtocolName(str):
                 )
             return cls(name)
 
-        return core_schema.no_info_after_validator_function(read_registered_name, core_schema.str_schema())
+        return core_schema.no_info_after_validator_function(
+            validate_registered_name, core_schema.str_schema()
+        )
 
 
 class Protocol(_AbilityOrProtocolName):

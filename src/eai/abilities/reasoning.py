@@ -47,7 +47,7 @@ _MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>
 _HINT = re.compile(r"<[/|]?\|?[A-Za-z]|\[/?THINK|◁|\Aanalysis[A-Z]")
 
 
-class _Thought(NamedTuple):
+class _ReasoningBlock(NamedTuple):
     """A continuous text of reasoning, and its positions in the output.
 
     Attributes:
@@ -63,25 +63,25 @@ class _Thought(NamedTuple):
     is_finished: bool = True
 
 
-def find_thoughts(text: str) -> tuple[_Thought, ...]:
+def find_thoughts(text: str) -> tuple[_ReasoningBlock, ...]:
     """Return each continuous text of reasoning in an output, in order and without overlap."""
     if not _HINT.search(text):
         return ()
-    thoughts: list[_Thought] = []
+    thoughts: list[_ReasoningBlock] = []
     opening: re.Match[str] | None = None
-    start = _find_end_of_unopened_thought(text)
+    start = _find_end_of_reasoning_without_opening_mark(text)
     for mark in _MARK.finditer(text, start):
         if mark["opening"] is not None:
             opening = opening or mark
         elif opening is not None:
-            thoughts.append(_Thought(opening.start(), mark.end(), text[opening.end() : mark.start()]))
+            thoughts.append(_ReasoningBlock(opening.start(), mark.end(), text[opening.end() : mark.start()]))
             opening = None
     if opening is not None:
-        thoughts.append(_Thought(opening.start(), len(text), text[opening.end() :], is_finished=False))
-    return (_Thought(0, start, _MARK.sub(" ", text[:start])), *thoughts) if start else tuple(thoughts)
+        thoughts.append(_ReasoningBlock(opening.start(), len(text), text[opening.end() :], is_finished=False))
+    return (_ReasoningBlock(0, start, _MARK.sub(" ", text[:start])), *thoughts) if start else tuple(thoughts)
 
 
-def _find_end_of_unopened_thought(text: str) -> int:
+def _find_end_of_reasoning_without_opening_mark(text: str) -> int:
     """Return the position after the last closing mark without an opening mark; 0 without such a mark."""
     end, is_open = 0, False
     for mark in _MARK.finditer(text):
@@ -93,7 +93,7 @@ def _find_end_of_unopened_thought(text: str) -> int:
     return end
 
 
-def blank_out_thoughts(thoughts: Iterable[_Thought], text: str) -> str:
+def blank_out_thoughts(thoughts: Iterable[_ReasoningBlock], text: str) -> str:
     """Return a text with blanks in place of reasoning. Positions in the text stay the same."""
     pieces, position = [], 0
     for thought in thoughts:

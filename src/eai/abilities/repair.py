@@ -20,7 +20,7 @@ that acts, and ``step`` the complete step. ``action`` replaces the action, but k
 """
 
 EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")
-"""All kinds of edits, in the order of `Repair.kinds`."""
+"""All kinds of edits, in the order of `SmallestPlanRepair.kinds`."""
 
 
 DEFAULT_EFFORT = 20_000
@@ -58,7 +58,7 @@ class Edit:
 
 
 @dataclass(frozen=True, slots=True)
-class Repair:
+class SmallestPlanRepair:
     """The distance of an answer from success, and a smallest repair.
 
     Attributes:
@@ -94,7 +94,7 @@ class Repair:
         return self.at_least if self.why_null is None and self.at_least == self.at_most else None
 
 
-def describe_repair(repair: Repair) -> Iterator[str]:
+def describe_repair(repair: SmallestPlanRepair) -> Iterator[str]:
     """Yield sentences that describe a repair."""
     if repair.why_null is not None:
         yield f"smallest repair: not known ({repair.why_null.replace('_', ' ')})"
@@ -111,8 +111,8 @@ def describe_repair(repair: Repair) -> Iterator[str]:
     yield from _describe_step_at_fault(repair)
 
 
-def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
-    """Yield a sentence on the step or the missing action in `Repair.blame`, if there is one."""
+def _describe_step_at_fault(repair: SmallestPlanRepair) -> Iterator[str]:
+    """Yield a sentence on the step or the missing action in `SmallestPlanRepair.blame`, if there is one."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
         where = f"step {repair.blamed + 1}"

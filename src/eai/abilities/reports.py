@@ -10,9 +10,9 @@ from eai.abilities.explanation import (
     EXECUTED,
     SLIP,
     SLIPPED,
+    AtomOrAction,
     GoalPartReport,
     GoalReport,
-    Statement,
     StepReport,
 )
 from eai.logic.ltl_printer import format_ltl
@@ -42,10 +42,10 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
             undone = _describe_failed_effects(domain, action, before, before) if tries else ""
             reason = undone or _describe_fault(fault.check, domain, action, before)
             earlier = _describe_when_condition_held(fault, trajectory, carried_out, task.scene)
-            text, call = action_text(action, task.scene), to_statement(action, task.scene)
+            text, call = action_text(action, task.scene), to_atom_or_action(action, task.scene)
             reports.append(StepReport(text, fault.kind.value, reason, earlier, call=call))
         elif slipped:
-            call = to_statement(action, task.scene)
+            call = to_atom_or_action(action, task.scene)
             reports.append(StepReport(action_text(action, task.scene), SLIP, SLIPPED, call=call))
         else:
             carried_out.append(number)
@@ -129,7 +129,7 @@ def _report_executed_action(
         added=added_texts,
         removed=removed_texts,
         hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
-        call=to_statement(action, fact_filter.scene),
+        call=to_atom_or_action(action, fact_filter.scene),
     )
 
 
@@ -180,9 +180,9 @@ def _describe_when_condition_held(
     return f"what it lacks held after step {number + 1}, {action}"
 
 
-def to_statement(action: Action, scene: Scene) -> Statement:
-    """Return an action on objects as a `Statement`: its operator and the names of its objects."""
-    return Statement(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
+def to_atom_or_action(action: Action, scene: Scene) -> AtomOrAction:
+    """Return an action on objects as a `AtomOrAction`: its operator and the names of its objects."""
+    return AtomOrAction(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 
 
 def action_text(action: Action, scene: Scene) -> str:

@@ -16,7 +16,7 @@ from pathlib import PurePath
 from traceback import extract_tb
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.verdict import RAISED, ErrorReport, Unreadable, Verdict
 from eai.base.errors import EaiError, InputError
 from eai.tasks.task import TaskExclusion
@@ -44,7 +44,7 @@ class Assessment(NamedTuple):
     """
 
     verdict: Verdict
-    explain: Callable[[], Explanation]
+    explain: Callable[[], VerdictExplanation]
     analyze_failure: Callable[[int], Verdict] | None = None
 
 
@@ -70,7 +70,7 @@ class Scorer(ABC):
         """Return the reason why the task is excluded for all answers, or None if it is scored."""
         return self.score("").excluded
 
-    def explain(self, text: str) -> Explanation:
+    def explain(self, text: str) -> VerdictExplanation:
         """Return the explanation of an answer, in words."""
         return self.assess(text).explain()
 
@@ -153,7 +153,9 @@ def assess_or_report_failure(
             raise
         return _assess_scorer_failure(scorer, empty_verdict, error)
     looked_back = None if look_back is None else partial(_compute_or_default_on_exception, look_back, verdict)
-    return Assessment(verdict, partial(_compute_or_default_on_exception, explain, Explanation()), looked_back)
+    return Assessment(
+        verdict, partial(_compute_or_default_on_exception, explain, VerdictExplanation()), looked_back
+    )
 
 
 def describe_exception(error: Exception) -> str:
@@ -176,7 +178,7 @@ def _assess_scorer_failure(scorer: Scorer, empty_verdict: Verdict, error: Except
     reason = f"the scorer raised {describe_exception(error)}"
     if verdict.excluded is None:
         verdict = replace(verdict, error=ErrorReport(FaultKind.UNCATEGORISED, None, reason, RAISED))
-    return Assessment(verdict, lambda: Explanation((reason,)))
+    return Assessment(verdict, lambda: VerdictExplanation((reason,)))
 
 
 def _compute_or_default_on_exception(compute: Callable[..., R], default: R, *arguments: int) -> R:

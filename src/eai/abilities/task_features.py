@@ -31,7 +31,7 @@ class TaskFeatures:
     fits: tuple[str, ...] | None = None
 
     @property
-    def is_declining_right(self) -> bool:
+    def is_declining_correct(self) -> bool:
         """Whether declining is right: no plan reaches the goals, or the instruction fits several objects."""
         return bool(self.missing) or len(self.fits or ()) > 1
 

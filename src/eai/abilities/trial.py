@@ -20,7 +20,7 @@ from eai.world.action import Action
 from eai.world.episode import Episode, Slip, SlipSampler
 
 
-class Trial:
+class MultiAttemptTrial:
     """A task that a model may attempt several times, until an answer succeeds or no attempts are left.
 
     All attempts share one random sequence of slips (possible actions without effect). So outcomes depend only
@@ -31,7 +31,7 @@ class Trial:
         scorer: the scorer of the task.
         options: the number of attempts, the state in which each begins, and the feedback.
         epoch: number of this trial among the repetitions for the same task, from 1.
-        stated: the task with the goals that questions state. A model may have got these
+        task_with_stated_goals: the task with the goals that questions state. A model may have got these
             wrong. None if questions state the task's own goals.
 
     Attributes:
@@ -43,13 +43,19 @@ class Trial:
     """
 
     def __init__(
-        self, scorer: PlanScorer, options: ReplanningOptions, epoch: int = 1, stated: Task | None = None
+        self,
+        scorer: PlanScorer,
+        options: ReplanningOptions,
+        epoch: int = 1,
+        task_with_stated_goals: Task | None = None,
     ) -> None:
         self.options = options
         self.attempts: list[Attempt] = []
         self.goal_reports: list[Sequence[GoalReport]] = []
         self._question_goals = (
-            None if stated is None else _GoalsStatedInQuestions.from_tasks(scorer.task, stated)
+            None
+            if task_with_stated_goals is None
+            else _GoalsStatedInQuestions.from_tasks(scorer.task, task_with_stated_goals)
         )
         self.scorer = scorer
         self.slip_sampler = None
@@ -80,7 +86,7 @@ class Trial:
         return self.episode.trajectory.executed_actions if self.options.world == "continue" else ()
 
     @property
-    def next_attempt_task(self) -> Task:
+    def task_in_next_question(self) -> Task:
         """The task of the next question.
 
         Its goals are the goals that questions state. If each attempt begins where the previous one ended,
@@ -192,10 +198,12 @@ class _GoalsStatedInQuestions:
     test: GoalTest
 
     @classmethod
-    def from_tasks(cls, task: Task, stated: Task) -> _GoalsStatedInQuestions:
-        testable = [goal for goal in stated.goals if _is_goal_testable_in_task(goal, task)]
+    def from_tasks(cls, task: Task, task_with_stated_goals: Task) -> _GoalsStatedInQuestions:
+        testable = [
+            goal for goal in task_with_stated_goals.goals if _can_goal_be_evaluated_in_task(goal, task)
+        ]
         true_world = task.replace_goals(tuple(testable))
-        return cls(stated.goals, true_world, GoalTest(true_world))
+        return cls(task_with_stated_goals.goals, true_world, GoalTest(true_world))
 
     def report_stated_goals(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each stated goal. A goal with an unknown name counts as missed."""
@@ -208,7 +216,7 @@ class _GoalsStatedInQuestions:
         return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], trajectory)]
 
 
-def _is_goal_testable_in_task(goal: Goal, task: Task) -> bool:
+def _can_goal_be_evaluated_in_task(goal: Goal, task: Task) -> bool:
     if not set(find_object_names(goal.formula)) <= task.scene.index.keys():
         return False
     try:

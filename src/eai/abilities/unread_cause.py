@@ -14,7 +14,7 @@ from textwrap import shorten
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, has_unclosed_bracket
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.protocol import Ability
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.scorer import Assessment
@@ -209,7 +209,9 @@ def add_cause_of_unreadability(assessment: Assessment, cause: _CauseOfUnreadabil
     )
 
 
-def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Explanation | None]:
+def mark_as_cut_off(
+    verdict: V, explanation: VerdictExplanation | None
+) -> tuple[V, VerdictExplanation | None]:
     """Return a verdict and its explanation, changed because a length limit cut the answer off.
 
     If the answer is unreadable with the cause ``prose`` or without a cause, its cause becomes ``cut_off``.
@@ -227,6 +229,8 @@ def _set_error_cause(verdict: V, cause: UnreadCause) -> V:
     return verdict if error is None else replace(verdict, error=replace(error, check=cause))
 
 
-def _add_sentence_on_cause(explanation: Explanation, cause: _CauseOfUnreadability) -> Explanation:
+def _add_sentence_on_cause(
+    explanation: VerdictExplanation, cause: _CauseOfUnreadability
+) -> VerdictExplanation:
     notes = [note for note in explanation.notes if not note.startswith("prose: ")]
     return replace(explanation, notes=(*notes, f"{cause.cause}: {cause.sentence}"))

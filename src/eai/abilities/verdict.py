@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 
 from typing_extensions import Self
 
-from eai.abilities.repair import Repair
+from eai.abilities.repair import SmallestPlanRepair
 from eai.base.json_value import Json
 from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import TaskExclusion
@@ -139,13 +139,15 @@ def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bo
     return max(0, sum(goals_reached) - held) / to_gain if to_gain else None
 
 
-def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share, goal_gain: float) -> float:
+def compute_condition_gain(
+    conditions_met: Share, conditions_met_at_start: Share, fallback_goal_gain: float
+) -> float:
     """Return the rise of the share of met conditions, divided by the largest possible rise, from 0 to 1.
 
     An option is a list of conditions that together satisfy all goals. A task can have several options. The
     share is the number of an option's met conditions, divided by the number of its conditions.
 
-    In two cases, return ``goal_gain`` instead: all conditions hold at the start, or all conditions
+    In two cases, return ``fallback_goal_gain`` instead: all conditions hold at the start, or all conditions
     of an option are met but a goal is missed. An example of such a goal: exactly two cups are on
     the table. It is missed if there are three.
 
@@ -153,14 +155,14 @@ def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share
         conditions_met: number of met conditions and number of all conditions, of the option with the largest
             share of met conditions in the final state. No condition is met if nothing was executed.
         conditions_met_at_start: these two numbers for the initial state.
-        goal_gain: the reached share of the goals that do not hold at the start
+        fallback_goal_gain: the reached share of the goals that do not hold at the start
             (`compute_goal_gain`).
     """
     met, total = conditions_met
     met_at_start, total_at_start = conditions_met_at_start
     to_gain = total_at_start - met_at_start
-    if not to_gain or (met == total and goal_gain < 1):
-        return goal_gain
+    if not to_gain or (met == total and fallback_goal_gain < 1):
+        return fallback_goal_gain
     return max(0.0, (met * total_at_start - met_at_start * total) / (total * to_gain))
 
 
@@ -187,11 +189,11 @@ def compute_plan_reward_inputs(
     )
 
 
-def compute_reward_inputs_of_parts(
+def compute_reward_inputs_from_part_counts(
     right_wrong_missed: tuple[int, int, int],
     error: ErrorReport | None,
     faults: Mapping[FaultKind, int],
-    meaningless_parts: int = 0,
+    ill_formed_or_unknown_parts: int = 0,
 ) -> RewardInputs | None:
     """Return the inputs of the reward for an answer whose goals or clauses are compared one by one.
 
@@ -201,7 +203,7 @@ def compute_reward_inputs_of_parts(
         right_wrong_missed: numbers of right, wrong and missed parts.
         error: the error that ended the execution or the reading of the answer, or None.
         faults: number of other faults by kind.
-        meaningless_parts: number of ill-formed parts and parts with unknown names. They count
+        ill_formed_or_unknown_parts: number of ill-formed parts and parts with unknown names. They count
             as wrong.
     """
     hit, extra, missed = right_wrong_missed
@@ -210,7 +212,7 @@ def compute_reward_inputs_of_parts(
     if error is not None:
         faults = Counter(faults) + Counter((error.kind,))
     return RewardInputs(
-        gain=2 * hit / (2 * hit + extra + meaningless_parts + missed),
+        gain=2 * hit / (2 * hit + extra + ill_formed_or_unknown_parts + missed),
         success=not extra and not missed and not faults,
         ended=error is not None,
         faults=faults,
@@ -234,7 +236,7 @@ class Verdict:
     error: ErrorReport | None = None
     repairs: tuple[str, ...] = ()
     spans: tuple[AnswerSpan, ...] = field(default=(), compare=False)
-    repair: Repair | None = None
+    repair: SmallestPlanRepair | None = None
 
     def to_verdict_on_missing_answer(self) -> Self:
         """Return this verdict without its error: a missing answer is no error, unlike an empty answer."""
@@ -275,7 +277,7 @@ class Verdict:
         )
 
     def is_step_an_action(self, step_index: int) -> bool:
-        """Whether a step of this verdict's `Explanation`, counted from 0, is an action that was tried.
+        """Whether a step of this verdict's `VerdictExplanation`, counted from 0, is an action that was tried.
 
         The explanation of a game also has steps for other commands, such as the command to look.
         """
@@ -448,16 +450,16 @@ ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
 """Contributions to a rate of success: 0 of 1 for a failure, and 1 of 1 for a full success."""
 
 
-def make_rate_contribution_of_answer(share_with_property: bool | float | None) -> Share:
+def make_rate_contribution_of_answer(has_property_or_share: bool | float | None) -> Share:
     """Return the contribution of one answer to a rate over all answers.
 
     Args:
-        share_with_property: whether the answer has the counted property. A number from 0 to 1 if
+        has_property_or_share: whether the answer has the counted property. A number from 0 to 1 if
             only a part of the answer has the property.
     """
-    if not share_with_property:
+    if not has_property_or_share:
         return ZERO_SHARE
-    return FULL_SHARE if share_with_property == 1 else Share(float(share_with_property), 1)
+    return FULL_SHARE if has_property_or_share == 1 else Share(float(has_property_or_share), 1)
 
 
 def make_confusion_shares(prefix: str, confusion: ConfusionCounts) -> dict[str, Share]:

@@ -49,7 +49,7 @@ _MAX_RECOVERY_TURNS = 2
 """Number of turns after an impossible action within which a possible action counts as recovery."""
 
 
-def compute_share_by_metric(verdict: EpisodeVerdict) -> dict[str, Share]:
+def compute_contributions_to_metrics(verdict: EpisodeVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
 
     If the task was played several times and the verdict is the mean, the numbers are means too.
@@ -99,7 +99,7 @@ def average_episode_verdicts(verdicts: Sequence[EpisodeVerdict]) -> EpisodeVerdi
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
         return verdicts[0]
-    added = [compute_share_by_metric(verdict) for verdict in scored]
+    added = [compute_contributions_to_metrics(verdict) for verdict in scored]
     mean = {
         name: Share(*map(fmean, zip(*(shares[name] for shares in added), strict=True))) for name in added[0]
     }
@@ -154,7 +154,7 @@ ACTING = AbilityDeclaration(
     title="Acting",
     short_title="acting",
     verdict=EpisodeVerdict,
-    contributions=compute_share_by_metric,
+    contributions=compute_contributions_to_metrics,
     outcome=classify_plan_outcome,
     columns=(
         MetricColumn("success", SUCCESS, "Success"),

@@ -14,8 +14,8 @@ from textwrap import shorten
 from typing import Any, TypeAlias
 
 from eai.abilities.declaration import DomainAndNotation, QuestionAndAnswer
-from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
-from eai.abilities.reports import report_goals, to_statement
+from eai.abilities.explanation import EXECUTED, SLIP, AtomOrAction, StepReport, VerdictExplanation
+from eai.abilities.reports import report_goals, to_atom_or_action
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, Unreadable
 from eai.agents.command import DONE
@@ -105,7 +105,7 @@ class _EpisodeScorer(Scorer):
         """
         excluded = self._exclusion_if_no_winning_game_found
         if excluded is not None:
-            return Assessment(EpisodeVerdict(excluded=excluded), lambda: Explanation((excluded,)))
+            return Assessment(EpisodeVerdict(excluded=excluded), lambda: VerdictExplanation((excluded,)))
         read = read_episode(text)
         episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or make_game_rules(STANDARD)
@@ -226,7 +226,7 @@ class _EpisodeScorer(Scorer):
             )
             return replace(verdict, outlook=outlook, lost_at=lost_at)
 
-        def explain_episode_verdict() -> Explanation:
+        def explain_episode_verdict() -> VerdictExplanation:
             notes = [] if verdict.error is None else [f"{verdict.error.kind.value}: {verdict.error.detail}"]
             notes.append(
                 f"ended: {verdict.ended}; {len(verdict.action_turns)} actions, at most {verdict.budget}"
@@ -240,7 +240,7 @@ class _EpisodeScorer(Scorer):
             if verdict.begun > 1:
                 notes.append(f"begun {verdict.begun} times; the last one counts")
             goals = report_goals(self.task, verdict.goals_satisfied)
-            return Explanation(tuple(notes), tuple(steps), goals)
+            return VerdictExplanation(tuple(notes), tuple(steps), goals)
 
         return Assessment(verdict, explain_episode_verdict, add_goal_reachability_to_verdict)
 
@@ -274,9 +274,9 @@ def _make_step_report(turn: EpisodeTurn, game: Game) -> StepReport:
         "" if fault == EXECUTED else reason,
         added=tuple([fact(changed_fact) for sign, changed_fact in game.memory.changes if sign == "+"]),
         removed=tuple([fact(changed_fact) for sign, changed_fact in game.memory.changes if sign == "-"]),
-        call=Statement(turn.said, None)
+        call=AtomOrAction(turn.said, None)
         if game.action is None
-        else to_statement(game.action, game.task.scene),
+        else to_atom_or_action(game.action, game.task.scene),
     )
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from eai.abilities.answer_schema import Schema, is_schema_accepted_by_providers
 from eai.abilities.declaration import QuestionMaker, get_declaration
-from eai.abilities.feedback import QuestionWriter, ScenePerception
+from eai.abilities.feedback import MultiAttemptQuestionWriter, ScenePerception
 from eai.abilities.protocol import Ability, find_ability_entry_points
 from eai.base.errors import InputError
 from eai.base.files import find_files_below
@@ -140,7 +140,7 @@ class PromptLibrary:
         ability: Ability,
         prompts: Mapping[str, Prompt],
         perceive: ScenePerception | None = None,
-    ) -> QuestionWriter:
+    ) -> MultiAttemptQuestionWriter:
         """Return an object that writes the first question about a task, and further questions after failures.
 
         The first question is one of `prompts`. Further questions made from our templates describe the world
@@ -161,7 +161,9 @@ class PromptLibrary:
                 self._make_prompt_template_values(benchmark, ability, {}),
                 templates=templates,
             )
-        return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, perceive)
+        return MultiAttemptQuestionWriter(
+            prompts.__getitem__, benchmark.wording(ability), restate, templates, perceive
+        )
 
     def _render_prompts(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]

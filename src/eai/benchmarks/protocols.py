@@ -17,7 +17,7 @@ from eai.base.errors import InputError, did_you_mean
 if TYPE_CHECKING:
     from eai.abilities.protocol import Ability
     from eai.abilities.replanning_options import ReplanningOptions
-    from eai.abilities.trial import Trial
+    from eai.abilities.trial import MultiAttemptTrial
     from eai.abilities.verdict import PlanVerdict, Verdict
     from eai.benchmarks.benchmark import Benchmark, Opener
     from eai.benchmarks.names import TaskReference
@@ -45,7 +45,7 @@ class ProtocolImplementation:
 
     open_suite: Opener
     replanning: Callable[[float, int, int], ReplanningOptions]
-    trial: type[Trial]
+    trial: type[MultiAttemptTrial]
     judge_by_goals_in_prompt: Callable[[TaskReference, Verdict], Verdict]
     count_errors_as_published: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
     choose_suite_for_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None

@@ -17,9 +17,9 @@ from rich.text import Text
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import (
     EXECUTED,
-    Explanation,
     GoalPartReport,
     StepReport,
+    VerdictExplanation,
     map_missed_goals_to_similar_facts,
 )
 from eai.abilities.protocol import Ability
@@ -308,7 +308,7 @@ def print_record(console: Console, record: Record, background: _TaskInfoFromData
 
 
 def _print_explanation(
-    console: Console, record: Record, explanation: Explanation, untried_steps: Sequence[str]
+    console: Console, record: Record, explanation: VerdictExplanation, untried_steps: Sequence[str]
 ) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
@@ -366,7 +366,7 @@ def _format_count_of_met_goal_conditions(record: Record) -> str:
     return f", {share.numerator} of {format_count(int(share.denominator), 'condition')} met"
 
 
-def _are_goals_missed_because_not_executed(record: Record, explanation: Explanation) -> bool:
+def _are_goals_missed_because_not_executed(record: Record, explanation: VerdictExplanation) -> bool:
     """Whether all goals count as missed because the answer was not executed, even goals true at the start."""
     error = record.verdict.error
     unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED
@@ -421,7 +421,7 @@ def _merge_texts_of_symmetric_facts(fact_texts: Sequence[str]) -> list[str]:
 
 def _print_goal_part(console: Console, part: GoalPartReport, missing_label: str) -> None:
     if part.met_after is not None:
-        console.print(Text(f"  ✓ {part.part}  {part.description_of_time_met}", style="green"))
+        console.print(Text(f"  ✓ {part.part}  {part.time_first_met_in_words}", style="green"))
     else:
         lacking = (
             f"  {missing_label}: {', '.join(part.missing)}" if part.missing else "  was to come after that"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
@@ -162,7 +162,7 @@ class Scoring(WorkerPool):
         return share, share
 
 
-_ScoringResult: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | None]
+_ScoringResult: TypeAlias = tuple[Verdict, TaskFeatures | None, VerdictExplanation | None]
 """Result of scoring an answer: its verdict, the features of its task, and the explanation of the verdict."""
 
 

@@ -21,7 +21,7 @@ from pydantic import TypeAdapter, ValidationError
 from eai.abilities.attempt import Attempt
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment, StudySettings
-from eai.abilities.explanation import Explanation, Statement
+from eai.abilities.explanation import AtomOrAction, VerdictExplanation
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.replanning_options import STUDY, ReplanningOptions
 from eai.abilities.task_features import TaskFeatures
@@ -286,9 +286,9 @@ def _find_encoder(kind: type) -> Callable[[Any], Json]:
         return attrgetter("value")
     if issubclass(kind, str | int | float):
         return lambda value: value
-    if issubclass(kind, Statement):
+    if issubclass(kind, AtomOrAction):
         return _statement_to_json
-    if issubclass(kind, Explanation):
+    if issubclass(kind, VerdictExplanation):
         return _explanation_to_json
     if issubclass(kind, TalliesByGoalKind):
         return lambda tallies: dict(zip(TalliesByGoalKind._fields, map(list, tallies), strict=True))
@@ -297,7 +297,7 @@ def _find_encoder(kind: type) -> Callable[[Any], Json]:
     return dataclass_to_json if is_dataclass(kind) else lambda value: [_value_to_json(item) for item in value]
 
 
-def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
+def _explanation_to_json(explanation: VerdictExplanation) -> dict[str, Json]:
     """Return an explanation as JSON.
 
     The explained goals (``atoms``) become a list, because field names must not depend on the answer.
@@ -307,7 +307,7 @@ def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
     return {**dataclass_to_json(explanation), "atoms": listed}
 
 
-def _statement_to_json(statement: Statement) -> dict[str, Json]:
+def _statement_to_json(statement: AtomOrAction) -> dict[str, Json]:
     return {name: _value_to_json(item) for name, item in statement._asdict().items()}
 
 

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
 from eai.abilities.attempt import AnswerUsage, Attempt
-from eai.abilities.declaration import QuestionAndAnswerDeclaration, get_declaration
+from eai.abilities.declaration import SingleQuestionInteraction, get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.feedback import ScenePerception
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
@@ -69,7 +69,7 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     """Return an answer without irrelevant differences: answers with equal meanings become equal texts.
 
     The result is None if the answer cannot be read. The ability declares which differences are irrelevant
-    (`QuestionAndAnswerDeclaration`).
+    (`SingleQuestionInteraction`).
     """
     interaction = get_declaration(ability).interaction
     reading = read_json(text, ANY_VALUE)
@@ -79,7 +79,7 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     return _normalise_spaces(text[start:]) if start >= 0 else None
 
 
-def _convert_json_to_normalised_text(value: object, answer_format: QuestionAndAnswerDeclaration) -> str:
+def _convert_json_to_normalised_text(value: object, answer_format: SingleQuestionInteraction) -> str:
     if isinstance(value, JsonObject):
         members = [
             f"{json.dumps(key)}:{_convert_json_to_normalised_text(item, answer_format)}"

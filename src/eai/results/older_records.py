@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from eai.abilities.experiment import Experiment, StudySettings, make_settings_with_option
+from eai.abilities.experiment import Experiment, StudySettings, make_study_settings_of_one_option
 from eai.abilities.replanning_options import STUDY, ReplanningOptions
 
 _AGENT = ("harness", "effort", "rules")
@@ -44,7 +44,7 @@ def read_older_experiment(named_options: Mapping[str, str], replanning: Replanni
     )
     for option, (name, kind) in _OPTIONS.items():
         if option in named_options:
-            choice = make_settings_with_option(kind, option, named_options[option])
+            choice = make_study_settings_of_one_option(kind, option, named_options[option])
             study[name] = study[name].combine(name, choice) if name in study else choice
     positions = enumerate(_ORDER)
     ordered = {

@@ -8,7 +8,7 @@ from typing import Any
 
 from eai.abilities.attempt import AnswerUsage, Attempt
 from eai.abilities.experiment import Experiment, StudySettings
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
@@ -77,7 +77,7 @@ class Record:
     response: str
     data_sha256: str
     verdict: Verdict
-    explanation: Explanation | None = None
+    explanation: VerdictExplanation | None = None
     origin: AnswerOrigin | None = None
     task: TaskFeatures | None = None
     unanswered: str | None = None
@@ -115,7 +115,7 @@ class Record:
         """
         if experiment == Experiment():
             return self
-        return replace(self, experiment=(self.experiment or Experiment()).replace_study_settings(experiment))
+        return replace(self, experiment=(self.experiment or Experiment()).override_settings_with(experiment))
 
     def drop_explanations(self) -> Record:
         """Return the record without its explanation and the explanations of its attempts at the task."""

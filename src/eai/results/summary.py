@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias, cast
 
-from eai.abilities.declaration import AnswerOutcome, get_declaration, load_paper_abilities
+from eai.abilities.declaration import AnswerOutcome, get_declaration, load_declarations_of_paper_abilities
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.replanning_options import ReplanningOptions
@@ -134,7 +134,7 @@ def compute_weights_of_averaged_metrics(
     """
     known_values = metric_values or {}
     weights: dict[AbilityMetric, float] = {}
-    for ability, declared in load_paper_abilities().items():
+    for ability, declared in load_declarations_of_paper_abilities().items():
         for metric in declared.averaged_metrics:
             metric_key = ability, declared.replacements.get(metric, metric)
             metric_key = metric_key if known_values.get(metric_key) is not None else (ability, metric)

@@ -12,7 +12,7 @@ from dataclasses import asdict
 from functools import cache, cached_property
 from itertools import product, takewhile
 
-from eai.abilities.explanation import Statement
+from eai.abilities.explanation import AtomOrAction
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import compute_features
 from eai.logic.formula import Atom, Constant
@@ -45,7 +45,7 @@ class TaskLookup:
             asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
         )
 
-    def _find_wrong_goal_reason(self, task_id: str, stated_goal: Statement) -> WrongGoalReason | None:
+    def _find_wrong_goal_reason(self, task_id: str, stated_goal: AtomOrAction) -> WrongGoalReason | None:
         """Return the likely reason for a wrong goal in an answer; None if the benchmark lacks the task.
 
         Args:
@@ -78,7 +78,7 @@ class TaskLookup:
         valid_steps = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
         return execute_plan(self._domain, task.initial, valid_steps).states
 
-    def _test_goal_in_plan_states(self, task_id: str, goal: Statement) -> list[bool]:
+    def _test_goal_in_plan_states(self, task_id: str, goal: AtomOrAction) -> list[bool]:
         """Return for each state of the data set's own plan whether a stated goal holds in it.
 
         The goal holds if objects with the stated names satisfy it; it never holds if its predicate is

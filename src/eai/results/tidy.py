@@ -201,7 +201,7 @@ def _make_interpreted_goal_lines(
             call = (
                 parse_statement(atom)
                 if record.explanation is None
-                else record.explanation.get_statement(atom)
+                else record.explanation.get_atom_or_action(atom)
             )
             reason = (
                 task_lookup.reason(record.task_id, call)

@@ -8,12 +8,12 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.attempt import AnswerUsage, Attempt
-from eai.abilities.explanation import Explanation
-from eai.abilities.feedback import QuestionWriter
+from eai.abilities.explanation import VerdictExplanation
+from eai.abilities.feedback import MultiAttemptQuestionWriter
 from eai.abilities.protocol import Ability
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.scorer import Assessment, PlanScorer
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.protocols import require_protocol_implementation
@@ -82,7 +82,7 @@ class Conversation:
     def __init__(
         self,
         get_question: Callable[[], Prompt],
-        trial: Trial | None = None,
+        trial: MultiAttemptTrial | None = None,
         describe_changed_scene: Callable[[], Mapping[str, str]] = dict,
     ) -> None:
         self._get_question = get_question
@@ -153,7 +153,7 @@ class ReplanningConversationFactory:
 
     suite: Suite
     options: ReplanningOptions
-    question_writer: QuestionWriter
+    question_writer: MultiAttemptQuestionWriter
     tasks_with_stated_goals: Mapping[str, Task] = field(default_factory=dict)
 
     def start_conversation(self, task_id: str, epoch: int = 1) -> Conversation:
@@ -192,7 +192,7 @@ def begin_trial(
     task_id: str,
     epoch: int = 1,
     stated_goals_task: Task | None = None,
-) -> Trial:
+) -> MultiAttemptTrial:
     """Return a new trial: a series of attempts at a task, in which a model may repair a failed plan.
 
     If the options name no rules for such series, the rules of this package apply. ``stated_goals_task`` is
@@ -207,7 +207,9 @@ def begin_trial(
             f"{suite.domain} {suite.ability.value}: only plans can be attempted again; "
             "choose the ability action_sequencing"
         )
-    kind = Trial if options.preset is None else require_protocol_implementation(options.preset).trial
+    kind = (
+        MultiAttemptTrial if options.preset is None else require_protocol_implementation(options.preset).trial
+    )
     return kind(scorer, options, epoch, stated_goals_task)
 
 
@@ -231,7 +233,7 @@ def make_trial_record(
 
 
 def _add_cause_of_unreadable_answer(suite: Suite, attempt: Attempt) -> Attempt:
-    explanation = attempt.explanation or Explanation()
+    explanation = attempt.explanation or VerdictExplanation()
     named = suite.add_cause_if_unreadable(attempt.response, Assessment(attempt.verdict, lambda: explanation))
     if not isinstance(named.verdict, PlanVerdict):
         return attempt
@@ -241,7 +243,7 @@ def _add_cause_of_unreadable_answer(suite: Suite, attempt: Attempt) -> Attempt:
 def make_replanning_conversation_factory(
     suite: Suite,
     options: ReplanningOptions,
-    question_writer: QuestionWriter,
+    question_writer: MultiAttemptQuestionWriter,
     task_ids: Iterable[str],
     tasks_with_stated_goals: Mapping[str, Task] | None = None,
 ) -> ReplanningConversationFactory:

@@ -31,7 +31,7 @@ from inspect_ai.solver import TaskState
 
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.abilities.experiment import RULES_SEPARATOR, Experiment
-from eai.abilities.explanation import Explanation, GoalPartReport, StepReport
+from eai.abilities.explanation import GoalPartReport, StepReport, VerdictExplanation
 from eai.abilities.protocol import Ability, Protocol, find_ability_entry_points
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.verdict import Verdict
@@ -59,7 +59,7 @@ _MARK = {True: "✓", False: "✗"}
 
 def explain_record(record: Record) -> str:
     """Return the outcome of an answer with reasons in Markdown, and its steps if the record has them."""
-    explanation = record.explanation or Explanation()
+    explanation = record.explanation or VerdictExplanation()
     steps = enumerate(explanation.steps, 1)
     sections = (
         ("", [f"- {note}" for note in explanation.notes]),
@@ -101,7 +101,7 @@ def _describe_step(step: StepReport) -> Iterator[str]:
 
 def _describe_goal_part(part: GoalPartReport, number: int) -> str:
     if part.met_after is not None:
-        return f"✓ `{part.part}`, {part.description_of_time_met}"
+        return f"✓ `{part.part}`, {part.time_first_met_in_words}"
     never = "never after that" if number else "never"
     missing_text = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
     return f"✗ `{part.part}`{missing_text}"

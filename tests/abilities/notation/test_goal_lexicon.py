@@ -9,7 +9,7 @@ import json
 
 import pytest
 
-from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated_goals, write_goals
+from eai.abilities.notation.goal_lexicon import _GoalsStatedByAnswer, read_stated_goals, write_goals
 from eai.abilities.notation.goals import JsonGoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
@@ -23,11 +23,11 @@ from world import toy
 TASK = make_task("1", "Tidy up.", toy.initial(), toy.lit(Constant("lamp")))
 
 
-def stated(text: str) -> _StatedGoals:
+def stated(text: str) -> _GoalsStatedByAnswer:
     return read_stated_goals(text, TASK, toy.DOMAIN, JsonGoalNotation())
 
 
-def texts(read: _StatedGoals) -> list[tuple[GoalKind, str]]:
+def texts(read: _GoalsStatedByAnswer) -> list[tuple[GoalKind, str]]:
     return [(goal.kind, write_goal(goal.formula)) for goal in read.goals]
 
 

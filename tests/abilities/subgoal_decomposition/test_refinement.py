@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.subgoal_decomposition.program import SubgoalPlans
+from eai.abilities.subgoal_decomposition.program import SubgoalPlanningResult
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.logic.formula import And, Atom, Constant, Formula, Not
 from eai.planning.subgoal import GroundAtom
@@ -35,10 +35,10 @@ def plans(*literals: str, refinement: SubgoalRefiner = REFINEMENT) -> list[str]:
     """Return the plans for a conjunction in the initial state."""
     wanted = [literal(text) for text in literals]
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
-    return written(refinement.make_planner(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
+    return written(refinement.make_planner_for_literals(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
 
 
-def written(found: SubgoalPlans) -> list[str]:
+def written(found: SubgoalPlanningResult) -> list[str]:
     return ["too far"] * (found.failed_check is not None) + [
         ", ".join(" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in plan)
         for plan in found.plans
@@ -76,7 +76,7 @@ def test_all_shortest_plans_are_found() -> None:
     domain = toy.DOMAIN.replace_operators(ring, shout)
     assert plans("lit hall", refinement=SubgoalRefiner(domain)) == ["RING hall"], "they lead to one state"
     wanted = literal("lit hall")
-    distinguished = SubgoalRefiner(domain).make_planner(
+    distinguished = SubgoalRefiner(domain).make_planner_for_literals(
         [wanted], StateTest(formula(wanted), SCENE), SCENE, TASK.relevant, {"RING", "SHOUT"}
     )
     assert written(distinguished(TASK.initial)) == ["RING hall", "SHOUT hall"]
@@ -85,7 +85,7 @@ def test_all_shortest_plans_are_found() -> None:
 def test_a_subgoal_may_say_more_than_its_literals() -> None:
     lit, away = literal("lit lamp"), literal("not at robot shed")
     holds = StateTest(And((formula(lit), formula(away))), SCENE)
-    found = REFINEMENT.make_planner([lit], holds, SCENE, TASK.relevant)(TASK.initial)
+    found = REFINEMENT.make_planner_for_literals([lit], holds, SCENE, TASK.relevant)(TASK.initial)
     assert found.has_failed, "the lamp is lit in the shed alone"
 
 
@@ -101,7 +101,10 @@ def test_a_subgoal_may_say_more_than_its_literals() -> None:
 def test_an_action_follows_the_actions_that_enable_it(action: str, expected: list[str]) -> None:
     operator, *names = action.split()
     ground = Action(operator, tuple([SCENE.index[name] for name in names]))
-    assert written(REFINEMENT.make_action_planner(ground, SCENE, TASK.relevant)(TASK.initial)) == expected
+    assert (
+        written(REFINEMENT.make_planner_for_action_subgoal(ground, SCENE, TASK.relevant)(TASK.initial))
+        == expected
+    )
 
 
 def test_a_literal_that_no_action_changes_has_no_plan() -> None:
@@ -167,7 +170,7 @@ def test_the_reported_attempt_is_the_direct_one() -> None:
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
     lift = toy.DOMAIN.compiled_operators["LIFT"]
     held = lift.apply(TASK.initial, lift.bind(TASK.initial, (SCENE.index["red"],)))
-    found = refinement.make_planner(wanted, holds, SCENE, TASK.relevant)(held)
+    found = refinement.make_planner_for_literals(wanted, holds, SCENE, TASK.relevant)(held)
     assert written(found) == ["STOW red"]
 
 
@@ -198,21 +201,23 @@ def test_needless_actions_are_listed_for_literals_that_hold(
     literals: list[str], needless: str | None
 ) -> None:
     refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
-    found = refinement.find_needless_actions_if_literals_hold(
+    found = refinement.find_needless_actions_for_true_literals(
         [literal(text) for text in literals], TASK.initial
     )
-    assert (None if found is None else written(SubgoalPlans([found]))) == (
+    assert (None if found is None else written(SubgoalPlanningResult([found]))) == (
         None if needless is None else [needless]
     )
 
 
 def test_a_search_reports_its_effort() -> None:
-    in_vain = REFINEMENT.make_planner([literal("lit lamp")], lambda _: False, SCENE, TASK.relevant)
+    in_vain = REFINEMENT.make_planner_for_literals(
+        [literal("lit lamp")], lambda _: False, SCENE, TASK.relevant
+    )
     assert 0 < in_vain(TASK.initial).effort <= 3 * 300, "three searches at most, each within its budget"
     efforts = [
-        REFINEMENT.make_planner([literal("lit lamp")] * changes, lambda _: False, SCENE, TASK.relevant)(
-            TASK.initial
-        ).effort
+        REFINEMENT.make_planner_for_literals(
+            [literal("lit lamp")] * changes, lambda _: False, SCENE, TASK.relevant
+        )(TASK.initial).effort
         for changes in (1, 99, 100, 199, 200)
     ]
     assert efforts == sorted(efforts), "more literals are not tested in less time"
@@ -221,7 +226,9 @@ def test_a_search_reports_its_effort() -> None:
 def test_plans_longer_than_a_known_plan_are_not_searched() -> None:
     nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=OperatorRole.MOVEMENT)
     refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(nod))
-    there = refinement.make_planner([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
+    there = refinement.make_planner_for_literals(
+        [literal("at robot shed")], lambda _: True, SCENE, TASK.relevant
+    )
     found = there(TASK.initial)
     assert written(found) == ["GO shed"]
     assert found.effort == 3, "GO, NOD, and the first of what is longer; not GO after NOD"

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.subgoal_decomposition.declaration import compute_share_by_metric
-from eai.abilities.subgoal_decomposition.program_builder import ProgramCompiler
+from eai.abilities.subgoal_decomposition.declaration import compute_contributions_to_metrics
+from eai.abilities.subgoal_decomposition.program_builder import SubgoalProgramCompiler
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
@@ -260,7 +260,7 @@ def test_granularity_counts_the_added_actions_of_each_subgoal() -> None:
     ):
         verdict = SCORER.score(answer(*subgoals))
         assert (verdict.refined, verdict.added_actions) == (refined, added)
-        assert compute_share_by_metric(verdict)["granularity"] == (added or 0, refined or 0)
+        assert compute_contributions_to_metrics(verdict)["granularity"] == (added or 0, refined or 0)
 
 
 def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:
@@ -364,9 +364,9 @@ def test_rewards_depend_on_the_errors_of_the_branch_whose_goals_they_pay(
 
 def test_a_condition_shared_by_alternatives_is_hashed_once() -> None:
     """Hashing visits each node of a formula. For thousands of alternatives this would be quadratic."""
-    programs = ProgramCompiler(TASK, SCORER.lexicon, SubgoalRefiner(toy.DOMAIN), ())
+    programs = SubgoalProgramCompiler(TASK, SCORER.lexicon, SubgoalRefiner(toy.DOMAIN), ())
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
-    programs.make_program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])
+    programs.make_subgoal_program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])
     found = programs.required.cache_info()
     assert (found.hits, found.misses) == (0, 1)
 

@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 
 from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.program import (
+    CheckSubgoalHoldsInstruction,
     ExecuteSubgoalPlansInstruction,
     Instruction,
-    RequireSubgoalInstruction,
     SubgoalForkInstruction,
-    SubgoalPlans,
+    SubgoalPlanningResult,
 )
 from eai.abilities.subgoal_decomposition.search import (
     ExplorationLimits,
     ExplorationResult,
     GoalProgress,
-    explore_program,
+    explore_subgoal_program,
 )
 from eai.base.errors import InputError
 from eai.benchmarks.virtualhome import domain as virtualhome
@@ -55,7 +55,7 @@ def actions(plan: Plan) -> tuple[Action, ...]:
 
 
 def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> ExecuteSubgoalPlansInstruction:
-    found = SubgoalPlans([actions(plan) for plan in plans], effort)
+    found = SubgoalPlanningResult([actions(plan) for plan in plans], effort)
     return ExecuteSubgoalPlansInstruction(lambda state: found, subgoal, then)
 
 
@@ -71,7 +71,9 @@ def run(
     made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: ExplorationLimits | None = None
 ) -> ExplorationResult:
     progress = GoalProgress(parse(goal), SCENE)
-    return explore_program(DOMAIN, START, made, progress, limits or ExplorationLimits(branches=10_000))
+    return explore_subgoal_program(
+        DOMAIN, START, made, progress, limits or ExplorationLimits(branches=10_000)
+    )
 
 
 def done(outcome: ExplorationResult) -> list[str]:
@@ -132,7 +134,7 @@ def test_a_required_subgoal_must_hold() -> None:
     def is_open(state: State) -> bool:
         return state.has(fact.predicate, *fact.arguments)
 
-    require = RequireSubgoalInstruction(is_open, CHECK, 2, 0)
+    require = CheckSubgoalHoldsInstruction(is_open, CHECK, 2, 0)
     assert run([None, require, do((*GO, *OPEN), subgoal=0, then=1)]).success
     failed = run([None, require, do(GO, subgoal=0, then=1)])
     assert failed.reported.failure is not None
@@ -196,7 +198,7 @@ def test_branches_with_equal_states_stay_apart_if_the_trajectory_matters() -> No
         return course.executed_actions == wanted
 
     progress = GoalProgress(TRUE, SCENE, trajectory_test=as_wanted)
-    outcome = explore_program(DOMAIN, START, program([ways, [()]]), progress, ExplorationLimits())
+    outcome = explore_subgoal_program(DOMAIN, START, program([ways, [()]]), progress, ExplorationLimits())
     assert outcome.success
     assert outcome.reported.trajectory.executed_actions == wanted
     assert asked == [*map(actions, ways)]
@@ -230,8 +232,10 @@ def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
     for trajectory in runs:
         met = 0
         for state, action in zip(trajectory.states, trajectory.executed_actions, strict=False):
-            met = progress.count_parts_met_after(met, state, action)
-        (successful if progress.is_reached(met, trajectory.final_state) else unsuccessful).append(trajectory)
+            met = progress.count_goal_parts_met_after_action(met, state, action)
+        (successful if progress.is_goal_reached_at_end(met, trajectory.final_state) else unsuccessful).append(
+            trajectory
+        )
     others = unsuccessful or [execute_plan(DOMAIN, START, actions(branch)) for branch in failed]
     errors = [sum(step.fault is not None for step in t.steps) for t in successful or others]
     lengths = [0 if successful else -len(t.states) for t in successful or others]
@@ -326,8 +330,10 @@ def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
     progress = GoalProgress(formula, trajectory.states[0].scene)
     met = 0
     for state, action in zip(trajectory.states, trajectory.executed_actions, strict=False):
-        met = progress.count_parts_met_after(met, state, action)
-    assert progress.is_reached(met, trajectory.final_state) == semantics.holds(formula, to_trace(trajectory))
+        met = progress.count_goal_parts_met_after_action(met, state, action)
+    assert progress.is_goal_reached_at_end(met, trajectory.final_state) == semantics.holds(
+        formula, to_trace(trajectory)
+    )
 
 
 @settings(deadline=None)
@@ -377,18 +383,18 @@ def test_progress_agrees_on_random_formulas_and_trajectories(
 
 def test_one_position_meets_at_most_one_part() -> None:
     progress = GoalProgress(parse("CLOSED(fridge.10) then CLOSED(fridge.10)"), PARTS_SCENE)
-    assert not progress.is_reached(0, PARTS_START)
-    assert progress.is_reached(
-        progress.count_parts_met_after(0, PARTS_START, Action("STANDUP", ())), PARTS_START
+    assert not progress.is_goal_reached_at_end(0, PARTS_START)
+    assert progress.is_goal_reached_at_end(
+        progress.count_goal_parts_met_after_action(0, PARTS_START, Action("STANDUP", ())), PARTS_START
     )
 
 
 def test_goals_at_the_end_are_tested_in_the_last_state() -> None:
     is_open = StateTest(parse("OPEN(fridge.10)"), PARTS_SCENE)
     progress = GoalProgress(parse("CLOSED(fridge.10)"), PARTS_SCENE, is_open)
-    assert not progress.is_reached(0, PARTS_START)
-    assert progress.is_reached(1, flat.make_state("OPEN fridge.10", over=PARTS_SCENE))
-    assert not progress.is_reached(1, PARTS_START)
+    assert not progress.is_goal_reached_at_end(0, PARTS_START)
+    assert progress.is_goal_reached_at_end(1, flat.make_state("OPEN fridge.10", over=PARTS_SCENE))
+    assert not progress.is_goal_reached_at_end(1, PARTS_START)
 
 
 def test_a_goal_is_a_sequence_of_state_formulas() -> None:

@@ -11,7 +11,7 @@ from eai.abilities.subgoal_decomposition.uniform_cost import (
     PermittedActions,
     SearchGoal,
     _find_best_failed_plan,
-    _MovementFinder,
+    _MovementPathFinder,
     _UniformCostSearch,
 )
 from eai.planning.search import SearchEffort
@@ -46,10 +46,10 @@ ACTIONS = [
 ]
 
 
-def movement(allowed: int) -> tuple[_MovementFinder, SearchEffort]:
+def movement(allowed: int) -> tuple[_MovementPathFinder, SearchEffort]:
     known, effort = OperatorIndex(DOMAIN).operators, SearchEffort(allowed)
     moves = [CandidateAction.create(action, known[action.operator], SITTING) for action in ACTIONS]
-    return _MovementFinder(moves, effort), effort
+    return _MovementPathFinder(moves, effort), effort
 
 
 def written(way: MovementPath) -> str:
@@ -89,7 +89,7 @@ def test_movement_paths_are_explored_once_and_lazily() -> None:
 
 
 def test_a_domain_without_movement_has_no_movement_paths() -> None:
-    assert not _MovementFinder([], SearchEffort(9))
+    assert not _MovementPathFinder([], SearchEffort(9))
     assert movement(0)[0]
 
 

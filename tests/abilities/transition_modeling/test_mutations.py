@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
+from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
@@ -139,7 +139,7 @@ def mutate_operator(name: str) -> str:
 @EACH_MUTATION
 def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, name: str) -> None:
     _, outcome, found = MUTATIONS[name]
-    verdict = score(task, mutate_operator(name), PaperOperatorRules)
+    verdict = score(task, mutate_operator(name), PaperOperatorScoringRules)
     assert verdict.planner is not None
     assert verdict.planner.value == outcome
     assert offences(verdict) == found
@@ -163,7 +163,7 @@ WHOLE_ANSWERS = [
 
 @pytest.mark.parametrize(("answer", "outcome"), WHOLE_ANSWERS)
 def test_a_mutated_answer_has_its_documented_outcome(task: TransitionTask, answer: str, outcome: str) -> None:
-    planner = score(task, answer, PaperOperatorRules).planner
+    planner = score(task, answer, PaperOperatorScoringRules).planner
     assert (planner and planner.value) == outcome
 
 

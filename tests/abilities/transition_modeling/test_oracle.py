@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
+from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts
@@ -48,7 +48,7 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
     virtualhome: TransitionTasks, oracle: Oracle, name: str, solved: int
 ) -> None:
     rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
-    rules = PaperOperatorRules(planner())
+    rules = PaperOperatorScoringRules(planner())
     outcomes: Counter[bool] = Counter()
     for row in rows:
         scorer = TransitionModelingScorer(virtualhome[row["id"]], rules)
@@ -89,7 +89,7 @@ def test_an_operator_has_the_name_that_was_asked_for(
 
 @pytest.fixture
 def rules() -> OperatorScoringRules:
-    return PaperOperatorRules(planner())
+    return PaperOperatorScoringRules(planner())
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from itertools import islice
 
 import pytest
 
-from eai.abilities.transition_modeling.rules import PaperOperatorRules
+from eai.abilities.transition_modeling.rules import PaperOperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import DataPackStore
@@ -57,7 +57,7 @@ def test_operators_that_assert_everything_have_plans_and_none_works(
     data_store: DataPackStore,
 ) -> None:
     tasks = open_tasks(Source(data_store))
-    rules = PaperOperatorRules(BuiltInPlanner())
+    rules = PaperOperatorScoringRules(BuiltInPlanner())
     planned = 0
     for task in islice(tasks.values(), 0, None, step):
         text = write_all_true_operators(task, with_parameters=with_parameters)

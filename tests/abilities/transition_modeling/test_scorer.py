@@ -8,7 +8,7 @@ from typing import TypeAlias
 import pytest
 
 from eai.abilities.transition_modeling.extraction import MAX_CACHED_CHARACTERS, ResultCache
-from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
+from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer, count_matches_by_category
 from eai.abilities.transition_modeling.verdict import (
     OperatorStatus,
@@ -68,10 +68,10 @@ MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorScoringRules]
 @pytest.fixture
 def rules_with() -> MakeRules:
     """Make the rules of `strict`. Tests of other protocols replace this fixture."""
-    return PaperOperatorRules
+    return PaperOperatorScoringRules
 
 
-def score(text: str, rules_with: MakeRules = PaperOperatorRules) -> OperatorVerdict:
+def score(text: str, rules_with: MakeRules = PaperOperatorScoringRules) -> OperatorVerdict:
     verdict = TransitionModelingScorer(TASK, rules_with(BuiltInPlanner())).score(text)
     assert isinstance(verdict, OperatorVerdict)
     return verdict
@@ -141,7 +141,7 @@ def test_a_clause_is_right_or_wrong_as_a_unit_in_each_category() -> None:
             (1, 1, 1),
         ),
     ):
-        rules = PaperOperatorRules(None)
+        rules = PaperOperatorScoringRules(None)
         verdict = TransitionModelingScorer(task, rules).assess(answer(operator)).verdict
         assert isinstance(verdict, OperatorVerdict)
         assert verdict.counts == {
@@ -189,7 +189,7 @@ def test_equal_operators_are_planned_with_once(rules_with: MakeRules, problems: 
 
 
 def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
-    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorScoringRules(BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
     assert "open: the precondition has the additional clause (near ?x) (no parameter: ?x)" in notes
@@ -203,7 +203,7 @@ def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
 
 def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
     half = OPEN.write_pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
-    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorScoringRules(BuiltInPlanner()))
     text = json.dumps({"output": f"{half}\n{LIGHT.write_pddl}"})
     verdict = scorer.score(text)
     assert isinstance(verdict, OperatorVerdict)
@@ -218,7 +218,7 @@ def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
 
 
 def test_an_explanation_names_renamed_parameters() -> None:
-    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorScoringRules(BuiltInPlanner()))
     other = OPEN.write_pddl.replace("?o", "?thing")
     notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.write_pddl}"})).notes
     assert [note for note in notes if "compared so" in note] == [
@@ -231,7 +231,7 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
     gold = OperatorText("open", "(?o)", "(or (shut ?o) (near ?o))", "(not (shut ?o))")
     library = OperatorLibrary(DOMAIN.header, {"open": gold, "stamp": STAMP}, DOMAIN.categories)
     task = TransitionTask("t", library, ("open", "stamp"), TASK.categories, TASK.problem_text)
-    scorer = TransitionModelingScorer(task, PaperOperatorRules(None))
+    scorer = TransitionModelingScorer(task, PaperOperatorScoringRules(None))
     written = [
         OperatorText("open", "(?o)", "(and (shut ?o) (used ?o))", "(not (shut ?o))"),
         OperatorText("stamp", "(?o)", "(or (near ?o) (used ?o))", "(lit ?o)"),
@@ -245,13 +245,17 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
 
 def test_an_explanation_says_what_an_unreadable_side_lacks() -> None:
     nested = OperatorText("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
-    notes = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner())).explain(answer(nested)).notes
+    notes = (
+        TransitionModelingScorer(TASK, PaperOperatorScoringRules(BuiltInPlanner()))
+        .explain(answer(nested))
+        .notes
+    )
     assert "open: malformed in the precondition of open: expected a word, not a list" in notes
     assert "planner: input_error (precondition of open: malformed: expected a word, not a list)" in notes
 
 
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:
-    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorScoringRules(BuiltInPlanner()))
     short = OPEN.write_pddl.replace("(near ?o))", "(near ?o)")
     text = f"{short}\n{LIGHT.write_pddl}"
     notes = scorer.explain(text).notes
@@ -292,7 +296,7 @@ TASK_OF_TWO = TransitionTask(
     ],
 )
 def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works: bool, note: str) -> None:
-    scorer = TransitionModelingScorer(TASK_OF_TWO, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK_OF_TWO, PaperOperatorScoringRules(BuiltInPlanner()))
     light = TASK_OF_TWO.domain.operators["light"]
     assessment = scorer.assess(answer(OperatorText("open", *opened.split("|")), light))
     verdict = assessment.verdict

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory
 from eai.abilities.verdict import Verdict
 from eai.logic.formula import Atom, Constant
 from eai.tasks.share import Share
@@ -44,7 +44,7 @@ def describe_verdict(verdict: Verdict) -> str:
     """Return category and error; for runtime errors also the step."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value}"
-    runs = verdict.category is SubgoalCategory.RUNTIME
+    runs = verdict.category is SubgoalAnswerCategory.RUNTIME
     step = f" {verdict.error.step}" if verdict.error is not None and runs else ""
     return f"{verdict.category.value}{error}{step}"
 

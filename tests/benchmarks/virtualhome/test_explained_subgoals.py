@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.abilities.explanation import EXECUTED, Explanation, GoalPartReport
+from eai.abilities.explanation import EXECUTED, GoalPartReport, VerdictExplanation
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
@@ -32,15 +32,15 @@ def test_each_part_of_a_temporal_goal_is_met_at_its_reported_step(
         for part, report in zip(
             goal.parts if isinstance(goal, Then) else (goal,), explanation.parts, strict=True
         ):
-            if report.description_of_time_met:
+            if report.time_first_met_in_words:
                 reported += 1
                 if not is_met(part, report, explanation, states):
-                    wrong[row["id"]] = (report.part, report.description_of_time_met)
+                    wrong[row["id"]] = (report.part, report.time_first_met_in_words)
     assert wrong == {}
     assert reported >= 60
 
 
-def states_by_step(scorer: SubgoalDecompositionScorer, explanation: Explanation) -> dict[int, State]:
+def states_by_step(scorer: SubgoalDecompositionScorer, explanation: VerdictExplanation) -> dict[int, State]:
     """Return the states after the executed steps by step number; 0 is the initial state."""
     state = scorer.task.initial
     states = {0: state}
@@ -55,7 +55,7 @@ def states_by_step(scorer: SubgoalDecompositionScorer, explanation: Explanation)
 
 
 def is_met(
-    part: Formula, report: GoalPartReport, explanation: Explanation, states: Mapping[int, State]
+    part: Formula, report: GoalPartReport, explanation: VerdictExplanation, states: Mapping[int, State]
 ) -> bool:
     """Whether a part is met at its reported step: by the state, or by an action of that name."""
     actions = [formula.action for formula in walk_subformulas(part) if isinstance(formula, Occurs)]
@@ -63,9 +63,9 @@ def is_met(
         number = report.met_after
         at = f"after step {number}" if number else "at the start"
         return (
-            report.description_of_time_met == at
+            report.time_first_met_in_words == at
             and number in states
             and StateTest(part, states[0].scene)(states[number])
         )
-    step = explanation.steps[int(report.description_of_time_met.removeprefix("at step ")) - 1]
+    step = explanation.steps[int(report.time_first_met_in_words.removeprefix("at step ")) - 1]
     return step.outcome == EXECUTED and step.action.partition("(")[0] in actions

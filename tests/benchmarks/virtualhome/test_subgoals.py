@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory
 from eai.abilities.verdict import Verdict
 from eai.results.codec import dataclass_to_json, verdict_to_record_fields
 from eai.tasks.share import Share
@@ -42,7 +42,7 @@ def describe_verdict(verdict: Verdict) -> str:
     """Return category and error; for runtime errors also the step."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value}"
-    runs = verdict.category is SubgoalCategory.RUNTIME
+    runs = verdict.category is SubgoalAnswerCategory.RUNTIME
     step = f" {verdict.error.step}" if verdict.error is not None and runs else ""
     return f"{verdict.category.value}{error}{step}"
 
@@ -221,7 +221,7 @@ def test_a_verdict_says_why_the_search_ended() -> None:
 def test_a_subgoal_with_too_many_alternatives_is_an_error() -> None:
     four = " and ".join(f"exists {v}. (TOUCH({v}))" for v in "abcd")
     nested = "exists a. (exists b. (exists c. (exists d. (TOUCH(a) and TOUCH(b) and TOUCH(c) and TOUCH(d)))))"
-    assert STRICT.score(answer(four, *REACHED[1:])).category is SubgoalCategory.RUNTIME
+    assert STRICT.score(answer(four, *REACHED[1:])).category is SubgoalAnswerCategory.RUNTIME
     verdict = STRICT.score(answer(nested))
     assert verdict.error is not None
     assert "20,000 instructions" in verdict.error.detail

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.base.store import DataPackStore
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -170,7 +170,10 @@ def _as_published(found: _ModularAndPipelineRuns, model: str) -> _ModularAndPipe
         assert isinstance(verdict, SubgoalVerdict)
         category, executable, success = theirs.get(record.task_id, ("not_parseable", False, False))
         as_theirs = SubgoalVerdict(
-            category=SubgoalCategory(category), executable=executable, success=success, goals=verdict.goals
+            category=SubgoalAnswerCategory(category),
+            executable=executable,
+            success=success,
+            goals=verdict.goals,
         )
         piped.append(replace(record, verdict=as_theirs))
     return replace(found, pipeline=piped)

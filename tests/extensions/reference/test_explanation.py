@@ -9,7 +9,7 @@ from abilities.test_explanation import (
 )
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencingScorer
 from eai.tasks.task import Task
 
@@ -17,7 +17,7 @@ SHARED = (test_a_step_report_lists_changes_of_the_tasks_objects, test_an_explana
 """Tests of `strict` that are run again with the fixture `explained` below."""
 
 
-def explain_as_reference(text: str, task: Task) -> Explanation:
+def explain_as_reference(text: str, task: Task) -> VerdictExplanation:
     return VirtualHomeActionSequencingScorer(task).explain(text)
 
 

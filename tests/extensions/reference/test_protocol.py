@@ -11,7 +11,7 @@ from eai.abilities.attempt import Attempt
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.abilities.verdict import PlanVerdict, SummaryCounts
 from eai.base.errors import InputError
 from eai.benchmarks.protocols import make_replanning_options_of_protocol
@@ -33,7 +33,7 @@ def scripted(slip: float = 0.0) -> ReplanningOptions:
 
 def tried(experiment: ReplanningOptions, *answers: str) -> tuple[list[Attempt], bool]:
     """The attempts, and whether the trial is over after them."""
-    trial = (Trial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
+    trial = (MultiAttemptTrial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
     for text in answers:
         trial.try_answer(text)
     return trial.attempts, trial.has_no_attempt_left

@@ -8,7 +8,7 @@ import pytest
 
 from agents.switches import SWITCHES, WON
 from eai.abilities.attempt import Attempt
-from eai.abilities.explanation import Explanation, StepReport, parse_statement
+from eai.abilities.explanation import StepReport, VerdictExplanation, parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.setting import ACTING
@@ -81,7 +81,7 @@ def test_an_episode_has_a_scene_for_each_turn() -> None:
 def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
     suite = open_suite(KITCHEN, Ability.ACTION_SEQUENCING)
     record = scored(suite, "1", "[]")
-    first, last = (Explanation(steps=reports(*part)) for part in (DONE[:1], DONE[1:]))
+    first, last = (VerdictExplanation(steps=reports(*part)) for part in (DONE[:1], DONE[1:]))
     attempts = tuple(Attempt("", PlanVerdict(), explanation=each) for each in (first, last))
     goes_on = replace(record, experiment=experiment(1, "continue"), attempts=attempts, explanation=last)
     start, *rest = told(make_scene_diagrams_after_each_step(goes_on, suite), "robot")
@@ -95,7 +95,7 @@ def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
 
 def test_nothing_is_shown_of_other_data_and_of_what_has_no_plan() -> None:
     suite = open_suite(KITCHEN, Ability.ACTION_SEQUENCING)
-    done = replace(scored(suite, "1", "[]"), explanation=Explanation(steps=reports(*DONE)))
+    done = replace(scored(suite, "1", "[]"), explanation=VerdictExplanation(steps=reports(*DONE)))
     assert len(make_scene_diagrams_after_each_step(done, suite)) == 4
     assert make_scene_diagrams_after_each_step(replace(done, data_sha256="0" * 64), suite) == ()
     assert make_scene_diagrams_after_each_step(replace(done, task_id="2"), suite) == ()

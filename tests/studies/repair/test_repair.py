@@ -5,7 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import eai
-from eai.abilities.repair import DEFAULT_EFFORT, Edit, Repair, classify_and_locate_fault, describe_repair
+from eai.abilities.repair import (
+    DEFAULT_EFFORT,
+    Edit,
+    SmallestPlanRepair,
+    classify_and_locate_fault,
+    describe_repair,
+)
 from eai.abilities.verdict import PlanVerdict
 from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
@@ -20,7 +26,7 @@ TASK = "27_2"
 WALK = '{"WALK": ["washing_machine", 1001]}'
 
 
-def repair_of(plan: str) -> Repair:
+def repair_of(plan: str) -> SmallestPlanRepair:
     assessment = SUITE.scorer(TASK).assess(plan)
     assert assessment.analyze_failure is not None
     verdict = assessment.analyze_failure(DEFAULT_EFFORT)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, parse_statement
+from eai.abilities.explanation import GoalReport, StepReport, VerdictExplanation, parse_statement
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
@@ -69,7 +69,7 @@ STEPS = (
 
 def actions(task: str, verdict: Verdict, response: str = '{"WALK": ["bed"]}', **names: str) -> Record:
     """An answer with a plan."""
-    explanation = Explanation(
+    explanation = VerdictExplanation(
         notes=("read with repair: prose",),
         steps=STEPS,
         goals=(
@@ -83,7 +83,7 @@ def actions(task: str, verdict: Verdict, response: str = '{"WALK": ["bed"]}', **
 def _record(
     task: str,
     verdict: Verdict,
-    explanation: Explanation,
+    explanation: VerdictExplanation,
     ability: Ability,
     response: str,
     model: str = "first",
@@ -138,7 +138,7 @@ def goal_run() -> list[Record]:
         predicted=2,
         hallucinated=("sofaa",),
     )
-    explanation = Explanation(
+    explanation = VerdictExplanation(
         notes=("wrong: OFF(bed)",),
         goals=(
             GoalReport("state", "ON(light.2)", True, predicates=("ON",)),
@@ -152,9 +152,9 @@ def subgoal_run() -> list[Record]:
     """Subgoals of every outcome."""
     verdicts = [
         SubgoalVerdict(category=category, executable=i < 2, success=i == 0, goals=goals((1, 1)))
-        for i, category in enumerate(SubgoalCategory)
+        for i, category in enumerate(SubgoalAnswerCategory)
     ]
-    explanation = Explanation(steps=STEPS[:2])
+    explanation = VerdictExplanation(steps=STEPS[:2])
     return [
         _record(f"{i}_1", verdict, explanation, Ability.SUBGOAL_DECOMPOSITION, "{}")
         for i, verdict in enumerate(verdicts)
@@ -183,7 +183,7 @@ def operator_run() -> list[Record]:
     operator = "(:action open :parameters (?o) :precondition (and (closed ?o) (near ?o)) :effect (and))"
     answer = json.dumps({"output": operator})
     return [
-        _record(f"{i}_1", verdict, Explanation(), Ability.TRANSITION_MODELING, answer)
+        _record(f"{i}_1", verdict, VerdictExplanation(), Ability.TRANSITION_MODELING, answer)
         for i in range(3)
     ]  # fmt: skip
 

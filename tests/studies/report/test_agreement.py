@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.verdict import Verdict
 from eai.results.runs import Run, RunKey
 from eai.studies.report.document import compare_with_paper
@@ -26,14 +26,14 @@ def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[di
 
 
 def test_only_the_paper_s_models_under_its_protocol_are_compared() -> None:
-    verdicts: list[Verdict] = [SubgoalVerdict(category=SubgoalCategory.CORRECT)]
+    verdicts: list[Verdict] = [SubgoalVerdict(category=SubgoalAnswerCategory.CORRECT)]
     assert compared(verdicts, GPT_4O, Protocol("eai-1.0.5"))
     assert not compared(verdicts, GPT_4O, Protocol.STRICT)
     assert not compared(verdicts, "my-model", Protocol("eai-1.0.5"))
 
 
 def test_a_run_that_leaves_tasks_out_is_not_compared() -> None:
-    run = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], GPT_4O, Protocol("eai-1.0.5"))
+    run = run_of([SubgoalVerdict(category=SubgoalAnswerCategory.CORRECT)], GPT_4O, Protocol("eai-1.0.5"))
     part = replace(run, records=(replace(run.records[0], suite_size=2),))
     assert compare_with_paper([summarize_run(run)])
     assert not compare_with_paper([summarize_run(part)])
@@ -41,8 +41,8 @@ def test_a_run_that_leaves_tasks_out_is_not_compared() -> None:
 
 def test_cells_are_counted_by_their_distance_from_the_papers_figures() -> None:
     half = [
-        SubgoalVerdict(category=SubgoalCategory.CORRECT),
-        SubgoalVerdict(category=SubgoalCategory.NOT_PARSEABLE),
+        SubgoalVerdict(category=SubgoalAnswerCategory.CORRECT),
+        SubgoalVerdict(category=SubgoalAnswerCategory.NOT_PARSEABLE),
     ]
     found = compared(half, GPT_4O, Protocol("eai-1.0.5"))
     row = next(row for row in found if row["table"] == "Subgoal decomposition: trajectory evaluation")
@@ -57,7 +57,7 @@ def test_published_subgoal_categories_give_the_paper_s_success(oracle: Oracle) -
     names = {"Correct": "correct", "Runtime": "runtime", "GoalUnreachable": "goal_unreachable"}
     names |= {"Hallucination": "hallucination", "NotParseable": "not_parseable"}
     verdicts: list[Verdict] = [
-        SubgoalVerdict(category=SubgoalCategory(names[row["verdict"]["category"]])) for row in rows
+        SubgoalVerdict(category=SubgoalAnswerCategory(names[row["verdict"]["category"]])) for row in rows
     ]
     overview = compared(verdicts, GPT_4O, Protocol("eai-1.0.5"))[0]
     assert (overview["cells"], overview["within 1"]) == ("2", "2")

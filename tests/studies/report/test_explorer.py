@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, parse_statement
+from eai.abilities.explanation import GoalReport, StepReport, VerdictExplanation, parse_statement
 from eai.results.page import encode_for_script
 from eai.results.runs import read_runs
 from eai.studies.report.explorer import ExplorerData, ExplorerDomainData, build_explorer_page
@@ -107,7 +107,7 @@ def test_only_prompts_of_answered_tasks_are_stored(page: str) -> None:
 def test_a_missed_goal_shows_the_facts_that_hold_instead(tmp_path: Path) -> None:
     steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=parse_statement("PUT(a, b)")),)
     goals = (GoalReport("relation", "ONTOP(a, b)", False), GoalReport("state", "ON(a)", True))
-    answer = replace(action_run()[0], explanation=Explanation(steps=steps, goals=goals))
+    answer = replace(action_run()[0], explanation=VerdictExplanation(steps=steps, goals=goals))
     packed = ExplorerData()
     for run in read_runs([write_runs(tmp_path, [[answer]])]):
         packed.add_run(run)

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ConfusionCounts, Verdict
 from eai.agents.setting import ACTING
@@ -89,7 +89,7 @@ def test_columns_without_numbers_are_left_out() -> None:
 
 
 def test_granularity_is_the_last_column_of_the_subgoal_table() -> None:
-    verdict = SubgoalVerdict(category=SubgoalCategory.CORRECT, refined=4, added_actions=1)
+    verdict = SubgoalVerdict(category=SubgoalAnswerCategory.CORRECT, refined=4, added_actions=1)
     found = table("subgoal_decomposition_trajectory", [run_of([verdict], Ability.SUBGOAL_DECOMPOSITION, "a")])
     assert found is not None
     column, cell = [*found.columns][-1], cell_at(found.rows[0], -1)
@@ -179,7 +179,9 @@ def test_average_is_the_paper_s_mean_with_an_interval() -> None:
     goals = run_of(
         [GoalVerdict(counts={"state": ConfusionCounts(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a"
     )
-    subgoals = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
+    subgoals = run_of(
+        [SubgoalVerdict(category=SubgoalAnswerCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a"
+    )
     operators = run_of(
         [
             OperatorVerdict(

@@ -9,7 +9,11 @@ from typing import TypeAlias
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import (
+    OperatorScoringRules,
+    PaperOperatorScoringRules,
+    ReplacedPart,
+)
 from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PddlPlanner, PlannerOutcome
@@ -50,7 +54,7 @@ MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorScoringRules]
 @pytest.fixture
 def rules_with() -> MakeRules:
     """Makes the rules of `strict`; tests of other protocols have a fixture of this name, too."""
-    return PaperOperatorRules
+    return PaperOperatorScoringRules
 
 
 def tried(
@@ -76,7 +80,7 @@ ANSWERS = [
 
 @pytest.mark.parametrize(("text", "outcomes"), ANSWERS)
 def test_each_operator_is_tried_alone_among_gold_operators(text: str, outcomes: dict[str, str]) -> None:
-    found = tried(text, PaperOperatorRules)
+    found = tried(text, PaperOperatorScoringRules)
     assert {each.operator: each.outcome for each in found} == outcomes
     assert all(each.categories == "object_states spatial_relations" for each in found)
 
@@ -107,7 +111,7 @@ def test_a_trial_records_the_errors_of_the_replaced_part() -> None:
         "effect": wrong[2:],
     }
     for replaced, expected in parts.items():
-        first, second = tried(answer(both, LIGHT), PaperOperatorRules, replaced)
+        first, second = tried(answer(both, LIGHT), PaperOperatorScoringRules, replaced)
         assert (first.errors, second.errors) == (" ".join(expected), "")
 
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     ENDING_FAULTS,
     DomainAndNotation,
-    QuestionAndAnswerDeclaration,
     SchemaMaker,
+    SingleQuestionInteraction,
     compute_reached_goal_shares,
-    count_additional_steps_for_summary,
     count_faults_for_summary,
+    count_needless_steps_for_summary,
     declare_plan_ability,
 )
 from eai.abilities.protocol import Ability
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
+def compute_contributions_to_metrics(verdict: PlanVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one plan adds to the metric.
 
     If the verdict has separate counts for summaries (`SummaryCounts`), these counts are used for success,
@@ -41,7 +41,7 @@ def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
             name: make_rate_contribution_of_answer(count_faults_for_summary(verdict, kind))
             for name, kind in ENDING_FAULTS.items()
         },
-        "additional_step": make_rate_contribution_of_answer(count_additional_steps_for_summary(verdict)),
+        "additional_step": make_rate_contribution_of_answer(count_needless_steps_for_summary(verdict)),
         **compute_reached_goal_shares(verdict),
     }
 
@@ -57,7 +57,7 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     return partial(ActionSequencingScorer, domain=parts.domain, notation=parts.notation.plans)
 
 
-def _get_object_words_and_schema_maker(
+def _get_object_name_words_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     """Return the words for objects in answers, and a function that makes an answer's JSON schema from them.
@@ -66,21 +66,21 @@ def _get_object_words_and_schema_maker(
     result always returns None.
     """
     if task is not None and task.allows_declining_answers:
-        return parts.notation.plans.list_words_for_objects(task), lambda words: None
-    words = () if task is None else parts.notation.plans.list_words_for_objects(task)
+        return parts.notation.plans.list_words_that_name_objects(task), lambda words: None
+    words = () if task is None else parts.notation.plans.list_words_that_name_objects(task)
     return words, lambda words: parts.notation.plans.make_json_schema_of_answer(parts.domain, words)
 
 
 ACTION_SEQUENCING = declare_plan_ability(
     Ability.ACTION_SEQUENCING,
-    QuestionAndAnswerDeclaration(
+    SingleQuestionInteraction(
         _make_scorer_factory,
-        answer_form=_get_object_words_and_schema_maker,
+        answer_form=_get_object_name_words_and_schema_maker,
         keys_in_order=True,
         plain_text_prefix=None,
     ),
     "Action sequencing",
     "actions",
     PlanVerdict,
-    compute_share_by_metric,
+    compute_contributions_to_metrics,
 )

@@ -7,10 +7,10 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from eai.abilities.declining import read_declining_answer
-from eai.abilities.explanation import SLIPPED, Explanation, write_repair_notes
+from eai.abilities.explanation import SLIPPED, VerdictExplanation, write_repair_notes
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor, PlanNotation, resolve_plan
-from eai.abilities.repair import Repair
+from eai.abilities.repair import SmallestPlanRepair
 from eai.abilities.reports import report_goals, report_steps
 from eai.abilities.scorer import Assessment, PlanScorer, make_error_report
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
@@ -110,10 +110,10 @@ class ActionSequencingScorer(PlanScorer):
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
         if verdict.is_task_declined_by_answer and verdict.success:
-            return replace(verdict, repair=Repair(at_most=0))
+            return replace(verdict, repair=SmallestPlanRepair(at_most=0))
         plan = self.read(text)
         if verdict.is_task_declined_by_answer or isinstance(plan, Unreadable):
-            return replace(verdict, repair=Repair(why_null="unreadable"))
+            return replace(verdict, repair=SmallestPlanRepair(why_null="unreadable"))
         return replace(verdict, repair=self.repairer.find_smallest_repair(plan, verdict, max_tried_steps))
 
     @cached_property
@@ -188,12 +188,12 @@ class ActionSequencingScorer(PlanScorer):
         return resolve_plan(plan, self.domain, self.notation, self._object)
 
     def _assess_declining_answer(
-        self, reason: str, is_declining_right: bool, explanation_notes: tuple[str, str]
+        self, reason: str, is_declining_correct: bool, explanation_notes: tuple[str, str]
     ) -> Assessment:
         reached = self.goals.none_reached
-        verdict = self._make_verdict(reached, WrittenPlan(()), success=is_declining_right, refused=reason)
+        verdict = self._make_verdict(reached, WrittenPlan(()), success=is_declining_correct, refused=reason)
         return Assessment(
-            verdict, lambda: Explanation(explanation_notes, goals=report_goals(self.task, reached))
+            verdict, lambda: VerdictExplanation(explanation_notes, goals=report_goals(self.task, reached))
         )
 
     def _assess_rejected_plan(
@@ -203,16 +203,18 @@ class ActionSequencingScorer(PlanScorer):
         reason = f"{error.kind.value}: {step}{error.detail}"
         verdict = self._make_rejection_verdict(error, plan, execute)
 
-        def explain_rejection() -> Explanation:
+        def explain_rejected_plan() -> VerdictExplanation:
             goals = report_goals(self.task, verdict.goals_satisfied)
-            return Explanation((*self._write_repair_and_exclusion_notes(plan.repairs), reason), goals=goals)
+            return VerdictExplanation(
+                (*self._write_repair_and_exclusion_notes(plan.repairs), reason), goals=goals
+            )
 
-        return Assessment(verdict, explain_rejection)
+        return Assessment(verdict, explain_rejected_plan)
 
     def _make_rejection_verdict(
         self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor
     ) -> PlanVerdict:
-        reached = self._test_goals_of_rejected_answer(execute)
+        reached = self._get_goals_met_by_rejected_answer(execute)
         return self._make_verdict(reached, plan, success=False, error=error)
 
     def _execute_from_start(self, actions: tuple[Action, ...]) -> Execution:
@@ -282,8 +284,8 @@ class ActionSequencingScorer(PlanScorer):
             refused=refused,
         )
 
-    def _explain(self, verdict: PlanVerdict, execution: Execution) -> Explanation:
-        return Explanation(
+    def _explain(self, verdict: PlanVerdict, execution: Execution) -> VerdictExplanation:
+        return VerdictExplanation(
             self._write_repair_and_exclusion_notes(verdict.repairs),
             report_steps(self.task, self.domain, execution.trajectory),
             report_goals(
@@ -306,7 +308,7 @@ class ActionSequencingScorer(PlanScorer):
     def _get_final_state(self, execution: Execution) -> State:
         return execution.trajectory.final_state
 
-    def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
+    def _get_goals_met_by_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
         """Return False for each goal, because the answer is not executed.
 
         A subclass may count goals that hold in the initial state as reached.

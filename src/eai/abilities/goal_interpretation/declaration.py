@@ -11,8 +11,8 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     DomainAndNotation,
     MetricColumn,
-    QuestionAndAnswerDeclaration,
     SchemaMaker,
+    SingleQuestionInteraction,
     classify_answer_by_counts,
     find_error_outcome,
     make_score_columns,
@@ -43,7 +43,7 @@ _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
 _SCORES = make_score_columns(_PARTS)
 
 
-def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
+def compute_contributions_to_metrics(verdict: GoalVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     Three metrics are not in the paper's tables. ``parsing`` is the share of unreadable answers.
@@ -95,7 +95,7 @@ def _get_object_names_and_schema_maker(
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
-    interaction=QuestionAndAnswerDeclaration(
+    interaction=SingleQuestionInteraction(
         _make_scorer_factory,
         answer_form=_get_object_names_and_schema_maker,
         lists_are_sets=True,
@@ -104,7 +104,7 @@ GOAL_INTERPRETATION = AbilityDeclaration(
     title="Goal interpretation",
     short_title="goals",
     verdict=GoalVerdict,
-    contributions=compute_share_by_metric,
+    contributions=compute_contributions_to_metrics,
     outcome=classify_outcome,
     columns=(
         *_SCORES,

@@ -18,7 +18,7 @@ from operator import or_
 from textwrap import shorten
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.explanation import Explanation, GoalReport, find_predicate_names, write_repair_notes
+from eai.abilities.explanation import GoalReport, VerdictExplanation, find_predicate_names, write_repair_notes
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import GoalAlternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
@@ -81,13 +81,15 @@ class _GoldGoals:
             for goal in alternatives
         ]
 
-    def choose_best_met_alternatives(self, stated: _ConditionMask) -> list[_ConditionMask]:
+    def choose_best_stated_option_of_each_goal(
+        self, stated_conditions: _ConditionMask
+    ) -> list[_ConditionMask]:
         """Return for each goal the bit mask of the option that contains most of the stated conditions.
 
         An option is a set of conditions that meets the goal. The mask of a goal without options is 0.
-        ``stated`` is the bit mask of the conditions that the answer states.
+        ``stated_conditions`` is the bit mask of the conditions that the answer states.
         """
-        options = [find_option(stated) for find_option in self.option_finders]
+        options = [find_option(stated_conditions) for find_option in self.option_finders]
         return [0 if option is None else option.conditions for option in options]
 
     def list_conditions_as_goals(self, conditions: _ConditionMask) -> tuple[WrittenGoal, ...]:
@@ -145,7 +147,7 @@ class GoalInterpretationScorer(Scorer):
         """Return the verdict on the goals that an answer states."""
         said, unknown, lacking = self._group_goals_by_validity(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
-        wanted, matched = reduce(or_, self._choose_best_met_alternatives(said), 0), 0
+        wanted, matched = reduce(or_, self._choose_best_stated_option_of_each_goal(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
         for goal, times in said.items():
@@ -181,7 +183,7 @@ class GoalInterpretationScorer(Scorer):
             missing=self.gold.list_condition_texts(missing),
         )
 
-    def describe_uncounted_goals(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_goals_left_out_of_score(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield texts on the goals in an answer that are neither right nor wrong, with the reasons."""
         _, unknown, lacking = self._group_goals_by_validity(goals)
         entries = [(self.lexicon.classify_goal(goal), str(goal)) for goal in lacking]
@@ -195,7 +197,7 @@ class GoalInterpretationScorer(Scorer):
         Each goal in the answer counts for only one condition of the task's goals.
         """
         left = self._group_goals_by_validity(goals).known
-        options = self._choose_best_met_alternatives(left)
+        options = self._choose_best_stated_option_of_each_goal(left)
         met = 0
         for number in iterate_bits(reduce(or_, options, 0)):
             condition = self.gold.stated[number]
@@ -210,9 +212,9 @@ class GoalInterpretationScorer(Scorer):
             reports.append(GoalReport(goal.kind, text, is_met, predicates=find_predicate_names(text)))
         return tuple(reports)
 
-    def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
+    def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> VerdictExplanation:
         reported = {*verdict.matched, *verdict.wrong, *verdict.missing}
-        notes = [*write_repair_notes(goals.repairs), *self.describe_uncounted_goals(goals)]
+        notes = [*write_repair_notes(goals.repairs), *self.describe_goals_left_out_of_score(goals)]
         for kind, (right, wrong, missed) in (verdict.counts or {}).items():
             if kind != ALL:
                 notes.append(f"{kind} goals: {right} right, {wrong} wrong, {missed} missed")
@@ -220,11 +222,11 @@ class GoalInterpretationScorer(Scorer):
             notes.append("the task has no goals, so nothing that is stated is right")
         notes += describe_wrong_goals(verdict, {str(goal) for goal in self.gold.mask_of})
         notes += self._describe_incompletely_stated_goals(goals)
-        return Explanation(
+        return VerdictExplanation(
             notes=tuple(notes),
             goals=self.report_goals(goals),
             atoms={
-                text: goal.statement
+                text: goal.atom_or_action
                 for goal in (*self.gold.stated, *self.list_goals_with_known_names(goals))
                 if (text := str(goal)) in reported
             },
@@ -237,7 +239,7 @@ class GoalInterpretationScorer(Scorer):
     def _describe_incompletely_stated_goals(self, goals: WrittenGoals) -> Iterator[str]:
         """Yield a text on each goal that the answer states incompletely, with the missed conditions."""
         left = self._group_goals_by_validity(goals).known
-        for option in self._choose_best_met_alternatives(left):
+        for option in self._choose_best_stated_option_of_each_goal(left):
             missed = [
                 str(condition)
                 for condition in self.gold.list_conditions_as_goals(option)
@@ -268,9 +270,11 @@ class GoalInterpretationScorer(Scorer):
                 unknown += [(goal, name)] * times
         return _GoalsByValidity(known, tuple(unknown), tuple(ill_formed))
 
-    def _choose_best_met_alternatives(self, stated_goals: Iterable[WrittenGoal]) -> list[_ConditionMask]:
+    def _choose_best_stated_option_of_each_goal(
+        self, stated_goals: Iterable[WrittenGoal]
+    ) -> list[_ConditionMask]:
         mask_of = self.gold.mask_of
-        return self.gold.choose_best_met_alternatives(
+        return self.gold.choose_best_stated_option_of_each_goal(
             reduce(or_, [mask_of.get(goal, 0) for goal in stated_goals], 0)
         )
 

@@ -12,7 +12,7 @@ from eai.abilities.verdict import (
     ConfusionCounts,
     RewardInputs,
     Verdict,
-    compute_reward_inputs_of_parts,
+    compute_reward_inputs_from_part_counts,
     sum_confusion_counts,
 )
 from eai.base.json_value import Json
@@ -72,6 +72,6 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
         counts = (self.counts or {}).get(ALL, NO_COUNTS)
-        return compute_reward_inputs_of_parts(
-            counts, self.error, faults, meaningless_parts=hallucinated + self.ill_formed
+        return compute_reward_inputs_from_part_counts(
+            counts, self.error, faults, ill_formed_or_unknown_parts=hallucinated + self.ill_formed
         )

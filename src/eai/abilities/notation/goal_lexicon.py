@@ -152,7 +152,7 @@ def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str
 
 
 @dataclass(frozen=True, slots=True)
-class _StatedGoals:
+class _GoalsStatedByAnswer:
     """The goals that an answer states, as goals of its task.
 
     Attributes:
@@ -170,15 +170,15 @@ class _StatedGoals:
     unreadable: str | None = None
 
 
-def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
+def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _GoalsStatedByAnswer:
     """Return the goals that an answer to goal interpretation states for a task."""
     translator = _GoalToFormulaTranslator(task, domain, notation)
     read = notation.read_conditions(text, translator.to_formula)
     if isinstance(read, Unreadable):
-        return _StatedGoals((), unreadable=read.reason)
+        return _GoalsStatedByAnswer((), unreadable=read.reason)
     formulas, left_out = read
     strange = {formula: tuple(translator.find_unknown_names(formula)) for formula in formulas}
-    return _StatedGoals(
+    return _GoalsStatedByAnswer(
         tuple([goal(formula) for formula in strange]),
         tuple([goal(formula) for formula, names in strange.items() if not names]),
         tuple(dict.fromkeys(name for names in strange.values() for name in names)),

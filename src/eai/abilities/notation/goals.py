@@ -35,7 +35,7 @@ from eai.abilities.answer_text import (
     has_answer_line_under_key,
     read_json,
 )
-from eai.abilities.explanation import Statement
+from eai.abilities.explanation import AtomOrAction
 from eai.abilities.verdict import AnswerSpan, Unreadable
 from eai.logic.choice import AndOrTree, build_and_or_tree
 from eai.logic.formula import Formula
@@ -70,7 +70,7 @@ def read_nested_formula(
             negated = read_subformula(operand)
             return None if negated is None else f.Not(negated)
         case ["and" | "or" as word, [*_] as first, *others]:
-            parts = [read_subformula(part) for part in unwrap_operands((first, *others))]
+            parts = [read_subformula(part) for part in drop_list_around_operands((first, *others))]
             formulas = tuple([part for part in parts if part is not None])
             return (
                 None if len(formulas) < len(parts) else f.And(formulas) if word == "and" else f.Or(formulas)
@@ -95,7 +95,7 @@ def read_nested_formula(
             return literal(entry, variables)
 
 
-def unwrap_operands(operands: Sequence[object]) -> Sequence[object]:
+def drop_list_around_operands(operands: Sequence[object]) -> Sequence[object]:
     """Return the operands of a connective without the list around them, if an answer writes a list."""
     match operands:
         case [[[*_], *_] as inner]:
@@ -156,7 +156,7 @@ _SECTION_OF = {section: section for section in SECTIONS.values()}
 _NO_WORD = re.compile(r"[\W_]+")
 
 
-class GoalSections(NamedTuple):
+class AnswerGoalSections(NamedTuple):
     """The sections of an answer's JSON object. Each section lists goals of one kind.
 
     Attributes:
@@ -170,8 +170,8 @@ class GoalSections(NamedTuple):
 
 
 def make_goal_sections_format(
-    read: Callable[[GoalSections], GoalSections | None], find_flaw: Callable[[object], str | None]
-) -> AnswerFormat[GoalSections]:
+    read: Callable[[AnswerGoalSections], AnswerGoalSections | None], find_flaw: Callable[[object], str | None]
+) -> AnswerFormat[AnswerGoalSections]:
     """Return the form of an answer that is a JSON object with a list of goals under each section key.
 
     Args:
@@ -179,14 +179,14 @@ def make_goal_sections_format(
         find_flaw: returns in words why no goals can be read from a JSON value, or None.
     """
 
-    def read_sections(value: object) -> GoalSections | None:
+    def read_sections(value: object) -> AnswerGoalSections | None:
         if not isinstance(value, JsonObject):
             return None
         members = [(_normalize_section_name(key), section) for key, section in value.members]
-        if any(_contains_goals_or_section_key(key, section) for key, section in members):
+        if any(_hides_goals_under_unknown_key(key, section) for key, section in members):
             return None
         is_respelt = any(name != key for (name, _), (key, _) in zip(members, value.members, strict=True))
-        return read(GoalSections(tuple(members), ("section_name",) if is_respelt else ()))
+        return read(AnswerGoalSections(tuple(members), ("section_name",) if is_respelt else ()))
 
     listed = ", ".join([f'"{key}"' for key in SECTIONS.values()])
     return AnswerFormat(
@@ -203,7 +203,7 @@ def make_goal_sections_format(
 _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""", re.IGNORECASE)
 
 
-def _contains_goals_or_section_key(key: str, section: object) -> bool:
+def _hides_goals_under_unknown_key(key: str, section: object) -> bool:
     """Whether a text under an unknown key contains goals or a section's key.
 
     If it does, goals are missing from the sections that were read.
@@ -241,13 +241,13 @@ class WrittenGoal(NamedTuple):
         return text if positive else f"not {text}"
 
     @property
-    def statement(self) -> Statement:
-        """The goal as a `Statement`, which does not store whether the goal is an action or a literal.
+    def atom_or_action(self) -> AtomOrAction:
+        """The goal as a `AtomOrAction`, which does not store whether the goal is an action or a literal.
 
         An action without objects becomes a name without parentheses.
         """
         predicate, names, positive, is_action = self
-        return Statement(predicate, None if is_action and not names else names, positive)
+        return AtomOrAction(predicate, None if is_action and not names else names, positive)
 
 
 IllFormed: TypeAlias = tuple[GoalKind | None, str]
@@ -275,7 +275,9 @@ class WrittenGoals:
 
     @classmethod
     def from_entries(
-        cls, entries: Sequence[WrittenGoal | IllFormed], answer: ParsedAnswer[GoalSections] | None = None
+        cls,
+        entries: Sequence[WrittenGoal | IllFormed],
+        answer: ParsedAnswer[AnswerGoalSections] | None = None,
     ) -> WrittenGoals:
         """Return the goals among the entries of an answer, and the entries that are not goals."""
         goals = tuple([entry for entry in entries if isinstance(entry, WrittenGoal)])
@@ -409,7 +411,7 @@ class JsonGoalNotation(GoalNotation):
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
-        entries = self._list_section_entries(reading.value)
+        entries = self._list_goal_kinds_and_entries(reading.value)
         goals = [self._read_goal(kind, entry) or (kind, str(entry)) for kind, entry in entries]
         return WrittenGoals.from_entries(goals, reading)
 
@@ -424,11 +426,14 @@ class JsonGoalNotation(GoalNotation):
             return reading
         order: list[GoalKind | None] = [*GoalKind, None]
         entries = [
-            (kind, self._normalize_words(entry)) for kind, entry in self._list_section_entries(reading.value)
+            (kind, self._normalize_words(entry))
+            for kind, entry in self._list_goal_kinds_and_entries(reading.value)
         ]
         return sorted(entries, key=lambda entry: order.index(entry[0]))
 
-    def _list_section_entries(self, sections: GoalSections) -> list[tuple[GoalKind | None, object]]:
+    def _list_goal_kinds_and_entries(
+        self, sections: AnswerGoalSections
+    ) -> list[tuple[GoalKind | None, object]]:
         lists = [(self._kinds.get(key), part) for key, part in sections.members if isinstance(part, list)]
         return [(kind, entry) for kind, entries in lists for entry in entries]
 
@@ -515,7 +520,7 @@ class JsonGoalNotation(GoalNotation):
         return words if len(words) == len(entry) else []
 
 
-def _get_sections_if_all_are_lists(sections: GoalSections) -> GoalSections | None:
+def _get_sections_if_all_are_lists(sections: AnswerGoalSections) -> AnswerGoalSections | None:
     """Return the sections of an answer if each is a list or null, else None.
 
     If at least one key is a section of goals (a value of `SECTIONS`), a text or a number under an unknown key

@@ -119,22 +119,22 @@ def make_plan_format(
         read_steps_in_text: returns the steps in a string of the JSON value, or None.
     """
 
-    def read_steps_in_item(value: object) -> StepList | None:
+    def read_steps_in_list_item(value: object) -> StepList | None:
         return read_steps_in_text(value) if isinstance(value, str) else read(value)
 
     names = {action.casefold() for action in actions}
-    part, line = _compile_step_and_step_line_patterns(frozenset(actions))
+    part, line = _compile_json_step_and_step_line_patterns(frozenset(actions))
     return AnswerFormat(
         description,
         lambda value: (
-            join_steps_of_items(value, read_steps_in_item)
+            join_steps_of_items(value, read_steps_in_list_item)
             if isinstance(value, list)
-            else read_steps_in_item(value)
+            else read_steps_in_list_item(value)
         ),
         is_part=lambda text: part.search(text) is not None,
         is_answer_line=lambda text: line is not None and _is_step_line(line, text),
         is_text_with_part=lambda text: line is not None and _has_step_and_few_other_words(text, line, names),
-        flaw=lambda value: _find_list_flaw(value, read_steps_in_item),
+        flaw=lambda value: _find_flaw_in_step_list(value, read_steps_in_list_item),
         join=join_step_lists,
         is_piece=lambda steps: steps.is_single_step,
         repairs_of=lambda steps: steps.repairs,
@@ -180,7 +180,7 @@ def correct_action_spelling(
 
 
 @lru_cache(64)
-def _compile_step_and_step_line_patterns(
+def _compile_json_step_and_step_line_patterns(
     actions: frozenset[str],
 ) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
     if not actions:
@@ -223,7 +223,7 @@ def _has_step_and_few_other_words(
     )
 
 
-def read_labelled_step(value: JsonObject) -> StepList | None:
+def read_step_from_action_and_object_keys(value: JsonObject) -> StepList | None:
     """Return the only step in a JSON object with keys for action and objects; None for other values.
 
     Two objects of an action are separated by a comma or stand in a list. An empty text stands for no object.
@@ -296,19 +296,19 @@ def strip_blanks_around_names(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(map(str.strip, words))
 
 
-def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
+def _find_flaw_in_step_list(value: object, read_steps: Callable[[object], StepList | None]) -> str | None:
     """Return in words what is wrong with the first item that is not a step, or None if all are steps."""
     if isinstance(value, JsonObject):
         lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
         return (
-            _find_list_flaw(lists[0], step_of)
-            if len(lists) == 1 and not step_of(value)
+            _find_flaw_in_step_list(lists[0], read_steps)
+            if len(lists) == 1 and not read_steps(value)
             else _describe_item_flaw(value, "the step")
         )
     if not isinstance(value, list) or not value:
         return None
     number, item = next(
-        ((number, item) for number, item in enumerate(value, 1) if step_of(item) is None), (0, None)
+        ((number, item) for number, item in enumerate(value, 1) if read_steps(item) is None), (0, None)
     )
     return _describe_item_flaw(item, f"step {number}") if number else None
 

@@ -29,7 +29,7 @@ from eai.abilities.notation.step_line import (
     PLAIN_CHARACTERS,
     StepReader,
     blank_out_tags_and_emojis,
-    find_step_in_line,
+    find_step_and_whether_line_has_other_text,
     has_step_and_few_other_words,
     strip_punctuation,
 )
@@ -166,7 +166,7 @@ def _has_form_of_call(line: str) -> bool:
 
 def read_plan_lines(
     text: str,
-    step_of: StepReader,
+    read_step: StepReader,
     actions: Collection[str],
     looks_like_step: Callable[[str], bool],
     comment: re.Pattern[str] = _COMMENT,
@@ -180,7 +180,7 @@ def read_plan_lines(
 
     Args:
         text: the answer.
-        step_of: returns the step in a line, or None.
+        read_step: returns the step in a line, or None.
         actions: names of actions.
         looks_like_step: whether a line without a readable step was probably meant as a step.
         comment: pattern of comments, which are ignored.
@@ -191,13 +191,13 @@ def read_plan_lines(
     outside = blank_out_thoughts(thoughts, text)
     plain = outside.translate(PLAIN_CHARACTERS)
     body = blank_out_tags_and_emojis(plain)
-    lines = list(_split_lines(body, step_of, actions, comment))
+    lines = list(_split_lines(body, read_step, actions, comment))
     steps = [line for line in lines if line.step is not None]
     if not steps:
         return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and comment.search(body) else None
     names = {name.casefold() for name in actions}
     if thoughts and not thoughts[-1].is_finished:
-        unfinished = [line.step for line in _split_lines(thoughts[-1].text, step_of, actions, comment)]
+        unfinished = [line.step for line in _split_lines(thoughts[-1].text, read_step, actions, comment)]
         if any(step is not None and step.action.casefold() in names for step in unfinished):
             return Unreadable("the reasoning is never closed, and has steps of a plan", spans=tuple(spans))
     block = max((line.block_number for line in steps if line.block_number % 2), default=0)
@@ -225,7 +225,7 @@ def read_plan_lines(
                 is_between
                 or _is_line_of_plan(line, names)
                 or looks_like_step(line.text)
-                or has_step_and_few_other_words(line.text, step_of, actions)
+                or has_step_and_few_other_words(line.text, read_step, actions)
             ):
                 return _report_unreadable_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None
@@ -250,30 +250,30 @@ def _replace_match_by_blanks(match: re.Match[str]) -> str:
 
 
 def _split_lines(
-    text: str, step_of: StepReader, actions: Collection[str], comment: re.Pattern[str]
+    text: str, read_step: StepReader, actions: Collection[str], comment: re.Pattern[str]
 ) -> Iterator[_PlanLine]:
     position = block = 0
     for whole in text.splitlines(keepends=True):
         line = comment.sub("", whole).rstrip()
         remark = whole[len(line) :].rstrip().strip(CHARACTERS_AROUND_STEP)
         # the comment in "(;pick a)" begins after the opening bracket of a step
-        if remark and any(step_of(words) is not None for words in (remark, f"({remark}")):
+        if remark and any(read_step(words) is not None for words in (remark, f"({remark}")):
             line = whole.rstrip()  # a step is not a comment
         words = line.lstrip()
         start = position + len(line) - len(words)
         position += len(whole)
         if words.startswith(_FENCE):
             block += 1
-            begin = _find_offset_after_code_fence(words, step_of)
+            begin = _find_offset_after_fence_and_language(words, read_step)
             words, start = words[begin:], start + begin
         is_end = words.endswith(_FENCE)
         words = words.removesuffix(_FENCE).rstrip()
         if words:
-            yield _read_plan_line(words, start, block, step_of, actions)
+            yield _read_plan_line(words, start, block, read_step, actions)
         block += is_end
 
 
-def _find_offset_after_code_fence(line: str, step_of: StepReader) -> int:
+def _find_offset_after_fence_and_language(line: str, read_step: StepReader) -> int:
     """Return the position after a code fence, the name of its language, and blanks.
 
     If a step follows the fence in the same line, its first word is not taken for the name of a language.
@@ -282,19 +282,23 @@ def _find_offset_after_code_fence(line: str, step_of: StepReader) -> int:
         mark = pattern.match(line)
         if mark is not None:
             rest = line[mark.end() :].removesuffix(_FENCE).strip()
-            if not rest or step_of(rest) is not None or pattern is _FENCE_WITH_LANGUAGE:
+            if not rest or read_step(rest) is not None or pattern is _FENCE_WITH_LANGUAGE:
                 return len(line) - len(line[mark.end() :].lstrip())
     return len(_FENCE)
 
 
 def _read_plan_line(
-    text: str, start: int, block_number: int, step_of: StepReader, actions: Collection[str]
+    text: str, start: int, block_number: int, read_step: StepReader, actions: Collection[str]
 ) -> _PlanLine:
     end = start + len(text)
-    step = step_of(text)
+    step = read_step(text)
     label = None if step is not None else LABEL.match(text)
     rest = text if label is None else text[label.end() :]
-    step, has_prose = (step, False) if step is not None else find_step_in_line(rest, step_of, actions)
+    step, has_prose = (
+        (step, False)
+        if step is not None
+        else find_step_and_whether_line_has_other_text(rest, read_step, actions)
+    )
     return _PlanLine(start, end, rest, block_number, label is not None, step, has_prose)
 
 

@@ -29,7 +29,7 @@ from eai.abilities.notation.plan_form import (
     WrittenStep,
     correct_action_spelling,
     make_plan_format,
-    read_labelled_step,
+    read_step_from_action_and_object_keys,
     read_steps_keyed_by_action,
 )
 from eai.abilities.notation.plan_lines import (
@@ -168,7 +168,7 @@ class PlanNotation(ABC):
         """Return an action on objects with the given names as an agent's command, such as ``OPEN(jar_0)``."""
         return f"{operator}({', '.join(object_names)})"
 
-    def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
+    def list_words_that_name_objects(self, task: Task) -> tuple[str, ...]:
         """Return the words for objects in questions about a task, each once; empty if they are unknown."""
         return ()
 
@@ -226,7 +226,7 @@ class JsonPlanNotation(PlanNotation):
         """Return a JSON list of the steps."""
         return "[" + ", ".join(answer_parts) + "]"
 
-    def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
+    def list_words_that_name_objects(self, task: Task) -> tuple[str, ...]:
         """Return the names of the objects that matter to the task."""
         return tuple([task.scene.objects[index].name for index in task.relevant])
 
@@ -293,7 +293,7 @@ def _make_json_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     def read_steps(value: object) -> StepList | None:
         if not isinstance(value, JsonObject):
             return None
-        step = read_labelled_step(value)
+        step = read_step_from_action_and_object_keys(value)
         names = [name for name, _ in value.members]
         if step is None and names and all(name.casefold() in known for name in names):
             step = read_steps_keyed_by_action(value, names)
@@ -306,12 +306,12 @@ def _make_json_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     )
 
 
-def _make_objects_schema(object_count: int, words: Sequence[str] | None) -> Schema:
+def _make_objects_schema(object_count: int, words_that_name_objects: Sequence[str] | None) -> Schema:
     if object_count == 0:
         return make_text_schema([""])
-    if object_count == 1 or words is None:
-        return make_text_schema(words)
-    one = "(" + "|".join(_SPECIAL.sub(r"\\\g<0>", word) for word in words) + ")"
+    if object_count == 1 or words_that_name_objects is None:
+        return make_text_schema(words_that_name_objects)
+    one = "(" + "|".join(_SPECIAL.sub(r"\\\g<0>", word) for word in words_that_name_objects) + ")"
     return {**make_text_schema(), "pattern": f"^{', ?'.join([one] * object_count)}$"}
 
 

@@ -63,8 +63,8 @@ def blank_out_tags_and_emojis(text: str) -> str:
     return _TAGS_AND_EMOJIS.sub(lambda sign: " " * len(sign[0]), lines)
 
 
-def find_step_in_line(
-    line: str, step_of: StepReader, actions: Collection[str]
+def find_step_and_whether_line_has_other_text(
+    line: str, read_step: StepReader, actions: Collection[str]
 ) -> tuple[WrittenStep | None, bool]:
     """Return the step in a line, and whether a title such as ``Answer:`` or a remark stands beside the step.
 
@@ -74,7 +74,7 @@ def find_step_in_line(
     title = _TITLE.match(line)
     for begin in (0, *([] if title is None else [title.end()])):
         text = line[begin:]
-        step = step_of(text) or step_of(strip_punctuation(text))
+        step = read_step(text) or read_step(strip_punctuation(text))
         if step is not None:
             return step, begin > 0
         for separator in islice(_REMARK_SEPARATOR.finditer(text), _MAX_SEPARATORS):
@@ -82,10 +82,10 @@ def find_step_in_line(
                 strip_punctuation(text[: separator.start()]),
                 strip_punctuation(text[separator.end() :]),
             )
-            if _is_remark(remark, words) and (step := step_of(words)) is not None:
-                has_other_step = step_of(remark) or (
+            if _is_remark_after_step(remark, words) and (step := read_step(words)) is not None:
+                has_other_step = read_step(remark) or (
                     not _describes_step(remark, step, actions)
-                    and has_step_and_few_other_words(remark, step_of, actions)
+                    and has_step_and_few_other_words(remark, read_step, actions)
                 )
                 return (None if has_other_step else step), True
     return None, False
@@ -106,7 +106,7 @@ def _describes_step(remark: str, step: WrittenStep, actions: Collection[str]) ->
     return names.isdisjoint(words) and not objects.union({"it"}).isdisjoint(words)
 
 
-def _is_remark(text: str, step: str) -> bool:
+def _is_remark_after_step(text: str, step: str) -> bool:
     """Whether the text after a step is a remark, and not an object of the step.
 
     The text must have no ``(``. The step must end in ``)``, or it must end in a digit and the text must
@@ -128,7 +128,7 @@ def strip_punctuation(text: str) -> str:
     return words if " " in words or "(" in words else text.strip(" \t,.;!")
 
 
-def has_step_and_few_other_words(line: str, step_of: StepReader, actions: Collection[str]) -> bool:
+def has_step_and_few_other_words(line: str, read_step: StepReader, actions: Collection[str]) -> bool:
     """Whether a line is a step with at most three other words on each side. The action must be declared.
 
     A step without brackets counts only if its action is written as declared.
@@ -140,7 +140,7 @@ def has_step_and_few_other_words(line: str, step_of: StepReader, actions: Collec
     return any(
         step.action in actions or ("(" in text and step.action.casefold() in names)
         for text in _generate_texts_without_outer_words(words.split())
-        if (step := step_of(text)) is not None
+        if (step := read_step(text)) is not None
     )
 
 

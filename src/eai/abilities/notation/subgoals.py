@@ -82,7 +82,7 @@ class SubgoalNotation:
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
 
-    def domain_for_execution(self) -> Domain:
+    def get_domain_that_executes_subgoals(self) -> Domain:
         """Return the domain whose actions carry out the subgoals."""
         return self.domain
 
@@ -188,7 +188,7 @@ def read_subgoals_in_output_list(
         names_without_arguments: names that take no objects.
         other_list_keys: other keys of the JSON object whose values may be lists.
     """
-    reading = read_json(text, _make_output_list_format(frozenset(other_list_keys)))
+    reading = read_json(text, _make_subgoal_list_answer_format(frozenset(other_list_keys)))
     if isinstance(reading, Unreadable):
         return reading
     repairs = dict.fromkeys(reading.repairs)
@@ -203,7 +203,7 @@ def read_subgoals_in_output_list(
 
 
 @lru_cache(16)
-def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[str]]:
+def _make_subgoal_list_answer_format(ignored_list_keys: frozenset[str]) -> AnswerFormat[list[str]]:
     def find_flaw(value: object) -> str | None:
         if not isinstance(value, JsonObject):
             return None
@@ -212,14 +212,14 @@ def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[li
         unknown = [
             key
             for key, part in value.members
-            if isinstance(part, list | JsonObject) and key not in other_list_keys
+            if isinstance(part, list | JsonObject) and key not in ignored_list_keys
         ]
         unknown += [
             key
             for key, part in value.members
             if isinstance(part, str)
             and has_answer_line_under_key(
-                key, part, lambda line: _is_formula_or_key_line(line) or consists_of_calls(line)
+                key, part, lambda line: _is_formula_or_output_key_line(line) or consists_of_calls(line)
             )
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
@@ -236,12 +236,12 @@ def _make_output_list_format(other_list_keys: frozenset[str]) -> AnswerFormat[li
         wanted,
         read_formula_texts,
         is_part=contains_json_string,
-        is_answer_line=_is_formula_or_key_line,
+        is_answer_line=_is_formula_or_output_key_line,
         flaw=find_flaw,
     )
 
 
-def _is_formula_or_key_line(line: str) -> bool:
+def _is_formula_or_output_key_line(line: str) -> bool:
     """Whether a line consists of a formula, or begins with the key of the subgoals."""
     return _FORMULA_LINE.fullmatch(line) is not None
 

@@ -12,15 +12,15 @@ from eai.abilities.declaration import (
     RUNTIME_FAULTS,
     DomainAndNotation,
     MetricColumn,
-    QuestionAndAnswerDeclaration,
     SchemaMaker,
+    SingleQuestionInteraction,
     compute_reached_goal_shares,
-    count_additional_steps_for_summary,
     count_faults_for_summary,
+    count_needless_steps_for_summary,
     declare_plan_ability,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.verdict import make_rate_contribution_of_answer
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-_EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
+_EXECUTED = (SubgoalAnswerCategory.CORRECT, SubgoalAnswerCategory.GOAL_UNREACHABLE)
 
 
-def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
+def compute_contributions_to_metrics(verdict: SubgoalVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     An answer that is rejected before its execution counts as one error: ``parsing``, ``hallucination`` or
@@ -46,11 +46,11 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     """
     category = verdict.category
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
-    unknown = category is SubgoalCategory.HALLUCINATION and not wrong_arity
+    unknown = category is SubgoalAnswerCategory.HALLUCINATION and not wrong_arity
     return {
-        "task_success": make_rate_contribution_of_answer(category is SubgoalCategory.CORRECT),
+        "task_success": make_rate_contribution_of_answer(category is SubgoalAnswerCategory.CORRECT),
         "execution_success": make_rate_contribution_of_answer(category in _EXECUTED),
-        "parsing": make_rate_contribution_of_answer(category is SubgoalCategory.NOT_PARSEABLE),
+        "parsing": make_rate_contribution_of_answer(category is SubgoalAnswerCategory.NOT_PARSEABLE),
         "hallucination": make_rate_contribution_of_answer(unknown),
         "argument_number": make_rate_contribution_of_answer(wrong_arity),
         **{
@@ -58,8 +58,10 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
             for name, kind in RUNTIME_FAULTS.items()
             if kind is not FaultKind.UNCATEGORISED
         },
-        "additional_step": make_rate_contribution_of_answer(count_additional_steps_for_summary(verdict)),
-        "goal_unreachable": make_rate_contribution_of_answer(category is SubgoalCategory.GOAL_UNREACHABLE),
+        "additional_step": make_rate_contribution_of_answer(count_needless_steps_for_summary(verdict)),
+        "goal_unreachable": make_rate_contribution_of_answer(
+            category is SubgoalAnswerCategory.GOAL_UNREACHABLE
+        ),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
         **compute_reached_goal_shares(verdict),
     }
@@ -75,13 +77,13 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[Task], Scorer]:
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 
     notation = parts.subgoal_notation()
-    domain = notation.domain_for_execution()
+    domain = notation.get_domain_that_executes_subgoals()
     return partial(
         SubgoalDecompositionScorer, domain=domain, notation=notation, refinement=SubgoalRefiner(domain)
     )
 
 
-def _get_object_words_and_schema_maker(
+def _get_object_name_words_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = parts.subgoal_notation()
@@ -91,13 +93,13 @@ def _get_object_words_and_schema_maker(
 SUBGOAL_DECOMPOSITION = replace(
     declare_plan_ability(
         Ability.SUBGOAL_DECOMPOSITION,
-        QuestionAndAnswerDeclaration(
-            _make_scorer_factory, answer_form=_get_object_words_and_schema_maker, plain_text_prefix=None
+        SingleQuestionInteraction(
+            _make_scorer_factory, answer_form=_get_object_name_words_and_schema_maker, plain_text_prefix=None
         ),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,
-        compute_share_by_metric,
+        compute_contributions_to_metrics,
     ),
     columns=(*COLUMNS, MetricColumn("granularity", "Added by search", "Granularity", False)),
 )

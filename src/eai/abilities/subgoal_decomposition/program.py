@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory
 from eai.abilities.verdict import AnswerSpan, ErrorReport
 from eai.logic.formula import TRUE, Formula
 from eai.logic.signature import NameMisuse
@@ -31,7 +31,7 @@ TOO_FAR = Check(
 """The check that fails if a subgoal needs more than `MAX_ACTIONS_PER_SUBGOAL` actions."""
 
 
-class SubgoalPlans(NamedTuple):
+class SubgoalPlanningResult(NamedTuple):
     """The plans that reach a subgoal from a state.
 
     Attributes:
@@ -47,7 +47,7 @@ class SubgoalPlans(NamedTuple):
     has_failed: bool = False
 
 
-SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
+SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlanningResult]
 """Function that finds the plans which reach a subgoal from a state."""
 
 
@@ -67,7 +67,7 @@ class ExecuteSubgoalPlansInstruction(NamedTuple):
     max_actions: int | None = None
 
 
-class RequireSubgoalInstruction(NamedTuple):
+class CheckSubgoalHoldsInstruction(NamedTuple):
     """An instruction: test whether a subgoal holds, and continue only then.
 
     Attributes:
@@ -102,11 +102,11 @@ class SubgoalForkInstruction(NamedTuple):
 
 
 Instruction: TypeAlias = (
-    ExecuteSubgoalPlansInstruction | RequireSubgoalInstruction | SubgoalForkInstruction | None
+    ExecuteSubgoalPlansInstruction | CheckSubgoalHoldsInstruction | SubgoalForkInstruction | None
 )
-"""An instruction of a `Program`. None is the instruction that ends the program, after all subgoals."""
+"""An instruction of a `SubgoalProgram`. None is the instruction that ends the program, after all subgoals."""
 
-Program: TypeAlias = Sequence[Instruction]
+SubgoalProgram: TypeAlias = Sequence[Instruction]
 """A sequence of instructions, which run from the last to the first.
 
 Instruction 0 is None and ends the program. Every other instruction leads only to instructions with smaller
@@ -126,7 +126,7 @@ class CompiledAnswer:
     """
 
     subgoals: tuple[Formula, ...]
-    program: Program
+    program: SubgoalProgram
     repairs: tuple[str, ...] = ()
     spans: tuple[AnswerSpan, ...] = ()
 
@@ -147,7 +147,7 @@ class RejectedAnswer:
         spans: parts of the answer's text, and how each was treated.
     """
 
-    category: SubgoalCategory
+    category: SubgoalAnswerCategory
     error: ErrorReport
     repairs: tuple[str, ...] = ()
     misused_names: tuple[MisusedName, ...] = ()
@@ -165,7 +165,7 @@ def reject_unparseable(
         subgoal: number of the subgoal that cannot be parsed; None if the reason is about the whole answer.
     """
     error = ErrorReport(FaultKind.PARSING, subgoal, reason)
-    return RejectedAnswer(SubgoalCategory.NOT_PARSEABLE, error, repairs)
+    return RejectedAnswer(SubgoalAnswerCategory.NOT_PARSEABLE, error, repairs)
 
 
 _PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
@@ -182,4 +182,4 @@ def reject_misused_names(offences: Sequence[MisusedName], repairs: tuple[str, ..
     kind = FaultKind.ARGUMENT_NUMBER if wrong_number else FaultKind.HALLUCINATION
     objects = (worst.name,) if worst.kind == "unknown_object" else ()
     error = ErrorReport(kind, subgoal, worst.detail, worst.kind, objects)
-    return RejectedAnswer(SubgoalCategory.HALLUCINATION, error, repairs, tuple(offences))
+    return RejectedAnswer(SubgoalAnswerCategory.HALLUCINATION, error, repairs, tuple(offences))

@@ -23,16 +23,16 @@ import eai.logic.formula as f
 from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS_PER_SUBGOAL,
+    CheckSubgoalHoldsInstruction,
     CompiledAnswer,
     ExecuteSubgoalPlansInstruction,
     Instruction,
     MisusedName,
-    Program,
     RejectedAnswer,
-    RequireSubgoalInstruction,
     SubgoalForkInstruction,
     SubgoalPlanner,
-    SubgoalPlans,
+    SubgoalPlanningResult,
+    SubgoalProgram,
     reject_misused_names,
     reject_unparseable,
 )
@@ -165,7 +165,7 @@ def _require_count_within_literal_limit(literal_count: int) -> int:
 
 
 MAX_INSTRUCTIONS = 20_000
-"""Maximum number of instructions of a `Program`, compiled from the subgoals of an answer.
+"""Maximum number of instructions of a `SubgoalProgram`, compiled from the subgoals of an answer.
 
 A name that may mean several objects adds instructions for each object.
 """
@@ -216,7 +216,7 @@ class _StateRequirement:
     refused: Callable[[], Check | None]
 
 
-class ProgramCompiler:
+class SubgoalProgramCompiler:
     """Makes the programs that execute the subgoals in answers to one task.
 
     The conditions and plans of the last `_MAX_CACHED_SUBGOALS` subgoals are cached, because answers to one
@@ -241,9 +241,11 @@ class ProgramCompiler:
         self.brings_about = refinement.can_bring_about
         self._exclusion = cache(lambda: refinement.exclusion_rules().make_fact_exclusion_prover(task.initial))
         self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_state_requirement)
-        self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner_for_reached_subgoal)
+        self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner_of_needless_subgoal_actions)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)
-        self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
+        self.make_planner_for_action_subgoal = lru_cache(_MAX_CACHED_SUBGOALS)(
+            self._make_planner_for_action_subgoal
+        )
 
     def compile_subgoals(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
         """Return an answer's subgoals as instructions for the search for actions, or the answer's rejection.
@@ -267,11 +269,11 @@ class ProgramCompiler:
         if offences:
             return reject_misused_names(offences, written.repairs)
         try:
-            return CompiledAnswer(tuple(formulas), self.make_program(formulas), written.repairs)
+            return CompiledAnswer(tuple(formulas), self.make_subgoal_program(formulas), written.repairs)
         except InputError as error:
             return reject_unparseable(str(error), written.repairs)
 
-    def make_program(self, subgoals: Sequence[f.Formula]) -> Program:
+    def make_subgoal_program(self, subgoals: Sequence[f.Formula]) -> SubgoalProgram:
         """Return the program that executes subgoals one after the other.
 
         Raises:
@@ -288,8 +290,8 @@ class ProgramCompiler:
             )
         return builder.program[: start + 1]
 
-    def _make_action_planner(self, action: Action) -> SubgoalPlanner:
-        plans = self._refinement.make_action_planner(action, self.task.scene, self.task.relevant)
+    def _make_planner_for_action_subgoal(self, action: Action) -> SubgoalPlanner:
+        plans = self._refinement.make_planner_for_action_subgoal(action, self.task.scene, self.task.relevant)
         return lru_cache(_MAX_CACHED_STATES)(plans)
 
     def _make_state_requirement(
@@ -302,16 +304,16 @@ class ProgramCompiler:
             raise _make_not_executable_error(formula)
         meaning = self.lexicon.replace_by_domain_names(formula)
 
-        def make_failed_subgoal_check(reason: _UnmetSubgoalReason) -> Check:
+        def make_check_for_unmet_subgoal(reason: _UnmetSubgoalReason) -> Check:
             words = f"{format_ltl(formula)} does not hold, and {reason.words}"
             return Check(meaning, FaultKind.MISSING_STEP, words, id=reason.id)
 
-        def make_failed_check_if_contradictory() -> Check | None:
+        def make_check_if_subgoal_is_contradictory() -> Check | None:
             sizes = [*map(len, disjuncts)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
             return (
-                make_failed_subgoal_check(_EXCLUDED)
+                make_check_for_unmet_subgoal(_EXCLUDED)
                 if all(map(self._exclusion().are_exclusive, disjuncts))
                 else None
             )
@@ -319,12 +321,12 @@ class ProgramCompiler:
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
         return _StateRequirement(
             StateTest(meaning, self.task.scene),
-            make_failed_subgoal_check(failure_reason),
+            make_check_for_unmet_subgoal(failure_reason),
             effort,
-            cache(make_failed_check_if_contradictory),
+            cache(make_check_if_subgoal_is_contradictory),
         )
 
-    def _make_planner_for_reached_subgoal(
+    def _make_planner_of_needless_subgoal_actions(
         self, disjuncts: tuple[tuple[GroundAtom, ...], ...]
     ) -> SubgoalPlanner:
         """Return a planner for a subgoal that holds already and so is needless.
@@ -335,13 +337,13 @@ class ProgramCompiler:
         """
         effort = sum(map(len, disjuncts)) // _LITERALS_PER_ACTION
 
-        def find_plans(state: State) -> SubgoalPlans:
+        def find_plans(state: State) -> SubgoalPlanningResult:
             held = [
-                self._refinement.find_needless_actions_if_literals_hold(alternative, state)
+                self._refinement.find_needless_actions_for_true_literals(alternative, state)
                 for alternative in disjuncts
             ]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
-            return SubgoalPlans((fewest,) if fewest else (), effort)
+            return SubgoalPlanningResult((fewest,) if fewest else (), effort)
 
         return lru_cache(_MAX_CACHED_STATES)(find_plans)
 
@@ -351,7 +353,7 @@ class ProgramCompiler:
         If no state can meet the requirement, the planner returns no plan.
         """
         made = cache(
-            lambda: self._refinement.make_planner(
+            lambda: self._refinement.make_planner_for_literals(
                 literals,
                 required.holds,
                 self.task.scene,
@@ -361,10 +363,10 @@ class ProgramCompiler:
             )
         )
 
-        def find_plans(state: State) -> SubgoalPlans:
+        def find_plans(state: State) -> SubgoalPlanningResult:
             result = made()(state)
             refused = required.refused() if result.has_failed else None
-            return result if refused is None else SubgoalPlans((), result.effort, refused)
+            return result if refused is None else SubgoalPlanningResult((), result.effort, refused)
 
         return lru_cache(_MAX_CACHED_STATES)(find_plans)
 
@@ -372,7 +374,7 @@ class ProgramCompiler:
 class _SubgoalProgramBuilder:
     """Builds the instructions of a program from its end to its beginning."""
 
-    def __init__(self, programs: ProgramCompiler) -> None:
+    def __init__(self, programs: SubgoalProgramCompiler) -> None:
         self.program: list[Instruction] = [None]
         self._programs = programs
         self._lexicon = programs.lexicon
@@ -413,7 +415,7 @@ class _SubgoalProgramBuilder:
                 action = self._lexicon.to_action(formula)
                 return self._add_instruction(
                     ExecuteSubgoalPlansInstruction(
-                        self._programs.make_action_planner(action),
+                        self._programs.make_planner_for_action_subgoal(action),
                         subgoal,
                         next_instruction,
                         MAX_ACTIONS_PER_SUBGOAL,
@@ -449,7 +451,7 @@ class _SubgoalProgramBuilder:
             return self.add_instructions_for_formula(actions, subgoal, next_instruction)
         held = f.And(tuple(states))
         tested = self._add_instruction(
-            _make_instruction_requiring_condition(
+            _make_instruction_that_checks_condition(
                 self._programs.required(held, _NOT_DONE), subgoal, next_instruction
             )
         )
@@ -492,7 +494,7 @@ class _SubgoalProgramBuilder:
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         required = self._programs.required(observed, why, alternatives)
         tested = self._add_instruction(
-            _make_instruction_requiring_condition(required, subgoal, next_instruction)
+            _make_instruction_that_checks_condition(required, subgoal, next_instruction)
         )
         entries = [
             self._add_instruction(
@@ -585,10 +587,10 @@ class _SubgoalProgramBuilder:
         return len(self.program) - 1
 
 
-def _make_instruction_requiring_condition(
+def _make_instruction_that_checks_condition(
     required: _StateRequirement, subgoal: int, next_instruction: _InstructionNumber
-) -> RequireSubgoalInstruction:
-    return RequireSubgoalInstruction(
+) -> CheckSubgoalHoldsInstruction:
+    return CheckSubgoalHoldsInstruction(
         required.holds, required.check, subgoal, next_instruction, 1 + required.effort
     )
 

@@ -19,7 +19,7 @@ from itertools import islice, permutations, product
 from operator import or_
 from typing import NamedTuple
 
-from eai.abilities.subgoal_decomposition.program import ActionSequence, SubgoalPlanner, SubgoalPlans
+from eai.abilities.subgoal_decomposition.program import ActionSequence, SubgoalPlanner, SubgoalPlanningResult
 from eai.abilities.subgoal_decomposition.repertoire import (
     MAX_LISTED_ACTIONS,
     CandidateAction,
@@ -96,7 +96,7 @@ class SubgoalRefiner:
         """Whether any action of the domain changes the predicate of a literal."""
         return bool(self._repertoire.find_operators_that_change(literal.predicate))
 
-    def make_planner(
+    def make_planner_for_literals(
         self,
         literals: Sequence[GroundAtom],
         subgoal_holds: Holds,
@@ -130,7 +130,7 @@ class SubgoalRefiner:
         wanted = self._repertoire.find_achieving_actions(literals, scene)
         named = list_objects_in_argument_tuples([literal.arguments for literal in literals], scene)
 
-        def find_achieving_actions_on_any_object(state: State) -> Mapping[Action, LiteralBits]:
+        def find_achieving_actions_on_usable_objects(state: State) -> Mapping[Action, LiteralBits]:
             fitting = None if self._repertoire.movement else state
             return self._repertoire.find_achieving_actions(literals, scene, objects, fitting)
 
@@ -143,7 +143,7 @@ class SubgoalRefiner:
                     holding |= part
             return holding
 
-        def find_subgoal_plans(state: State) -> SubgoalPlans:
+        def find_subgoal_plans(state: State) -> SubgoalPlanningResult:
             goal = SearchGoal(
                 find_true_literals(state, everything, 0),
                 find_true_literals,
@@ -155,13 +155,13 @@ class SubgoalRefiner:
             return self._search_plans(
                 goal,
                 _SubgoalSearchInput(
-                    state, wanted, touched, named, objects, {}, find_achieving_actions_on_any_object
+                    state, wanted, touched, named, objects, {}, find_achieving_actions_on_usable_objects
                 ),
             )
 
         return find_subgoal_plans
 
-    def find_needless_actions_if_literals_hold(
+    def find_needless_actions_for_true_literals(
         self, literals: Sequence[GroundAtom], state: State
     ) -> ActionSequence | None:
         """Return actions whose effects are literals that hold already, or None if a literal does not hold.
@@ -175,13 +175,15 @@ class SubgoalRefiner:
         needless: list[Action] = []
         covered = 0
         for action, parts in self._repertoire.find_achieving_actions(literals, state.scene).items():
-            releases = self._get_action_role(action) is OperatorRole.RELEASES
+            releases = self._get_operator_role_of_action(action) is OperatorRole.RELEASES
             if not releases and parts & ~covered and self._is_action_needless(action, state):
                 needless.append(action)
                 covered |= parts
         return tuple(needless)
 
-    def make_action_planner(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
+    def make_planner_for_action_subgoal(
+        self, action: Action, scene: Scene, objects: Sequence[int]
+    ) -> SubgoalPlanner:
         """Return a planner for a subgoal that is an action.
 
         The plan is the shortest that ends with this action.
@@ -191,14 +193,14 @@ class SubgoalRefiner:
         goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
         named = list_objects_in_argument_tuples([action.arguments], scene)
 
-        def find_action_plans(state: State) -> SubgoalPlans:
+        def find_plans_that_end_with_action(state: State) -> SubgoalPlanningResult:
             if self._is_action_needless(action, state):
-                return SubgoalPlans(((action,),))
+                return SubgoalPlanningResult(((action,),))
             return self._search_plans(goal, _SubgoalSearchInput(state, {action: 1}, {}, named, objects, {}))
 
-        return find_action_plans
+        return find_plans_that_end_with_action
 
-    def _search_plans(self, goal: SearchGoal, search_input: _SubgoalSearchInput) -> SubgoalPlans:
+    def _search_plans(self, goal: SearchGoal, search_input: _SubgoalSearchInput) -> SubgoalPlanningResult:
         budget = min(self._budget * goal.goal_part_count, _MAX_TESTED_LITERALS // goal.goal_part_count)
         return find_plans(goal, self._generate_growing_action_sets(search_input), search_input.state, budget)
 
@@ -218,17 +220,22 @@ class SubgoalRefiner:
         )
         moves, changes = self._separate_movement_actions(search_input.wanted, search_input)
         handled = any(
-            self._get_action_role(action) is not OperatorRole.RELEASES for action in search_input.wanted
+            self._get_operator_role_of_action(action) is not OperatorRole.RELEASES
+            for action in search_input.wanted
         )
         takes = self._to_candidates(
-            self._list_actions_of_role(helping, OperatorRole.TAKES, search_input.named if handled else ()),
+            self._ground_operators_of_role(
+                helping, OperatorRole.TAKES, search_input.named if handled else ()
+            ),
             search_input,
         )
         touched = search_input.find_changeable_literals(movement)
-        moving = self._to_candidates(self._list_movement_actions(movement, search_input.named), search_input)
+        moving = self._to_candidates(
+            self._ground_movement_operators(movement, search_input.named), search_input
+        )
         yield PermittedActions(changes, takes, moves, moving, touched)
         releases = self._to_candidates(
-            self._list_actions_of_role(helping, OperatorRole.RELEASES, search_input.objects), search_input
+            self._ground_operators_of_role(helping, OperatorRole.RELEASES, search_input.objects), search_input
         )
         if releases:
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
@@ -241,7 +248,7 @@ class SubgoalRefiner:
             moves, changes = self._separate_movement_actions(wider, search_input)
             touched = search_input.find_changeable_literals(movement)
             moving = self._to_candidates(
-                self._list_movement_actions(movement, search_input.objects), search_input
+                self._ground_movement_operators(movement, search_input.objects), search_input
             )
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
 
@@ -253,12 +260,12 @@ class SubgoalRefiner:
         moves = {
             a: p
             for a, p in achieving_actions.items()
-            if may_require_movement and self._get_action_role(a) is OperatorRole.MOVEMENT
+            if may_require_movement and self._get_operator_role_of_action(a) is OperatorRole.MOVEMENT
         }
         changes = {action: parts for action, parts in achieving_actions.items() if action not in moves}
         return self._to_candidates(moves, search_input), self._to_candidates(changes, search_input)
 
-    def _list_actions_of_role(
+    def _ground_operators_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, LiteralBits]:
         """Return a mapping from the actions by operators with a role, such as movement, to 0.
@@ -273,7 +280,7 @@ class SubgoalRefiner:
             for arguments in islice(permutations(objects, o.arity), MAX_LISTED_ACTIONS)
         }
 
-    def _list_movement_actions(
+    def _ground_movement_operators(
         self, operators: Iterable[str], places: Sequence[int]
     ) -> dict[Action, LiteralBits]:
         return {
@@ -303,7 +310,7 @@ class SubgoalRefiner:
     def _is_action_needless(self, action: Action, state: State) -> bool:
         return is_action_needless(self._repertoire.operators[action.operator].operator, action, state)
 
-    def _get_action_role(self, action: Action) -> OperatorRole:
+    def _get_operator_role_of_action(self, action: Action) -> OperatorRole:
         return self._repertoire.operators[action.operator].role
 
 

@@ -65,7 +65,7 @@ MAX_LISTED_ACTIONS = 100_000
 """Maximum number of actions of one operator that a search lists."""
 
 
-class _OperatorCheckKind(Enum):
+class _PreconditionCheckKind(Enum):
     """Kinds of checks of an operator, by the actions that can change the truth value of the check.
 
     `FIXED`: no action can change it. `COMMON`: some action can change it, but it is common to all actions by
@@ -89,7 +89,7 @@ class _OperatorForSearch(NamedTuple):
         fixable: for each check whether movement can make the check true and so the action possible. It is
             False for a check whose failure means that the action is needless. The one more item at the end,
             for the alternatives, is always False.
-        fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
+        unchangeable_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
         rest_checks_hold: tests in a state whether all `REST` checks hold. If the operator has alternatives,
             it tests whether the complete action is possible.
@@ -101,7 +101,7 @@ class _OperatorForSearch(NamedTuple):
     role: OperatorRole
     movable: tuple[bool, ...]
     fixable: tuple[bool, ...]
-    fixed_checks_hold: ConditionTest
+    unchangeable_checks_hold: ConditionTest
     common_checks_hold: ConditionTest
     rest_checks_hold: ConditionTest
     unmovable_checks_hold: ConditionTest
@@ -243,9 +243,11 @@ class OperatorIndex:
         objects = list_objects_in_argument_tuples([named, other_objects], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
         values = (agent, *named)
-        numbered_literal = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
+        literal_with_argument_numbers = literal._replace(
+            arguments=tuple([values.index(i) for i in literal.arguments])
+        )
         actions: dict[Action, None] = {}
-        for operator, numbers in self._cached_patterns(numbered_literal):
+        for operator, numbers in self._cached_patterns(literal_with_argument_numbers):
             given = [None if number is None else values[number] for number in numbers]
             if possible_in is None:
                 argument_tuples = [*islice(_generate_argument_tuples(given, objects), MAX_LISTED_ACTIONS)]
@@ -280,13 +282,13 @@ class OperatorIndex:
         return [taken.get_operator_arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
     def _find_patterns_of_achieving_operators(
-        self, numbered_literal: GroundAtom
+        self, literal_with_argument_numbers: GroundAtom
     ) -> Sequence[_OperatorPattern]:
         changes = find_changes_for_literal(
-            numbered_literal, self._domain.vocabulary, _get_number_of_agent_constant
+            literal_with_argument_numbers, self._domain.vocabulary, _get_pattern_number_of_agent
         )
         patterns: dict[_OperatorPattern, None] = {}
-        for operator in self.find_operators_that_change(numbered_literal.predicate):
+        for operator in self.find_operators_that_change(literal_with_argument_numbers.predicate):
             for effect, change in product(self._effects[operator.name], changes):
                 scope = _match_effect_to_change(effect, change)
                 if scope is not None:
@@ -294,7 +296,7 @@ class OperatorIndex:
         return tuple(patterns)
 
     def _find_enabling_hand_and_movement_operators(
-        self, enabled_operators: frozenset[str]
+        self, operators_to_enable: frozenset[str]
     ) -> tuple[Sequence[Operator], Sequence[str]]:
         """Return the operators that can make some operators possible, directly or through further operators.
 
@@ -302,13 +304,13 @@ class OperatorIndex:
         the operators that move the agent.
         """
         operators = self._domain.operators
-        asking = [operator for operator in operators if operator.name in enabled_operators]
+        asking = [operator for operator in operators if operator.name in operators_to_enable]
         hands = [
             o for o in operators if self.operators[o.name].role in (OperatorRole.TAKES, OperatorRole.RELEASES)
         ]
         helping = self._select_enabling_operators(asking, hands, self._asks)
         movement = self._select_enabling_operators([*asking, *helping], self.movement, self._checks)
-        return helping, [o.name for o in self.movement if o in movement or o.name in enabled_operators]
+        return helping, [o.name for o in self.movement if o in movement or o.name in operators_to_enable]
 
     def _make_operator_for_search(self, operator: Operator) -> _OperatorForSearch:
         compiled = self._domain.compiled_operators[operator.name]
@@ -319,10 +321,13 @@ class OperatorIndex:
         ]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         fixable = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
-        kinds = [self._classify_check(check, can) for check, can in zip(operator.checks, moved, strict=False)]
+        kinds = [
+            self._classify_precondition_check(check, can)
+            for check, can in zip(operator.checks, moved, strict=False)
+        ]
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [
-            combine_tests_by_and([c.holds for c, k in checks if k is kind]) for kind in _OperatorCheckKind
+            combine_tests_by_and([c.holds for c, k in checks if k is kind]) for kind in _PreconditionCheckKind
         ]
         rest = compiled.is_possible if operator.alternatives else rest
         checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
@@ -330,7 +335,7 @@ class OperatorIndex:
             [
                 check.holds
                 for check, kind, can in checks_with_kind
-                if kind is _OperatorCheckKind.REST and not can
+                if kind is _PreconditionCheckKind.REST and not can
             ]
         )
         return _OperatorForSearch(
@@ -344,28 +349,30 @@ class OperatorIndex:
             unmoved,
         )
 
-    def _classify_check(self, check: Check, movement_can_change: bool) -> _OperatorCheckKind:
+    def _classify_precondition_check(
+        self, check: Check, can_movement_change_check: bool
+    ) -> _PreconditionCheckKind:
         if self._changed.isdisjoint(self._find_stored_dependencies([check.condition])):
-            return _OperatorCheckKind.FIXED
+            return _PreconditionCheckKind.FIXED
         return (
-            _OperatorCheckKind.REST
-            if movement_can_change or find_free_variables(check.condition)
-            else _OperatorCheckKind.COMMON
+            _PreconditionCheckKind.REST
+            if can_movement_change_check or find_free_variables(check.condition)
+            else _PreconditionCheckKind.COMMON
         )
 
     def _select_enabling_operators(
         self,
-        enabled_operators: Iterable[Operator],
+        operators_to_enable: Iterable[Operator],
         candidates: Sequence[Operator],
         required_predicates: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
-        """Return the candidates that can make some operators, ``enabled_operators``, possible.
+        """Return the candidates that can make some operators, ``operators_to_enable``, possible.
 
         A candidate can make an operator possible if it changes a predicate in the operator's conditions. The
         result also has candidates that make a returned candidate possible.
         """
         supporting: list[Operator] = []
-        asking = list(enabled_operators)
+        asking = list(operators_to_enable)
         while asking:
             conditions = frozenset[str]().union(*[required_predicates[operator.name] for operator in asking])
             asking = [
@@ -411,10 +418,10 @@ def _match_effect_to_change(effect: EffectSchema, change: FactChange) -> dict[st
     """
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match_atom(effect.atom, change.arguments, _get_number_of_agent_constant)
+    return match_atom(effect.atom, change.arguments, _get_pattern_number_of_agent)
 
 
-def _get_number_of_agent_constant(constant: Constant) -> int | None:
+def _get_pattern_number_of_agent(constant: Constant) -> int | None:
     """Return the number that stands for the agent in an `_OperatorPattern`; None for other constants."""
     return _AGENT if constant == AGENT else None
 
@@ -484,12 +491,12 @@ class CandidateAction(NamedTuple):
         """Whether all checks of the action hold in a state."""
         return self.info.operator.is_possible(state, self.binding)
 
-    def fixed_checks_hold(self, state: State) -> bool:
+    def unchangeable_checks_hold(self, state: State) -> bool:
         """Whether the fixed checks of the action hold: the checks that no action can change.
 
         The answer is the same in all states of an episode.
         """
-        return self.info.fixed_checks_hold(state, self.binding)
+        return self.info.unchangeable_checks_hold(state, self.binding)
 
     def remaining_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state.
@@ -505,7 +512,7 @@ class CandidateAction(NamedTuple):
     def can_movement_make_action_possible(self, state: State) -> bool:
         """Whether movement of the agent can make all failing checks of the action true.
 
-        Callers must have tested that all `FIXED` and `COMMON` checks hold (`_OperatorCheckKind`).
+        Callers must have tested that all `FIXED` and `COMMON` checks hold (`_PreconditionCheckKind`).
         So only the other checks can fail.
         """
         if not self.info.unmovable_checks_hold(state, self.binding):
@@ -531,7 +538,7 @@ class CandidateAction(NamedTuple):
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
         return numbers if numbers or self.all_checks_hold(state) else [len(checks)]
 
-    def count_failures_movement_cannot_fix(self, state: State, max_count: int) -> int:
+    def count_failing_checks_movement_cannot_fix(self, state: State, max_count: int) -> int:
         """Count the failing checks that movement cannot change. The count stops at ``max_count``."""
         count = 0
         for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):

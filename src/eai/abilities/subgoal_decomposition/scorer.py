@@ -8,21 +8,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property, partial
 
-from eai.abilities.explanation import Explanation, write_repair_notes
+from eai.abilities.explanation import VerdictExplanation, write_repair_notes
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import report_goal_parts, report_goals, report_steps
 from eai.abilities.scorer import Assessment, Scorer, make_error_report
 from eai.abilities.subgoal_decomposition.program import CompiledAnswer, RejectedAnswer
-from eai.abilities.subgoal_decomposition.program_builder import ProgramCompiler
+from eai.abilities.subgoal_decomposition.program_builder import SubgoalProgramCompiler
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.search import (
     ExecutionBranch,
     ExplorationLimits,
     ExplorationResult,
     GoalProgress,
-    explore_program,
+    explore_subgoal_program,
 )
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import read_formula
@@ -36,11 +36,11 @@ from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
 
-def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
+def classify_answer_by_exploration(outcome: ExplorationResult) -> SubgoalAnswerCategory:
     """Return the category of an answer, given the result of the search for its executions."""
     if outcome.success:
-        return SubgoalCategory.CORRECT
-    return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
+        return SubgoalAnswerCategory.CORRECT
+    return SubgoalAnswerCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalAnswerCategory.RUNTIME
 
 
 def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> ErrorReport | None:
@@ -65,7 +65,7 @@ class SubgoalDecompositionScorer(Scorer):
 
     Two tests come before any action is executed: whether all subgoals of the answer can be read, and
     whether all names are known. Then a search explores all ways to execute the answer
-    (`explore_program`). Each way is a branch. An answer succeeds if one branch reaches the goal. The
+    (`explore_subgoal_program`). Each way is a branch. An answer succeeds if one branch reaches the goal. The
     parts of the task's temporal goal, or else its action goals, must be met in order. All goals about
     states must hold at the end, and all goals over time during the execution. The verdict has the
     errors of the reported branch, and the goals of the branch that reaches most goals. An answer that
@@ -113,12 +113,12 @@ class SubgoalDecompositionScorer(Scorer):
 
     def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """Return the answer as a program for the search, or the reason why the answer cannot be executed."""
-        return self._compiler.compile_subgoals(self.notation.read(text))
+        return self._program_compiler.compile_subgoals(self.notation.read(text))
 
     @cached_property
-    def _compiler(self) -> ProgramCompiler:
+    def _program_compiler(self) -> SubgoalProgramCompiler:
         refinement = self._refinement or SubgoalRefiner(self.domain)
-        return ProgramCompiler(self.task, self.lexicon, refinement, self._goal.actions)
+        return SubgoalProgramCompiler(self.task, self.lexicon, refinement, self._goal.actions)
 
     def _assess_even_if_excluded(self, text: str) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
@@ -148,7 +148,9 @@ class SubgoalDecompositionScorer(Scorer):
         )
 
     def _explore_executions_of_subgoals(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
-        return explore_program(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
+        return explore_subgoal_program(
+            self.domain, self.task.initial, compiled.program, self._goal, self._limits
+        )
 
     def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         branch, best = outcome.reported, self._find_best_branch(outcome)
@@ -159,20 +161,20 @@ class SubgoalDecompositionScorer(Scorer):
             success=outcome.success,
             error=find_branch_error(branch, self.domain, self.task.scene),
             additional_steps=kinds.count(FaultKind.ADDITIONAL_STEP),
-            category=classify_exploration(outcome),
+            category=classify_answer_by_exploration(outcome),
             goals=self.goals.tally_by_kind(reached),
             repairs=compiled.repairs,
             spans=compiled.spans,
             goals_satisfied=reached,
-            partial=self._find_share_met_by_best_branch(outcome),
+            partial=self._find_largest_partial_success_of_branches(outcome),
             goals_elsewhere=best is not branch,
             errors=kinds,
             search=outcome.end,
             tried_actions=outcome.attempts,
             refined=branch.refined,
-            added_actions=_count_added_actions(branch),
+            added_actions=_count_actions_beyond_one_per_subgoal(branch),
             errors_elsewhere=() if best is branch else tuple([fault.kind for fault in best.faults]),
-            added_elsewhere=None if best is branch else _count_added_actions(best),
+            added_elsewhere=None if best is branch else _count_actions_beyond_one_per_subgoal(best),
         )
 
     def _assess_rejected_answer(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
@@ -180,7 +182,7 @@ class SubgoalDecompositionScorer(Scorer):
         return Assessment(verdict, partial(self._explain_rejection, verdict, rejected, repairs))
 
     def _make_rejection_verdict(self, rejected: RejectedAnswer) -> SubgoalVerdict:
-        reached = self._test_goals_of_rejected_answer()
+        reached = self._get_goals_met_by_rejected_answer()
         return SubgoalVerdict(
             executable=False,
             success=False,
@@ -209,7 +211,7 @@ class SubgoalDecompositionScorer(Scorer):
             key=lambda branch: sum(self._test_goals(branch)),
         )
 
-    def _find_share_met_by_best_branch(self, outcome: ExplorationResult) -> Share:
+    def _find_largest_partial_success_of_branches(self, outcome: ExplorationResult) -> Share:
         best = Share(0, 0)
         for branch in self._select_execution_branches_to_judge(outcome):
             share = self.goals.find_partial_success(
@@ -235,16 +237,16 @@ class SubgoalDecompositionScorer(Scorer):
             branch.state, list_operators_of_executed_actions(branch), trajectory
         )
 
-    def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
+    def _get_goals_met_by_rejected_answer(self) -> tuple[bool, ...]:
         """Return False for each goal, because the answer is not executed.
 
         A subclass may count goals that hold in the initial state as reached.
         """
         return self.goals.none_reached
 
-    def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:
+    def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> VerdictExplanation:
         branch, best = outcome.reported, self._find_best_branch(outcome)
-        notes = [classify_exploration(outcome).value, *write_repair_notes(compiled.repairs)]
+        notes = [classify_answer_by_exploration(outcome).value, *write_repair_notes(compiled.repairs)]
         notes += [f"subgoal {i + 1}: {format_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end != "complete":
             notes.append(f"the search was ended: {outcome.end}")
@@ -260,7 +262,7 @@ class SubgoalDecompositionScorer(Scorer):
                 notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")
         if best is not branch:
             notes.append("the goals are those of another way to carry out the subgoals, which reaches more")
-        return Explanation(
+        return VerdictExplanation(
             tuple(notes),
             steps,
             report_goals(self.task, self._test_goals(best), best.trajectory),
@@ -269,20 +271,20 @@ class SubgoalDecompositionScorer(Scorer):
 
     def _explain_rejection(
         self, verdict: SubgoalVerdict, rejected: RejectedAnswer, repairs: Sequence[str]
-    ) -> Explanation:
+    ) -> VerdictExplanation:
         wrong = [
             f"subgoal {n + 1}, {misuse.primitive}: {misuse.detail}" for n, misuse in rejected.misused_names
         ]
         if not wrong:
             error = rejected.error
             wrong = [error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"]
-        return Explanation(
+        return VerdictExplanation(
             (rejected.category.value, *write_repair_notes(repairs), *wrong),
             goals=report_goals(self.task, verdict.goals_satisfied),
         )
 
 
-def _count_added_actions(branch: ExecutionBranch) -> int:
+def _count_actions_beyond_one_per_subgoal(branch: ExecutionBranch) -> int:
     return len(list_operators_of_executed_actions(branch)) - branch.refined
 
 

@@ -26,11 +26,11 @@ import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     ActionSequence,
+    CheckSubgoalHoldsInstruction,
     ExecuteSubgoalPlansInstruction,
     Instruction,
-    Program,
-    RequireSubgoalInstruction,
     SubgoalForkInstruction,
+    SubgoalProgram,
 )
 from eai.base.errors import InputError
 from eai.logic.ltl_printer import format_ltl
@@ -133,7 +133,7 @@ class GoalProgress:
             [e.action for part in parts for e in walk_subformulas(part) if isinstance(e, f.Occurs)]
         )
 
-    def count_parts_met_after(self, parts_met_before: int, state: State, action: Action) -> int:
+    def count_goal_parts_met_after_action(self, parts_met_before: int, state: State, action: Action) -> int:
         """Return the number of goal parts that are met after the agent takes an action in a state.
 
         Before the action, ``parts_met_before`` parts were met.
@@ -142,7 +142,7 @@ class GoalProgress:
             return parts_met_before + 1
         return parts_met_before
 
-    def is_reached(self, parts_met: int, final_state: State) -> bool:
+    def is_goal_reached_at_end(self, parts_met: int, final_state: State) -> bool:
         """Whether the goal is reached at the end of a trajectory.
 
         Before the final state, ``parts_met`` parts of the goal were met. The final state can meet only one
@@ -274,7 +274,7 @@ _PAST_STATES_PER_ACTION = 16
 
 
 _NO_SUBGOAL = -1
-"""Number that stands for no subgoal: the subgoal of the instruction that ends a `Program`."""
+"""Number that stands for no subgoal: the subgoal of the instruction that ends a `SubgoalProgram`."""
 
 
 def _mark_branch_as_failed(
@@ -335,8 +335,8 @@ class ExplorationResult:
     ended: tuple[ExecutionBranch, ...] = ()
 
 
-def explore_program(
-    domain: Domain, initial: State, program: Program, goal: GoalProgress, limits: ExplorationLimits
+def explore_subgoal_program(
+    domain: Domain, initial: State, program: SubgoalProgram, goal: GoalProgress, limits: ExplorationLimits
 ) -> ExplorationResult:
     """Execute a program of subgoals in all possible ways, within limits, and return the result.
 
@@ -347,16 +347,16 @@ def explore_program(
         goal: the goal.
         limits: the limits of the search.
     """
-    return _ProgramExploration(domain, program, goal, limits).explore_branches(
+    return _SubgoalProgramExploration(domain, program, goal, limits).explore_branches(
         ExecutionBranch(History(initial))
     )
 
 
-class _ProgramExploration:
+class _SubgoalProgramExploration:
     """The state of one search over all ways to execute a program."""
 
     def __init__(
-        self, domain: Domain, program: Program, goal: GoalProgress, limits: ExplorationLimits
+        self, domain: Domain, program: SubgoalProgram, goal: GoalProgress, limits: ExplorationLimits
     ) -> None:
         self._domain = domain
         self._program = program
@@ -420,7 +420,7 @@ class _ProgramExploration:
         match instruction:
             case ExecuteSubgoalPlansInstruction():
                 self._execute_subgoal_plans(branch, instruction)
-            case RequireSubgoalInstruction():
+            case CheckSubgoalHoldsInstruction():
                 self._check_requirement(branch, instruction)
             case SubgoalForkInstruction(targets):
                 self._effort.used += instruction.effort
@@ -429,7 +429,7 @@ class _ProgramExploration:
             case None:
                 on_course, reached = (
                     self._goal.trajectory_test,
-                    self._goal.is_reached(branch.met, branch.state),
+                    self._goal.is_goal_reached_at_end(branch.met, branch.state),
                 )
                 if reached and on_course is not None:
                     reached = on_course(branch.trajectory)
@@ -478,7 +478,7 @@ class _ProgramExploration:
                     return _mark_branch_as_failed(branch, subgoal, TOO_FAR)
                 executed += 1
                 refined += executed == 1
-                met = self._goal.count_parts_met_after(met, past.state, action)
+                met = self._goal.count_goal_parts_met_after_action(met, past.state, action)
                 past, tried = past.extend(outcome), _StepWithPredecessor(Step(action, None), tried)
                 continue
             errors += 1
@@ -488,7 +488,7 @@ class _ProgramExploration:
                 return ExecutionBranch(past, tried, errors, met, subgoal, outcome, executed, refined)
         return ExecutionBranch(past, tried, errors, met, subgoal, None, executed, refined)
 
-    def _check_requirement(self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction) -> None:
+    def _check_requirement(self, branch: ExecutionBranch, instruction: CheckSubgoalHoldsInstruction) -> None:
         if self._has_reached_limit():
             return
         self._effort.used += instruction.effort
@@ -501,7 +501,7 @@ class _ProgramExploration:
             self._record_ended_branch(failed, self._failed)
 
     def _find_index_of_last_satisfying_state(
-        self, branch: ExecutionBranch, instruction: RequireSubgoalInstruction
+        self, branch: ExecutionBranch, instruction: CheckSubgoalHoldsInstruction
     ) -> int | None:
         """Test a subgoal in the past states of a branch. Return the index of the last state in which it held.
 

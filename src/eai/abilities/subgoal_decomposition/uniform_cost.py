@@ -19,7 +19,7 @@ from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS_PER_SUBGOAL,
     TOO_FAR,
     ActionSequence,
-    SubgoalPlans,
+    SubgoalPlanningResult,
 )
 from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_actions_of_operators
 from eai.planning.search import OpenList, SearchEffort, SearchEndReason, SearchNode, run_best_first_search
@@ -87,7 +87,7 @@ class SearchGoal(NamedTuple):
         return self.everything.bit_count()
 
     @property
-    def effort_per_step(self) -> int:
+    def effort_per_search_step(self) -> int:
         """Effort of one step of the search: one applied action, and a test of all literals of the goal.
 
         The unit is one applied action.
@@ -97,7 +97,7 @@ class SearchGoal(NamedTuple):
 
 def find_plans(
     goal: SearchGoal, permitted_sets: Iterable[PermittedActions], start: State, max_applied_actions: int
-) -> SubgoalPlans:
+) -> SubgoalPlanningResult:
     """Return the shortest plans that reach a goal, or the failed plan that comes nearest to the goal.
 
     The sets of permitted actions are tried in order, until a plan is found.
@@ -113,15 +113,15 @@ def find_plans(
     for permitted in permitted_sets:
         search = _UniformCostSearch(goal, permitted, max_applied_actions)
         plans = search.find_shortest_plans(start)
-        effort += search.effort.used * goal.effort_per_step
+        effort += search.effort.used * goal.effort_per_search_step
         if plans:
-            return SubgoalPlans(plans, effort)
+            return SubgoalPlanningResult(plans, effort)
         failed.append(search)
     attempt = _find_best_failed_plan(failed)
     return attempt._replace(effort=effort + attempt.effort)
 
 
-class _MovementFinder:
+class _MovementPathFinder:
     """Finds paths of movements from states. A path is explored only when an action may need it.
 
     Args:
@@ -148,7 +148,7 @@ class _MovementFinder:
         return copy(self._paths[state])
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
-        moves = [candidate for candidate in self._moves if candidate.fixed_checks_hold(start)]
+        moves = [candidate for candidate in self._moves if candidate.unchangeable_checks_hold(start)]
         seen = {start}
         paths: list[MovementPath] = [SearchNode(start)]
         for _ in range(_MAX_MOVEMENTS):
@@ -196,7 +196,7 @@ class _UniformCostSearch:
         self.goal = goal
         self.permitted = permitted
         self.effort = SearchEffort(budget)
-        self.movement = _MovementFinder(permitted.movement, self.effort)
+        self.movement = _MovementPathFinder(permitted.movement, self.effort)
         self.nodes: list[PlanNode] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
         self._candidates: Sequence[CandidateAction] = ()
@@ -212,7 +212,7 @@ class _UniformCostSearch:
         If plans have the same end state and the same actions that matter to the goal, only one is returned.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
-        self._candidates = [candidate for candidate in actions if candidate.fixed_checks_hold(start)]
+        self._candidates = [candidate for candidate in actions if candidate.unchangeable_checks_hold(start)]
         self._push_node(SearchNode(start, self.goal.at_start))
         run_best_first_search(self._open.pop, self._expand_node_and_check_for_end)
         return [node.list_actions() for node in self._found.values()]
@@ -337,13 +337,13 @@ The action is None if the plan fails only because it is too long.
 """
 
 
-def _find_best_failed_plan(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
+def _find_best_failed_plan(searches: Sequence[_UniformCostSearch]) -> SubgoalPlanningResult:
     """Return the failed plan that comes nearest to the goal, after all searches failed.
 
     The plan ends with an action whose checks fail. Its effects, if they happened, would make most literals of
     the goal true. Ties go to the action with the fewest failing checks, then to the shortest plan. If the
     action needs an earlier action that fails, too, the plan may end with the earlier action
-    (`_choose_attempt_to_report`).
+    (`_choose_failed_attempt_to_report`).
 
     If no action fails but the plan is too long, no plan is returned. If no failing action explains the
     failure, the plan leads to the visited state in which most literals hold. For example, each literal can be
@@ -361,15 +361,15 @@ def _find_best_failed_plan(searches: Sequence[_UniformCostSearch]) -> SubgoalPla
     if nearest_attempts:
         _, reported = min(nearest_attempts, key=lambda nearest: nearest[0])
         if reported is None:
-            return SubgoalPlans((), effort, TOO_FAR, has_failed=True)
-        return SubgoalPlans(
+            return SubgoalPlanningResult((), effort, TOO_FAR, has_failed=True)
+        return SubgoalPlanningResult(
             (reported.plan,),
             effort,
             has_failed=not reported.candidate.needs_objects_of_other_kind(reported.failing),
         )
     nodes = [node for search in searches for node in search.nodes]
     most = max(nodes, key=lambda node: (node.met.bit_count(), -node.depth))
-    return SubgoalPlans((most.list_actions(),), effort, has_failed=True)
+    return SubgoalPlanningResult((most.list_actions(),), effort, has_failed=True)
 
 
 class _FailedSearch:
@@ -421,13 +421,13 @@ class _FailedSearch:
                 if not made and (best is None or attempt_distance < distance):
                     best, distance = attempt, attempt_distance
         if best is not None:
-            return distance, self._choose_attempt_to_report(best)
+            return distance, self._choose_failed_attempt_to_report(best)
         first = self._nodes[0]
         # No plan makes progress. Report an action if only its alternatives (`OperatorAlternative`) fail.
         # Otherwise report an action that must come before a failing action.
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
-            reported = self._choose_attempt_to_report(attempt)
+            reported = self._choose_failed_attempt_to_report(attempt)
             only_tries = attempt.failing == [len(candidate.info.operator.checks)]
             if attempt.failing and (only_tries or reported is not attempt):
                 return (0, len(attempt.failing), len(attempt.plan)), reported
@@ -437,7 +437,7 @@ class _FailedSearch:
         missing = candidate.parts & ~node.met
         if not missing:
             return 0
-        self.effort += self._goal.effort_per_step
+        self.effort += self._goal.effort_per_search_step
         after = candidate.compute_state_after_action(node.state)
         if not self._goal.met(after, candidate.touched & missing, 0):
             return 0
@@ -447,10 +447,14 @@ class _FailedSearch:
     def _bound_distance_to_subgoal(
         self, node: PlanNode, candidate: CandidateAction, goal_parts_met: int
     ) -> _DistanceToSubgoal:
-        lacking = candidate.count_failures_movement_cannot_fix(node.state, len(candidate.info.movable))
-        return -goal_parts_met, self._compute_min_failing_checks(node, candidate, lacking), node.depth + 1
+        lacking = candidate.count_failing_checks_movement_cannot_fix(node.state, len(candidate.info.movable))
+        return (
+            -goal_parts_met,
+            self._compute_lower_bound_on_failing_checks(node, candidate, lacking),
+            node.depth + 1,
+        )
 
-    def _compute_min_failing_checks(
+    def _compute_lower_bound_on_failing_checks(
         self, node: PlanNode, candidate: CandidateAction, failures_unfixable_by_movement: int
     ) -> int:
         """Return a lower bound of the number of an action's checks that fail, whichever movement comes first.
@@ -464,7 +468,7 @@ class _FailedSearch:
         self.effort += 1
         failing = candidate.find_indices_of_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
-        least = self._compute_min_failing_checks(
+        least = self._compute_lower_bound_on_failing_checks(
             node, candidate, sum([not candidate.info.movable[i] for i in failing])
         )
         if len(failing) > least:
@@ -478,7 +482,7 @@ class _FailedSearch:
                         break
         return best
 
-    def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
+    def _choose_failed_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
         """Return the failed attempt at an action that is reported as the reason why a plan failed, or None.
 
         Usually this is ``failed_attempt``. But another action helps if ``failed_attempt`` would fail fewer

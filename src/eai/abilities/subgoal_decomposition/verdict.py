@@ -13,7 +13,7 @@ from eai.abilities.verdict import PlanVerdict, RewardInputs
 from eai.world.fault import FaultKind
 
 
-class SubgoalCategory(str, Enum):
+class SubgoalAnswerCategory(str, Enum):
     """The possible outcomes of subgoal decomposition (``subgoal_eval_utils.py`` in the paper's package)."""
 
     CORRECT = "correct"
@@ -43,7 +43,7 @@ class SubgoalVerdict(PlanVerdict):
             ``goals_elsewhere``.
     """
 
-    category: SubgoalCategory | None = None
+    category: SubgoalAnswerCategory | None = None
     goals_elsewhere: bool = False
     errors: tuple[FaultKind, ...] = ()
     offences: tuple[str, ...] = ()

@@ -13,8 +13,8 @@ from eai.abilities.declaration import (
     AnswerOutcome,
     DomainAndNotation,
     MetricColumn,
-    QuestionAndAnswerDeclaration,
     SchemaMaker,
+    SingleQuestionInteraction,
     classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
@@ -57,7 +57,7 @@ _PLANNER_SUCCESS = f"{OVERALL}.planner_success"
 _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
-def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
+def compute_contributions_to_metrics(verdict: OperatorVerdict) -> dict[str, Share]:
     """Return for each metric the numerator and the denominator that one answer adds to the metric.
 
     Preconditions and effects are counted together. Each category of predicates has its own metrics. The
@@ -113,14 +113,14 @@ def _make_scorer_factory(parts: DomainAndNotation) -> Callable[[TransitionTask],
     The module with scorers is imported only here, so that scoring of plans does not load the planner of
     operators.
     """
-    from eai.abilities.transition_modeling.rules import PaperOperatorRules
+    from eai.abilities.transition_modeling.rules import PaperOperatorScoringRules
     from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 
-    rules = PaperOperatorRules(parts.make_planner())
+    rules = PaperOperatorScoringRules(parts.make_planner())
     return lambda task: TransitionModelingScorer(task, rules)
 
 
-def _get_object_words_and_schema_maker(
+def _get_object_name_words_and_schema_maker(
     parts: DomainAndNotation, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     return (), lambda words: make_object_schema({"output": make_text_schema()})
@@ -128,16 +128,16 @@ def _get_object_words_and_schema_maker(
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
-    interaction=QuestionAndAnswerDeclaration(
+    interaction=SingleQuestionInteraction(
         _make_scorer_factory,
-        answer_form=_get_object_words_and_schema_maker,
+        answer_form=_get_object_name_words_and_schema_maker,
         uses_operator_tasks=True,
         plain_text_prefix="(:action",
     ),
     title="Transition modeling",
     short_title="operators",
     verdict=OperatorVerdict,
-    contributions=compute_share_by_metric,
+    contributions=compute_contributions_to_metrics,
     outcome=classify_outcome,
     columns=(
         *make_score_columns((*_PARTS, LITERALS)),

@@ -201,11 +201,15 @@ def _describe_wrong_key(json_value: object) -> str | None:
         return None
     if json_value.repeated_key is not None:
         return f'the key "{json_value.repeated_key}" occurs twice'
-    keys = [key for key, part in json_value.members if key != "output" and _has_part_of_operator(repr(part))]
+    keys = [
+        key
+        for key, part in json_value.members
+        if key != "output" and _has_operator_head_or_parameters(repr(part))
+    ]
     return f'the key "{keys[0]}" is not known' if keys else None
 
 
-def _has_part_of_operator(text: str) -> bool:
+def _has_operator_head_or_parameters(text: str) -> bool:
     return _HEAD.search(text) is not None or _PARAMETERS_START.search(text) is not None
 
 
@@ -307,7 +311,7 @@ def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOp
         parts = _split_operator_into_parts(text, name, head.end() if head else 0)
         for part in parts:
             place = f"{part.keyword} of {name}"
-            group, made = _read_list(part)
+            group, made = _read_list_and_repairs(part)
             repairs |= dict.fromkeys(made)
             try:
                 action = _add_part_to_operator(action, part, group)
@@ -323,7 +327,7 @@ def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOp
     )
 
 
-class _OperatorPart(NamedTuple):
+class _OperatorKeywordSection(NamedTuple):
     """A part of an operator: a keyword, and the text after it up to the next keyword or the end."""
 
     keyword: str
@@ -331,7 +335,7 @@ class _OperatorPart(NamedTuple):
     last: bool
 
 
-def _split_operator_into_parts(text: str, operator_name: str, offset: int) -> list[_OperatorPart]:
+def _split_operator_into_parts(text: str, operator_name: str, offset: int) -> list[_OperatorKeywordSection]:
     """Return the parts of an operator that follow its name.
 
     Raises:
@@ -345,12 +349,12 @@ def _split_operator_into_parts(text: str, operator_name: str, offset: int) -> li
         raise make_pddl_error(text, 0, PddlViolationKind.UNBALANCED, "a partner for this opening parenthesis")
     bounds = [*(match.start() for match in keywords), len(text)]
     return [
-        _OperatorPart(match.group(1).lower(), text[match.end() : end], match is keywords[-1])
+        _OperatorKeywordSection(match.group(1).lower(), text[match.end() : end], match is keywords[-1])
         for match, end in zip(keywords, bounds[1:], strict=True)
     ]
 
 
-def _read_list(part: _OperatorPart) -> tuple[ExpressionList, tuple[str, ...]]:
+def _read_list_and_repairs(part: _OperatorKeywordSection) -> tuple[ExpressionList, tuple[str, ...]]:
     """Return the list in a part of an operator, and the names of the repairs that the list needed.
 
     Raises:
@@ -378,7 +382,9 @@ def _read_list(part: _OperatorPart) -> tuple[ExpressionList, tuple[str, ...]]:
     raise make_pddl_error(part.text, group.end, PddlViolationKind.MALFORMED, "one list behind a keyword")
 
 
-def _add_part_to_operator(action: PddlAction, part: _OperatorPart, expression: ExpressionList) -> PddlAction:
+def _add_part_to_operator(
+    action: PddlAction, part: _OperatorKeywordSection, expression: ExpressionList
+) -> PddlAction:
     """Return an operator with one more part.
 
     Raises:

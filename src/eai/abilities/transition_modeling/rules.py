@@ -65,7 +65,7 @@ def find_plan_flaw(
 
 
 def convert_to_gold_operator_steps(
-    task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
+    task: TransitionTask, answer_operators: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
     """Return the steps of a plan for an answer's operators as steps of the gold operators.
 
@@ -73,7 +73,7 @@ def convert_to_gold_operator_steps(
     answer's operator lacks, the objects of the step keep their order instead.
     """
     return [
-        _convert_to_gold_operator_step(step, written[step.action], task.gold_operators[step.action])
+        _convert_to_gold_operator_step(step, answer_operators[step.action], task.gold_operators[step.action])
         for step in plan
     ]
 
@@ -211,7 +211,7 @@ _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
 
 
 @dataclass(frozen=True, slots=True)
-class PaperOperatorRules(OperatorScoringRules):
+class PaperOperatorScoringRules(OperatorScoringRules):
     """The rules of the paper for one domain. Caches ensure that equal operators are read and compared once.
 
     Attributes:
@@ -284,7 +284,10 @@ class PaperOperatorRules(OperatorScoringRules):
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
             name: self._plan_with_written_operator(
-                task, _replace_part_of_gold_operator(by_name[name], task.gold_operators[name], replaced_part)
+                task,
+                _insert_written_part_into_gold_operator(
+                    by_name[name], task.gold_operators[name], replaced_part
+                ),
             )
             if name in by_name
             else None
@@ -299,7 +302,7 @@ class PaperOperatorRules(OperatorScoringRules):
             for name, gold in task.gold_operators.items()
         ]
         readable = tuple(action for action in actions if action is not None)
-        return self._solve_with_actions(
+        return self._plan_with_answer_actions(
             task, readable, self._find_operator_defects(task, written_operator), written_operator.size
         )
 
@@ -328,19 +331,23 @@ class PaperOperatorRules(OperatorScoringRules):
         operators = [written[name] for name in task.operators if name in written]
         actions = tuple(operator.action for operator in operators if operator.action is not None)
         findings = tuple(finding for report in reports for finding in report.offences)
-        return self._solve_with_actions(task, actions, findings, sum(operator.size for operator in operators))
+        return self._plan_with_answer_actions(
+            task, actions, findings, sum(operator.size for operator in operators)
+        )
 
-    def _solve_with_actions(
+    def _plan_with_answer_actions(
         self,
         task: TransitionTask,
         actions: tuple[PddlAction, ...],
-        findings: tuple[PddlFinding, ...],
+        operator_defects: tuple[PddlFinding, ...],
         text_length: int,
     ) -> PlannerResult:
-        refusals = tuple(finding for finding in findings if finding.offence.makes_planners_refuse_domain)
+        refusals = tuple(
+            finding for finding in operator_defects if finding.offence.makes_planners_refuse_domain
+        )
         key = (task.problem_text, actions, refusals)
         return self.plan_with_cache(
-            key, text_length, lambda: _make_planning_task_or_result(task, actions, refusals)
+            key, text_length, lambda: _make_planning_task_or_error_result(task, actions, refusals)
         )
 
 
@@ -362,17 +369,19 @@ def _find_pddl_violations(task: TransitionTask, action: PddlAction) -> tuple[Pdd
     return check_action(action, DeclaredNames.from_domain(task.domain.header))
 
 
-def _replace_part_of_gold_operator(
-    written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart
+def _insert_written_part_into_gold_operator(
+    written: WrittenOperator, gold: PddlAction, replaced_part: ReplacedPart
 ) -> WrittenOperator:
     written_action = written.action
-    if replaced == "operator" or written_action is None:
+    if replaced_part == "operator" or written_action is None:
         return written
-    if replaced == "precondition":
+    if replaced_part == "precondition":
         action = replace(gold, precondition=written_action.precondition)
     else:
         action = replace(gold, effect=written_action.effect)
-    unread = tuple(finding for finding in written.unread if finding.place == f"{replaced} of {written.name}")
+    unread = tuple(
+        finding for finding in written.unread if finding.place == f"{replaced_part} of {written.name}"
+    )
     return replace(written, action=action, unread=unread)
 
 
@@ -385,7 +394,7 @@ def _sum_literal_counts(compared: Sequence[_OperatorComparison]) -> dict[str, Co
     }
 
 
-def _make_planning_task_or_result(
+def _make_planning_task_or_error_result(
     task: TransitionTask, actions: tuple[PddlAction, ...], preventing_findings: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
     if preventing_findings:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 
-from eai.abilities.explanation import Explanation, Statement, StepReport
+from eai.abilities.explanation import AtomOrAction, StepReport, VerdictExplanation
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.rules import OperatorJudgement, OperatorScoringRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
@@ -139,14 +139,14 @@ class TransitionModelingScorer(Scorer):
         }
 
 
-def _explain_judgement(judgement: OperatorJudgement) -> Explanation:
+def _explain_judgement(judgement: OperatorJudgement) -> VerdictExplanation:
     if judgement.error is not None:
-        return Explanation((judgement.error.detail,))
+        return VerdictExplanation((judgement.error.detail,))
     steps = tuple(
-        StepReport(str(step), "planned", call=Statement(step.action, step.arguments))
+        StepReport(str(step), "planned", call=AtomOrAction(step.action, step.arguments))
         for step in judgement.planning.plan
     )
-    return Explanation(notes=tuple(_list_explanation_notes(judgement)), steps=steps)
+    return VerdictExplanation(notes=tuple(_list_explanation_notes(judgement)), steps=steps)
 
 
 def _list_explanation_notes(judgement: OperatorJudgement) -> Iterator[str]:
@@ -200,12 +200,12 @@ def _describe_clause_differences(report: OperatorReport, match: OperatorMatch | 
             yield f"{report.name}: the {side} has the additional {besides}{unbound}"
 
 
-def _describe_unbound_variables(report: OperatorReport, side: str) -> str:
+def _describe_unbound_variables(report: OperatorReport, precondition_or_effect: str) -> str:
     """Return a remark on variables in an operator that are not parameters of the operator.
 
     Without the remark, a clause with such a variable could look like a clause of the gold operator.
     """
-    place = f"{side} of {report.name}"
+    place = f"{precondition_or_effect} of {report.name}"
     kind = PddlViolationKind.UNBOUND_VARIABLE
     names = [
         f"?{finding.name}"

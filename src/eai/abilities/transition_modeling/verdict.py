@@ -14,7 +14,7 @@ from eai.abilities.verdict import (
     ConfusionCounts,
     RewardInputs,
     Verdict,
-    compute_reward_inputs_of_parts,
+    compute_reward_inputs_from_part_counts,
     sum_confusion_counts,
 )
 from eai.base.json_value import Json
@@ -142,7 +142,7 @@ class OperatorVerdict(Verdict):
 
         The gain (`RewardInputs.gain`) is the F1 of all clauses in preconditions and effects.
         """
-        return compute_reward_inputs_of_parts(
+        return compute_reward_inputs_from_part_counts(
             sum_counts_of_categories(count_clauses_by_category(self)), self.error, self._count_faults()
         )
 

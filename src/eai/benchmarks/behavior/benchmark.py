@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
-from eai.abilities.notation.goals import unwrap_operands
+from eai.abilities.notation.goals import drop_list_around_operands
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
@@ -135,7 +135,7 @@ def _format_formula(entry: object, spelling: Callable[[str], str], *, nested: bo
         case ["and" | "or" as word, first, *others]:
             texts = [
                 _format_formula(operand_entry, spelling, nested=True)
-                for operand_entry in unwrap_operands((first, *others))
+                for operand_entry in drop_list_around_operands((first, *others))
             ]
             readable = [text for text in texts if text is not None]
             return (

@@ -12,8 +12,8 @@ from eai.abilities.answer_schema import Schema, make_list_schema, make_object_sc
 from eai.abilities.answer_text import JsonObject, read_json
 from eai.abilities.notation.goals import (
     SECTIONS,
+    AnswerGoalSections,
     GoalNotation,
-    GoalSections,
     IllFormed,
     SpellingAndArity,
     WrittenGoal,
@@ -129,7 +129,7 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
 
 
-def _reject_missing_or_unknown_goal_sections(sections: GoalSections) -> GoalSections | None:
+def _reject_missing_or_unknown_goal_sections(sections: AnswerGoalSections) -> AnswerGoalSections | None:
     """Return the sections of goals in an answer, or None if it has no section or an unknown section."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
@@ -207,7 +207,7 @@ class VirtualHomeSubgoalNotation(SubgoalNotation):
         }
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
-    def domain_for_execution(self) -> Domain:
+    def get_domain_that_executes_subgoals(self) -> Domain:
         """Return the domain for subgoals, which has an additional action for switching hands."""
         return virtualhome.make_domain_with_switch_hands_action()
 

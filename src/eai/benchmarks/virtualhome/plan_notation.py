@@ -30,7 +30,7 @@ from eai.abilities.notation.plan_form import (
     WrittenStep,
     join_steps_of_items,
     make_plan_format,
-    read_labelled_step,
+    read_step_from_action_and_object_keys,
     read_steps_keyed_by_action,
 )
 from eai.abilities.notation.plan_lines import read_json_plan_or_action_lines, read_text_of_steps
@@ -110,7 +110,7 @@ class VirtualHomePlanNotation(PlanNotation):
         """Return the steps as one JSON object."""
         return "{" + ", ".join(answer_parts) + "}"
 
-    def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
+    def list_words_that_name_objects(self, task: Task) -> tuple[str, ...]:
         """Return the words that name the relevant objects: their classes and ids."""
         named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
         return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
@@ -207,7 +207,7 @@ def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
         if value.members == ((_STEPS, []),):
             return StepList(())
         if any(key == ACTION and isinstance(member, str) for key, member in value.members):
-            step = read_labelled_step(value)
+            step = read_step_from_action_and_object_keys(value)
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         if any(
             key not in accepted_words and _is_list_of_texts_with_steps(member, read_steps_in_text)

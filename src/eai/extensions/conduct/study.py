@@ -244,8 +244,8 @@ def _make_refusals_table(runs: Sequence[Run]) -> Iterator[Row]:
 def _make_refusal_cells(answers: _JudgedAnswers) -> list[Cell]:
     """Return the cells of one row of the table of refusals, in the columns from `success` to `reason`."""
     answered = [answer for answer in answers if not answer[1].is_task_declined_by_answer]
-    plain = [answer for answer in answers if not answer[0].is_declining_right]
-    special = [answer for answer in answers if answer[0].is_declining_right]
+    plain = [answer for answer in answers if not answer[0].is_declining_correct]
+    special = [answer for answer in answers if answer[0].is_declining_correct]
     refused = [answer for answer in special if answer[1].refused is not None and answer[0].missing]
     named = [
         _does_reason_name_missing_fact(task.missing or (), verdict.refused or "")

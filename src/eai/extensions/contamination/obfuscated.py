@@ -268,8 +268,8 @@ class _SubgoalNotationWithSwappedNames(SubgoalNotation):
         super().__init__(plain.domain)
         self._plain, self._words = plain, words
 
-    def domain_for_execution(self) -> Domain:
-        return self._plain.domain_for_execution()
+    def get_domain_that_executes_subgoals(self) -> Domain:
+        return self._plain.get_domain_that_executes_subgoals()
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         return self._plain.make_formula_lexicon(scene)

@@ -15,12 +15,12 @@ from eai.abilities.declaration import (
     DomainAndNotation,
     MetricColumn,
     QuestionAndAnswer,
-    QuestionAndAnswerDeclaration,
+    SingleQuestionInteraction,
     classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
 )
-from eai.abilities.explanation import Explanation, write_repair_notes
+from eai.abilities.explanation import VerdictExplanation, write_repair_notes
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task_features import TaskFeatures
@@ -116,9 +116,9 @@ class _QuestionScorer(Scorer):
         return Assessment(verdict, partial(_make_explanation, question, graded.repairs))
 
 
-def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation:
+def _make_explanation(question: Question, repairs: Sequence[str]) -> VerdictExplanation:
     wanted = f"right is {question.accept} of {', '.join(question.answer)}"
-    return Explanation(notes=(wanted, *write_repair_notes(repairs)))
+    return VerdictExplanation(notes=(wanted, *write_repair_notes(repairs)))
 
 
 def compute_rate_contributions(verdict: _VerdictOnQuestionAnswer) -> dict[str, Share]:
@@ -219,7 +219,7 @@ _CHANCE_COLUMNS = tuple(
 
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
-    interaction=QuestionAndAnswerDeclaration(
+    interaction=SingleQuestionInteraction(
         lambda parts: _QuestionScorer,
         _get_prompt_and_answer,
         open_file=open_question_file,

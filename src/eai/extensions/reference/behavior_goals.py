@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
-from eai.abilities.explanation import Explanation, GoalReport, Statement, find_predicate_names
+from eai.abilities.explanation import AtomOrAction, GoalReport, VerdictExplanation, find_predicate_names
 from eai.abilities.goal_interpretation.scorer import describe_wrong_goals
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
@@ -161,9 +161,11 @@ class BehaviorGoalInterpretationScorer(Scorer):
             for options in self._goals
         ]
 
-    def _explain_conditions(self, notes: tuple[str, ...], answer_conditions: Sequence[Value]) -> Explanation:
+    def _explain_conditions(
+        self, notes: tuple[str, ...], answer_conditions: Sequence[Value]
+    ) -> VerdictExplanation:
         stated = frozenset(answer_conditions)
-        return Explanation(
+        return VerdictExplanation(
             notes=notes,
             goals=tuple(
                 GoalReport(
@@ -198,15 +200,15 @@ def _format_condition(condition: Value) -> str:
             return str(condition)
 
 
-def _make_statement_from_nested_tuple(condition: Value) -> Statement:
-    """Return a condition as a `Statement`: predicate, objects, and whether the condition is negated.
+def _make_statement_from_nested_tuple(condition: Value) -> AtomOrAction:
+    """Return a condition as a `AtomOrAction`: predicate, objects, and whether the condition is negated.
 
     An ill-formed condition becomes a predicate without objects.
     """
     match condition:
         case ("not", (predicate, *arguments)):
-            return Statement(str(predicate), tuple(map(str, arguments)), positive=False)
+            return AtomOrAction(str(predicate), tuple(map(str, arguments)), positive=False)
         case (predicate, *arguments):
-            return Statement(str(predicate), tuple(map(str, arguments)))
+            return AtomOrAction(str(predicate), tuple(map(str, arguments)))
         case _:
-            return Statement(_format_condition(condition), None)
+            return AtomOrAction(_format_condition(condition), None)

@@ -74,7 +74,7 @@ class BehaviorActionSequencingScorer(ActionSequencingScorer):
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         return self.goals.evaluate_each_goal(self._get_final_state(execution), ())
 
-    def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
+    def _get_goals_met_by_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
         return self.goals.evaluate_each_goal(execute(()).trajectory.final_state, ())
 
     def _is_success(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:

@@ -24,11 +24,11 @@ from eai.abilities.subgoal_decomposition.program import (
     CompiledAnswer,
     RejectedAnswer,
     SubgoalPlanner,
-    SubgoalPlans,
+    SubgoalPlanningResult,
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.notation import (
@@ -89,22 +89,22 @@ def read_hands(state: State) -> _Hands:
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
-def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlans:
+def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlanningResult:
     predicate, arguments, truth = literal
     plan = (_plan_to_make_true if truth else _plan_to_make_false)(
         predicate, arguments, read_hands(state), state.scene
     )
-    return SubgoalPlans(() if plan is None else (plan,))
+    return SubgoalPlanningResult(() if plan is None else (plan,))
 
 
 def _plan_placing_on_and_next_to(
     on_literal: GroundAtom, next_to_literal: GroundAtom, state: State
-) -> SubgoalPlans:
+) -> SubgoalPlanningResult:
     """Return the plan that makes two literals true: it puts an object onto one object and next to another."""
     (object_index, support), (one, other) = on_literal.arguments, next_to_literal.arguments
     neighbour = one if object_index == other else other
     actions, hand = _plan_to_take_object(object_index, read_hands(state), state.scene)
-    return SubgoalPlans(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
+    return SubgoalPlanningResult(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
 
 
 def _plan_to_make_true(
@@ -255,7 +255,7 @@ class BehaviorSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
             number += 1 if pair is None else 2
         return steps
 
-    def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
+    def _get_goals_met_by_rejected_answer(self) -> tuple[bool, ...]:
         return self.goals.evaluate_each_goal(self.task.initial, ())
 
 
@@ -291,4 +291,4 @@ def reject_wrong_argument_counts_and_names(
 
 
 def _reject_misused_name(kind: FaultKind, detail: str) -> RejectedAnswer:
-    return RejectedAnswer(SubgoalCategory.HALLUCINATION, ErrorReport(kind, None, detail))
+    return RejectedAnswer(SubgoalAnswerCategory.HALLUCINATION, ErrorReport(kind, None, detail))

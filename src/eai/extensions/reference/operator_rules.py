@@ -202,7 +202,9 @@ class EaiEvalOperatorScoringRules(OperatorScoringRules):
             return {}
         gold = task.domain.operators
         tried = {
-            operator.name: _replace_part_of_gold_operator(operator, gold[operator.name], replaced_part)
+            operator.name: _insert_written_part_into_gold_operator(
+                operator, gold[operator.name], replaced_part
+            )
             for operator in written
             if operator.name in gold
         }
@@ -256,10 +258,10 @@ def _compare_operators(
     )
 
 
-def _replace_part_of_gold_operator(
-    written: OperatorText, gold: OperatorText, replaced: ReplacedPart
+def _insert_written_part_into_gold_operator(
+    written: OperatorText, gold: OperatorText, replaced_part: ReplacedPart
 ) -> OperatorText:
-    match replaced:
+    match replaced_part:
         case "precondition":
             return replace(gold, precondition=written.precondition)
         case "effect":

@@ -14,7 +14,7 @@ from difflib import SequenceMatcher
 
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.declaration import get_declaration
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Assessment
@@ -42,7 +42,7 @@ def add_notes_on_strict_protocol(
         make_strict_scorer: makes the scorer of the task under ``strict``.
     """
 
-    def make_explanation_with_strict_protocol_notes() -> Explanation:
+    def make_explanation_with_strict_protocol_notes() -> VerdictExplanation:
         explanation, strict = assessment.explain(), make_strict_scorer()
         differences = _describe_misread_steps(
             _read_steps(notation, answer), _read_steps(strict.notation, answer)

@@ -23,7 +23,7 @@ from eai.abilities.notation.plans import Execution
 from eai.abilities.protocol import Ability
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.scorer import Scorer
-from eai.abilities.trial import Trial
+from eai.abilities.trial import MultiAttemptTrial
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark, Opener
@@ -211,7 +211,7 @@ def make_options_of_published_replanning(
     )
 
 
-class _TrialWithRandomFailures(Trial):
+class _TrialWithRandomFailures(MultiAttemptTrial):
     """A task's attempts with stochastic actions, executed as in eai-eval's script.
 
     Before each action, a draw decides whether it fails at random (a slip). Every failed action ends the

@@ -22,16 +22,16 @@ from eai.abilities.subgoal_decomposition.program import (
     CompiledAnswer,
     ExecuteSubgoalPlansInstruction,
     Instruction,
-    Program,
     RejectedAnswer,
     SubgoalPlanner,
-    SubgoalPlans,
+    SubgoalPlanningResult,
+    SubgoalProgram,
     reject_misused_names,
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExecutionBranch, ExplorationResult
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalAnswerCategory, SubgoalVerdict
 from eai.abilities.verdict import SummaryCounts, Unreadable
 from eai.base.errors import ParseError
 from eai.logic.ltl import read_formula
@@ -103,7 +103,7 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
         or for several successive literals. It is paired with the index of its first literal.
         """
 
-    def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> Program:
+    def _compile_literals_into_search_program(self, literals: Sequence[f.Formula]) -> SubgoalProgram:
         """Return a program (list of instructions) with which the search makes the literals true in order.
 
         Each instruction calls a planner, which returns plans (lists of actions) for one or several literals.
@@ -141,7 +141,7 @@ class EaiEvalSubgoalScorer(SubgoalDecompositionScorer):
         entries = Counter(kind for kind in verdict.errors if kind in _KINDS_COUNTED_SEVERAL_TIMES)
         if verdict.additional_steps:
             entries[FaultKind.ADDITIONAL_STEP] = 1
-        if verdict.category is SubgoalCategory.GOAL_UNREACHABLE:
+        if verdict.category is SubgoalAnswerCategory.GOAL_UNREACHABLE:
             entries.clear()
         return _set_counted_errors(verdict, entries)
 
@@ -164,7 +164,7 @@ def make_planner_that_rejects_answer(reason: str) -> SubgoalPlanner:
     the answer is rejected for the given reason.
     """
 
-    def raise_eai_eval_crash_error(state: State) -> SubgoalPlans:
+    def raise_eai_eval_crash_error(state: State) -> SubgoalPlanningResult:
         raise _EaiEvalCrashError(reason)
 
     return raise_eai_eval_crash_error

@@ -136,7 +136,7 @@ class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
         ]
         return (*named, *self._needed)
 
-    def describe_uncounted_goals(self, goals: WrittenGoals) -> Iterable[str]:
+    def describe_goals_left_out_of_score(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield a note for each goal in an answer that lacks a field, and for each unknown name."""
         yield from describe_ill_formed_entries(goals.ill_formed)
         for name in dict.fromkeys(

@@ -20,7 +20,7 @@ from functools import cache
 
 from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.answer_text import MAX_ANSWER_CHARACTERS, TOO_LONG
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import VerdictExplanation
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor
 from eai.abilities.scorer import Assessment
@@ -237,7 +237,7 @@ def _are_all_objects_named_by_class(plan: WrittenPlan, actions: Sequence[Action]
     )
 
 
-def _add_note(explanation: Explanation, note: str) -> Explanation:
+def _add_note(explanation: VerdictExplanation, note: str) -> VerdictExplanation:
     return replace(explanation, notes=(*explanation.notes, note))
 
 

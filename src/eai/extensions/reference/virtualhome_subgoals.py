@@ -23,7 +23,7 @@ from eai.abilities.subgoal_decomposition.program import (
     CompiledAnswer,
     RejectedAnswer,
     SubgoalPlanner,
-    SubgoalPlans,
+    SubgoalPlanningResult,
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, ExplorationResult, GoalProgress
@@ -179,11 +179,11 @@ class VirtualHomeSubgoalDecompositionScorer(EaiEvalSubgoalScorer):
             )
         if isinstance(literal, Occurs):
             action = self.lexicon.to_action(literal)
-            return lambda state: SubgoalPlans(make_plans_for_action(*action, state))
+            return lambda state: SubgoalPlanningResult(make_plans_for_action(*action, state))
         atom = self.lexicon.to_literal(literal)
         if atom is None:
             raise AssertionError(f"{format_ltl(literal)}: the domain has no such predicate and objects")
-        return lambda state: SubgoalPlans(list_plans_for_atom(atom.predicate, atom.arguments, state))
+        return lambda state: SubgoalPlanningResult(list_plans_for_atom(atom.predicate, atom.arguments, state))
 
 
 class _GoalTestIgnoringActionOrder(GoalTest):

@@ -11,7 +11,7 @@ from functools import cache
 from typing import Protocol as Structure
 from typing import runtime_checkable
 
-from eai.abilities.explanation import EXECUTED, Explanation, StepReport
+from eai.abilities.explanation import EXECUTED, StepReport, VerdictExplanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.replanning_options import ReplanningOptions
 from eai.benchmarks.registry import list_benchmarks
@@ -131,5 +131,5 @@ def _list_steps_of_earlier_attempts(record: Record) -> list[StepReport]:
     return [step for attempt in record.attempts[:-1] for step in _get_steps(attempt.explanation)]
 
 
-def _get_steps(explanation: Explanation | None) -> tuple[StepReport, ...]:
+def _get_steps(explanation: VerdictExplanation | None) -> tuple[StepReport, ...]:
     return () if explanation is None else explanation.steps

@@ -11,7 +11,7 @@ from eai.abilities.declaration import (
     DomainAndNotation,
     MetricColumn,
     QuestionAndAnswer,
-    QuestionAndAnswerDeclaration,
+    SingleQuestionInteraction,
     classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
@@ -116,7 +116,7 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    interaction=QuestionAndAnswerDeclaration(
+    interaction=SingleQuestionInteraction(
         _make_scorer_factory,
         _make_question_and_answer,
         _draw_task_pictures,

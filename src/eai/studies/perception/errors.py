@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
-from eai.abilities.explanation import Explanation, write_repair_notes
+from eai.abilities.explanation import VerdictExplanation, write_repair_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ConfusionCounts, ErrorReport
 from eai.studies.perception.scene_graph import (
@@ -47,14 +47,14 @@ class _SceneGraphScorer(Scorer):
         return Assessment(verdict, partial(_explain_differences, self._task, self._words, graph))
 
 
-def _explain_differences(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Explanation:
+def _explain_differences(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> VerdictExplanation:
     lost, wrong = _find_missing_and_untrue_facts(task, words, graph)
     notes = [
         *(f"not listed: {fact}" for fact in lost),
         *(f"does not hold: {fact}" for fact in wrong),
         *(f"no fact: {entry}" for entry in graph.ill_formed),
     ]
-    return Explanation(notes=(*notes, *write_repair_notes(graph.repairs)))
+    return VerdictExplanation(notes=(*notes, *write_repair_notes(graph.repairs)))
 
 
 def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> PerceptionErrors:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.experiment import Experiment, make_settings_with_option
+from eai.abilities.experiment import Experiment, make_study_settings_of_one_option
 from eai.abilities.protocol import SCENE_GRAPH
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
@@ -46,7 +46,9 @@ def _make_beliefs_with_scene_format(
 ) -> GoalsAndScenesStatedInPrompts:
     """Combine the scenes that questions show (``beliefs``) with the scene format that records store."""
     lacking = "there is no scene graph or picture that would tell of the scene"
-    experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
+    experiment = Experiment(
+        {STUDY: make_study_settings_of_one_option("scene", "scene", scene_format, _PLACE)}
+    )
     return GoalsAndScenesStatedInPrompts(beliefs, experiment, lacking, **further_fields)
 
 

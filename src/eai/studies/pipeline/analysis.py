@@ -359,7 +359,7 @@ def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Ite
         atoms = assessed.explain()
         for conditions, missed in ((assessed.verdict.matched, False), (assessed.verdict.missing, True)):
             yield from (
-                (atoms.get_statement(condition).name_with_negation, missed) for condition in conditions
+                (atoms.get_atom_or_action(condition).name_with_negation, missed) for condition in conditions
             )
 
 

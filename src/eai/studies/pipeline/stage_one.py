@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from eai.abilities.experiment import Experiment, make_settings_with_option
+from eai.abilities.experiment import Experiment, make_study_settings_of_one_option
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import read_stated_goals
 from eai.abilities.protocol import Ability
@@ -101,7 +101,7 @@ def make_goal_beliefs(
             stated[task_id] = _summarize_goals_stated_in_answer(answer, task_id, suite)
     return GoalsAndScenesStatedInPrompts(
         beliefs,
-        Experiment({STUDY: make_settings_with_option("goals", "goals_from", model, _PLACE)}),
+        Experiment({STUDY: make_study_settings_of_one_option("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
         {task_id: {STATED: belief.answer} for task_id, belief in beliefs.items()},
         {task_id: {STUDY: summary} for task_id, summary in stated.items()},
@@ -270,7 +270,7 @@ def add_subgoals_to_stated_goals(
         summaries[task_id] = {STUDY: {"subgoals_sha256": hash_text(answer), "subgoals_success": success}}
     return GoalsAndScenesStatedInPrompts(
         beliefs,
-        Experiment({STUDY: make_settings_with_option("subgoals", "subgoals_from", model, _PLACE)}),
+        Experiment({STUDY: make_study_settings_of_one_option("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
         {task_id: {SUBGOALS: answers[task_id]} for task_id in beliefs},
         summaries,

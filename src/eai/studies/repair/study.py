@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from eai.abilities.repair import Repair
+from eai.abilities.repair import SmallestPlanRepair
 from eai.base.errors import InputError
 from eai.results.lines import MODEL, SUITE
 from eai.results.record import Record
@@ -43,7 +43,7 @@ def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysi
     yield Analysis(tables, screen_tables=tables[:1])
 
 
-def _list_recorded_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
+def _list_recorded_repairs(run: Run) -> Iterator[tuple[Record, SmallestPlanRepair]]:
     """Yield each failed answer of a run, with its repair: the edits that would make the plan right.
 
     Answers without a repair in their record are left out.
@@ -54,11 +54,11 @@ def _list_recorded_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
             yield record, repair
 
 
-_RepairsByRun = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
+_RepairsByRun = Sequence[tuple[RunKey, list[tuple[Record, SmallestPlanRepair]]]]
 
 
 def _estimate_share_of_answers(
-    answers: Sequence[tuple[Record, Repair]], is_counted: Sequence[bool]
+    answers: Sequence[tuple[Record, SmallestPlanRepair]], is_counted: Sequence[bool]
 ) -> Estimate:
     return estimate_share([record for record, _ in answers], is_counted)
 
@@ -84,8 +84,8 @@ def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
 
 
 def _select_answers_with_known_distance_bounds(
-    answers: Sequence[tuple[Record, Repair]],
-) -> list[tuple[Record, Repair]]:
+    answers: Sequence[tuple[Record, SmallestPlanRepair]],
+) -> list[tuple[Record, SmallestPlanRepair]]:
     """Return the answers for which bounds of the distance (smallest number of edits to success) are known."""
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 

@@ -91,7 +91,7 @@ class _ReplanningRunGroup:
     @property
     def experiment_without_feedback(self) -> Experiment:
         """Options of the runs to compare with: as in this group, but without feedback on failures."""
-        return self.experiment.replace_study_settings(
+        return self.experiment.override_settings_with(
             replace(self.options, feedback="none", form="prompt").experiment
         )
 
@@ -124,7 +124,7 @@ def group_runs_by_replanning_options(runs: Sequence[Sequence[Record]]) -> list[_
     """
     by_experiment = group_pairs(
         (
-            experiment.replace_study_settings(replace(options, slip_seed=None).experiment),
+            experiment.override_settings_with(replace(options, slip_seed=None).experiment),
             (options.slip_seed, records),
         )
         for records in runs

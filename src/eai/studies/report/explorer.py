@@ -17,7 +17,7 @@ from functools import cache
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 
-from eai.abilities.explanation import Explanation, StepReport, map_missed_goals_to_similar_facts
+from eai.abilities.explanation import StepReport, VerdictExplanation, map_missed_goals_to_similar_facts
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import describe_repair
 from eai.abilities.verdict import ALL, AnswerSpanKind, PlanVerdict, Verdict
@@ -262,7 +262,7 @@ class ExplorerData:
 
     def _make_answer_fields(self, record: Record) -> _Row:
         verdict, error = record.verdict, record.verdict.error
-        explanation, background = record.explanation or Explanation(), self._background(record.domain)
+        explanation, background = record.explanation or VerdictExplanation(), self._background(record.domain)
         fields = _make_ability_fields(record)
         # field q lists the clauses of operators, and the explanation's notes would repeat this list
         notes = () if "q" in fields else explanation.notes
@@ -338,7 +338,7 @@ def _map_prompts_to_line_indices(prompts: Mapping[str, str]) -> Json:
     return {"lines": [*lines], "tasks": tasks}
 
 
-def _list_goals(explanation: Explanation) -> list[Json]:
+def _list_goals(explanation: VerdictExplanation) -> list[Json]:
     """Return a list for each goal of a task: its kind, its text, and 1 if it is reached, otherwise 0.
 
     A missed goal also has a reason, and similar facts that the answer reached instead, as in `eai explain`.
